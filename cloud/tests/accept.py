@@ -16,6 +16,7 @@ import re
 import shutil
 import signal
 import socket
+import sqlite3
 import subprocess
 import sys
 import tempfile
@@ -180,7 +181,8 @@ class Bucket:
 class Server:
     """`mercury-cloud serve` on a free port, and requests to it."""
 
-    def __init__(self, folder, *options, environment=None, bucket=None):
+    def __init__(self, folder, *options, environment=None, bucket=None, checkpoint="1s"):
+        self.checkpoint = checkpoint
         self.folder, self.options, self.bucket = Path(folder), options, bucket
         self.environment = dict(os.environ) | (environment or {})
         if bucket:
@@ -193,7 +195,7 @@ class Server:
     def start(self):
         self.log = open(self.folder / "server.log", "a")
         command = [CLOUD, "serve", "--data", str(self.folder / "data"), "--port", str(self.port), "--solver", SOLVE,
-                   "--checkpoint-every", "1s", "--retry-wait", "0.2", *self.options]
+                   "--checkpoint-every", self.checkpoint, "--retry-wait", "0.2", *self.options]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=self.log, env=self.environment, text=True)
         link = self.process.stdout.readline()
         must(link, f"the server did not start:\n{(self.folder / 'server.log').read_text()}")
@@ -729,6 +731,70 @@ name = "hard"
     shutil.rmtree(folder)
 
 
+def check_list():
+    """10,000 runs: every page of the list in less than 100 ms."""
+    number = int(os.environ.get("ACCEPT_RUNS", 10_000))
+    with server() as served:
+        run = served.submit(sets=SHORT + ["time.end=0.001"])
+        served.wait(run)
+        served.kill()
+        with contextlib.closing(sqlite3.connect(served.folder / "data/db.sqlite")) as database, database:
+            database.row_factory = sqlite3.Row
+            row = dict(database.execute("SELECT * FROM runs").fetchone())
+            names = list(row)
+            for k in range(1, number):
+                one = row | {"id": f"{RANDOM.getrandbits(128):032x}", "number": row["number"] + k, "title": f"run {k}", "label": f"label {k % 7}"}
+                database.execute(f"INSERT INTO runs({','.join(names)}) VALUES ({','.join('?' * len(names))})", [one[name] for name in names])
+        served.start()
+        slowest, pages, seen, after = 0, 0, set(), ""
+        while after is not None:
+            begin = time.monotonic()
+            page = served.json("GET", f"/runs?after={after}" if after else "/runs")
+            slowest = max(slowest, time.monotonic() - begin)
+            seen |= {one["id"] for one in page["runs"]}
+            after, pages = page["after"], pages + 1
+        must(len(seen) == number, f"{len(seen)} of {number} runs")
+        for query in ["text=run+99", "state=finished", "label=label+3", "state=failed", "text=nothing"]:
+            begin = time.monotonic()
+            served.json("GET", f"/runs?{query}")
+            slowest = max(slowest, time.monotonic() - begin)
+        print(f"    {number} runs, {pages} pages and 5 searches, the slowest in {1000 * slowest:.0f} ms")
+        must(slowest < 0.1, "slow")
+
+
+def check_cost():
+    """What a run through the cloud costs over the same run at the shell, in processor time of all processes: less than 2 %."""
+    sets = [f"time.end={os.environ.get('ACCEPT_END', '3')}", "output.pictures=false"]
+    def spent(pid):
+        # User and system time of a process's children that have ended, with theirs (proc(5), fields 16 and 17).
+        fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+        return (int(fields[13]) + int(fields[14])) / os.sysconf("SC_CLK_TCK")
+    least = {}
+    with server(checkpoint="5m") as served:
+        for _ in range(3):
+            folder = tempfile.mkdtemp(prefix="accept-cost-")
+            (Path(folder) / "drum.toml").write_text(SCENE)
+            before = os.times()
+            command = [SOLVE, "drum.toml", "--output", "out", "--quiet", "--threads", "1", *[f"--set={one}" for one in sets]]
+            subprocess.run(command, cwd=folder, check=True)
+            after = os.times()
+            shutil.rmtree(folder)
+            shell = after.children_user + after.children_system - before.children_user - before.children_system
+            before = spent(served.process.pid)
+            run = served.submit(sets=sets)
+            served.wait(run)
+            wait_for(lambda: not served.worker(run), 30, "the worker stays")
+            time.sleep(1.5)
+            # The server itself works for its page, and is not counted.
+            cloud = spent(served.process.pid) - before
+            for name, seconds in [("shell", shell), ("cloud", cloud)]:
+                least[name] = min(least.get(name, seconds), seconds)
+    more = least["cloud"] / least["shell"] - 1
+    print(f"    {least['shell']:.2f} s at the shell, {least['cloud']:.2f} s through the cloud: {100 * more:+.1f} %")
+    must(least["shell"] > 10, "the run is too short to tell")
+    must(more < 0.02, "dear")
+
+
 def texts(served, *answers):
     """All that the server has said and written into logs."""
     logs = [path.read_bytes() for path in (served.folder / "data/log").glob("*")]
@@ -870,6 +936,46 @@ def check_others():
         served.request("POST", "/session", {"name": "ada", "password": "wrong"}, expect=429)
 
 
+def check_quota():
+    """A user with limits: never more cores at once, no run, study or input beyond the disk; deletion makes room again."""
+    with server("--cores", "4") as served:
+        def limits(**more):
+            mine, served.cookie = served.cookie, admin
+            served.request("POST", "/users", {"name": "ada", "password": "correct horse"} | more, expect=204)
+            served.cookie = mine
+        admin = served.cookie
+        limits(cores=1)
+        served.cookie = None
+        answer = served.request("POST", "/session", {"name": "ada", "password": "correct horse"}, expect=200)
+        served.cookie = answer.headers["set-cookie"].split(";")[0]
+        served.request("POST", "/runs", {"scene": {"text": SCENE}, "threads": 2}, expect=403)
+        runs = [served.submit(sets=SHORT + ["time.end=0.05"]) for _ in range(3)]
+        most = 0
+        def over():
+            nonlocal most
+            states = [served.run(run)["state"] for run in runs]
+            most = max(most, sum(state in ("running", "stopping") for state in states))
+            return set(states) == {"finished"}
+        wait_for(over, 120, "not finished")
+        must(most == 1, f"{most} runs at once")
+        usage = served.json("GET", "/session")["usage"]
+        must(usage["disk"] > 100_000 and usage["most_cores"] == 1 and usage["core_seconds"] > 0, f"{usage}")
+        limits(disk=usage["disk"] + 1000)
+        detail = json.loads(served.request("POST", "/runs", {"scene": {"text": SCENE}}, expect=403).body)["detail"]
+        must("Delete runs" in detail, detail)
+        served.request("POST", "/studies", {"base": {"scene": {"text": SCENE}}, "sweep": ["seed=1,2"]}, expect=403)
+        content = b"x" * 10_000
+        digits = hashlib.sha256(content).hexdigest()
+        served.request("PUT", f"/inputs/{digits}", content, {"Content-Type": "application/octet-stream"}, 403, raw=True)
+        for run in runs:
+            served.request("DELETE", f"/runs/{run}", expect=204)
+        must(served.json("GET", "/session")["usage"]["disk"] < 50_000, "deleted runs still count")
+        served.request("PUT", f"/inputs/{digits}", content, {"Content-Type": "application/octet-stream"}, 201, raw=True)
+        served.request("GET", "/users", expect=403)
+        served.cookie = admin
+        must([one["usage"]["most_disk"] for one in served.json("GET", "/users") if one["name"] == "ada"] == [usage["disk"] + 1000], "limits of ada")
+
+
 def check_csrf():
     """Unsafe requests from another page get 403, requests for another host 421."""
     with server() as served:
@@ -945,8 +1051,8 @@ def check_second_server():
 
 
 def check_slurm():
-    """Slurm: drained with SIGTERM, a worker killed, the controller restarted, stopped and resumed; the same bytes, and at
-    most one squeue in 10 s."""
+    """Slurm: drained with SIGTERM, a worker killed, the controller restarted, stopped and resumed, a node killed, a limit of
+    time, a study; the same bytes, and at most one squeue in 10 s."""
     if not all(map(shutil.which, ["slurmctld", "slurmd", "squeue", "munged"])):
         raise Skipped("Slurm is not installed")
     reference = alone()
@@ -959,6 +1065,11 @@ def check_slurm():
     wrapper = folder / "bin/squeue"
     wrapper.write_text(f'#!/bin/sh\necho x >> {count}\nexec {shutil.which("squeue")} "$@"\n')
     wrapper.chmod(0o755)
+    # Longer than the minute that a job has below, less its grace.
+    longer = ["time.end=6", "output.interval=0.02", "output.pictures=false"]
+    def stepd(entry, folder):
+        with contextlib.suppress(OSError):
+            return b"slurmstepd" in (entry / "cmdline").read_bytes() and str(folder).encode() in (entry / "environ").read_bytes()
     site = folder / "site.toml"
     site.write_text("grace = 60\npoll = 10.0\n")
     environment = {"SLURM_CONF": str(folder / "slurm/etc/slurm.conf"), "PATH": f"{folder}/bin:{os.environ['PATH']}"}
@@ -996,6 +1107,40 @@ def check_slurm():
             calls = len(count.read_text().splitlines())
             print(f"    {calls} calls of squeue in {seconds:.0f} s")
             must(calls <= seconds / 10 + 3, "too many calls of squeue")
+            # A node that dies: its daemon and all that it has started.
+            third = served.submit(sets=longer)
+            wait_for(lambda: committed(served, third) > 0, 120, "no checkpoint")
+            node = slurm(shutil.which("squeue"), "-h", "-t", "R", "-o", "%N").split()[0]
+            daemon = int((folder / f"slurm/run/{node}.pid").read_text())
+            steps = [int(entry.name) for entry in Path("/proc").iterdir() if entry.name.isdigit() and stepd(entry, folder)]
+            for pid in [daemon, *steps, *served.worker(third)]:
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(pid, signal.SIGKILL)
+            wait_for(lambda: len(served.attempts(third)) == 2, 180, "no second attempt")
+            must(served.attempts(third)[0]["cause"] in ("lost", "engine"), f"{served.attempts(third)}")
+            slurm("slurmd", "-N", node)
+            # Many small runs of a study.
+            begin, before = time.monotonic(), len(count.read_text().splitlines())
+            number = int(os.environ.get("ACCEPT_RUNS", 40))
+            files = {path.name: upload(served, path) for path in [PARTICLES] if f'"{path.name}"' in SPHERES}
+            values = ",".join(repr(100.0 + k) for k in range(number))
+            base = {"scene": {"name": "two.toml", "text": SPHERES, "set": SHORT, "files": files}}
+            study = served.json("POST", "/studies", {"base": base, "sweep": [f"materials.0.normal.dissipation={values}"]}, 201)["id"]
+            wait_for(lambda: served.json("GET", f"/studies/{study}")["states"].get("finished") == number, 900, "the study is not finished")
+            served.wait(third, seconds=240)
+            served.same_as_alone(third, alone(longer))
+            seconds, calls = time.monotonic() - begin, len(count.read_text().splitlines()) - before
+            print(f"    {number} runs of a study in {seconds:.0f} s, {calls} calls of squeue")
+            must(calls <= seconds / 10 + 3, "too many calls of squeue")
+        # A limit of one minute: SIGTERM 30 s before it, and another job.
+        site.write_text('grace = 30\npoll = 10.0\ntime = "1"\n')
+        with server("--slurm", str(site), environment=environment) as served:
+            run = served.submit(sets=longer)
+            served.wait(run, seconds=400)
+            causes = [attempt["cause"] for attempt in served.attempts(run)]
+            print(f"    with a limit of one minute: {', '.join(causes)}")
+            must(causes[0] == "preempted" and causes[-1] == "finished", f"causes: {causes}")
+            served.same_as_alone(run, alone(longer))
     finally:
         subprocess.run([here / "slurm-down.sh", folder / "slurm"])
         time.sleep(1)

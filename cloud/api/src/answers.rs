@@ -120,7 +120,7 @@ pub struct Checked {
     /// What is wrong; empty: the scene can run.
     pub problems: Vec<SceneProblem>,
     /// The plan, as `mercury-solve --check --json` gives it.
-    #[schema(value_type = Object)]
+    #[schema(value_type = Option<Object>)]
     pub plan: Option<serde_json::Value>,
 }
 
@@ -290,6 +290,34 @@ pub struct Session {
     pub cores: [u32; 2],
     /// Version of the solver.
     pub solver: String,
+    /// What this user takes.
+    pub usage: Usage,
+}
+
+/// What a user takes, and may take.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Usage {
+    /// Cores of runs that are on their way.
+    pub cores: u64,
+    /// The most cores at once; none: no limit.
+    pub most_cores: Option<u64>,
+    /// Length of all runs and inputs, in bytes.
+    pub disk: u64,
+    /// The most of them; none: no limit.
+    pub most_disk: Option<u64>,
+    /// Core seconds that all runs have spent.
+    pub core_seconds: f64,
+}
+
+/// A user, for administrators.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct UserRow {
+    /// Name.
+    pub name: String,
+    /// Whether the user manages others.
+    pub admin: bool,
+    /// What the user takes.
+    pub usage: Usage,
 }
 
 /// A token as lists show it: without the secret.

@@ -48,6 +48,16 @@ pub struct Head {
     pub notes: Vec<Note>,
 }
 
+impl Head {
+    /// Length of all files that it names, in bytes.
+    pub fn bytes(&self) -> u64 {
+        let checkpoints = [&self.checkpoint, &self.earlier].into_iter().flatten();
+        self.streams.values().map(Stream::bytes).sum::<u64>()
+            + self.whole.values().map(|whole| whole.bytes).sum::<u64>()
+            + checkpoints.map(|checkpoint| checkpoint.bytes).sum::<u64>()
+    }
+}
+
 /// The most notes that a head keeps.
 pub const MOST_NOTES: usize = 100;
 

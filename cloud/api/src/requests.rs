@@ -118,9 +118,15 @@ pub struct NewUser {
     pub name: String,
     /// Password, at least 10 characters.
     pub password: String,
-    /// `user` or `admin`.
+    /// Whether the user manages others.
     #[serde(default)]
     pub admin: bool,
+    /// The most cores that the user's runs may have at once; without it there is no limit.
+    #[serde(default)]
+    pub cores: Option<u32>,
+    /// The most bytes that the user's runs and inputs may take; without it there is no limit.
+    #[serde(default)]
+    pub disk: Option<u64>,
 }
 
 /// Body of `POST /tokens`.

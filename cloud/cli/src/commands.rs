@@ -525,6 +525,12 @@ pub(crate) struct User {
     /// The user may manage others
     #[arg(long)]
     admin: bool,
+    /// The most cores that the user's runs may have at once
+    #[arg(long, value_name = "N")]
+    cores: Option<u32>,
+    /// The most that the user's runs and inputs may take, in MB
+    #[arg(long, value_name = "MB")]
+    disk: Option<u64>,
 }
 
 impl User {
@@ -536,7 +542,10 @@ impl User {
         let password = password.trim_end_matches(['\n', '\r']);
         client.post(
             "/users",
-            &json!({"name": self.name, "password": password, "admin": self.admin}),
+            &json!({
+                "name": self.name, "password": password, "admin": self.admin, "cores": self.cores,
+                "disk": self.disk.map(|megabytes| megabytes.saturating_mul(1_000_000)),
+            }),
         )?;
         Ok(ExitCode::SUCCESS)
     }

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::{Mutex, MutexGuard};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use cloud_api::answers::{Attempt, EventRow, RunRow};
+use cloud_api::answers::{Attempt, EventRow, RunRow, Usage};
 use cloud_api::head::Cause;
 use cloud_api::lifecycle::{self, Event, Illegal, Policy, Run};
 use cloud_api::{Head, RunState, Wish};
@@ -24,8 +24,10 @@ CREATE TABLE IF NOT EXISTS runs(id TEXT PRIMARY KEY, number INTEGER NOT NULL UNI
   step INTEGER NOT NULL, barren INTEGER NOT NULL, not_before REAL NOT NULL, created REAL NOT NULL, changed REAL NOT NULL,
   of_steps INTEGER, time REAL NOT NULL, core_seconds REAL NOT NULL, cause TEXT, message TEXT NOT NULL, UNIQUE(owner, key));
 CREATE INDEX IF NOT EXISTS runs_state ON runs(state);
-CREATE INDEX IF NOT EXISTS runs_owner ON runs(owner, number);
-CREATE INDEX IF NOT EXISTS runs_label ON runs(owner, label);
+DROP INDEX IF EXISTS runs_owner;
+DROP INDEX IF EXISTS runs_label;
+CREATE INDEX IF NOT EXISTS runs_list ON runs(owner, number, state, label, title);
+CREATE INDEX IF NOT EXISTS runs_count ON runs(owner, state);
 CREATE TABLE IF NOT EXISTS studies(id TEXT PRIMARY KEY, number INTEGER NOT NULL UNIQUE, owner INTEGER NOT NULL, key TEXT, body TEXT,
   title TEXT NOT NULL, created REAL NOT NULL, plan TEXT NOT NULL, UNIQUE(owner, key));
 CREATE INDEX IF NOT EXISTS studies_owner ON studies(owner, number);
@@ -39,7 +41,13 @@ CREATE TABLE IF NOT EXISTS inputs(sha256 TEXT NOT NULL, owner INTEGER NOT NULL, 
 ";
 
 /// Columns that databases of earlier versions do not have.
-const LATER: [(&str, &str); 2] = [("study", "TEXT"), ("results", "TEXT")];
+const LATER: [(&str, &str, &str); 5] = [
+    ("runs", "study", "TEXT"),
+    ("runs", "results", "TEXT"),
+    ("runs", "bytes", "INTEGER NOT NULL DEFAULT 0"),
+    ("users", "cores", "INTEGER"),
+    ("users", "disk", "INTEGER"),
+];
 
 /// Owner of what belongs to all: the files of templates.
 pub(crate) const ALL: i64 = 0;
@@ -112,11 +120,12 @@ impl Db {
         connection.pragma_update(None, "journal_mode", "WAL")?;
         connection.pragma_update(None, "synchronous", "FULL")?;
         connection.execute_batch(SCHEMA)?;
-        for (column, kind) in LATER {
-            let known = "SELECT count(*) FROM pragma_table_info('runs') WHERE name = ?1";
-            if connection.query_row(known, [column], |row| row.get::<_, i64>(0))? == 0 {
+        for (table, column, kind) in LATER {
+            let known = "SELECT count(*) FROM pragma_table_info(?1) WHERE name = ?2";
+            let count = connection.query_row(known, [table, column], |row| row.get::<_, i64>(0))?;
+            if count == 0 {
                 connection
-                    .execute_batch(&format!("ALTER TABLE runs ADD COLUMN {column} {kind}"))?;
+                    .execute_batch(&format!("ALTER TABLE {table} ADD COLUMN {column} {kind}"))?;
             }
         }
         connection.execute_batch("CREATE INDEX IF NOT EXISTS runs_study ON runs(study, number)")?;
@@ -178,7 +187,7 @@ impl Db {
             )?;
             let first = Run::new();
             transaction.execute(
-                "INSERT INTO runs VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17,?18,?19,?19,?20,0,0,NULL,'',?21,NULL)",
+                "INSERT INTO runs VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17,?18,?19,?19,?20,0,0,NULL,'',?21,NULL,0)",
                 params![
                     run.id,
                     number,
@@ -305,8 +314,13 @@ impl Db {
         }
         if let Some(head) = head {
             transaction.execute(
-                "UPDATE runs SET of_steps=coalesce(?2, of_steps), time=?3 WHERE id=?1",
-                params![id, head.of_steps.map(|steps| steps as i64), head.time],
+                "UPDATE runs SET of_steps=coalesce(?2, of_steps), time=?3, bytes=?4 WHERE id=?1",
+                params![
+                    id,
+                    head.of_steps.map(|steps| steps as i64),
+                    head.time,
+                    head.bytes() as i64
+                ],
             )?;
         }
         if after.state != before.state {
@@ -319,6 +333,36 @@ impl Db {
         }
         transaction.commit()?;
         Ok(Applied::Done(after, events))
+    }
+
+    /// What a user takes, and may take.
+    pub(crate) fn usage(&self, user: i64) -> Result<Usage> {
+        let connection = self.lock();
+        let mut query = connection.prepare_cached(
+            "SELECT (SELECT coalesce(sum(threads), 0) FROM runs WHERE owner = ?1 AND state IN ('running', 'stopping')),
+               (SELECT coalesce(sum(bytes), 0) FROM runs WHERE owner = ?1) + (SELECT coalesce(sum(bytes), 0) FROM inputs WHERE owner = ?1),
+               (SELECT coalesce(sum(core_seconds), 0) FROM runs WHERE owner = ?1), cores, disk FROM users WHERE id = ?1",
+        )?;
+        let whole = |number: Option<i64>| number.map(|number| number as u64);
+        let usage = query.query_row([user], |row| {
+            Ok(Usage {
+                cores: row.get::<_, i64>(0)? as u64,
+                disk: row.get::<_, i64>(1)? as u64,
+                core_seconds: row.get(2)?,
+                most_cores: whole(row.get(3)?),
+                most_disk: whole(row.get(4)?),
+            })
+        });
+        Ok(usage.optional()?.unwrap_or_default())
+    }
+
+    /// The most cores that users may have at once, of those that have a limit.
+    pub(crate) fn most_cores(&self) -> Result<BTreeMap<i64, u64>> {
+        let connection = self.lock();
+        let mut query =
+            connection.prepare_cached("SELECT id, cores FROM users WHERE cores IS NOT NULL")?;
+        let rows = query.query_map([], |row| Ok((row.get(0)?, row.get::<_, i64>(1)? as u64)))?;
+        rows.collect()
     }
 
     /// Adds an event that is no change of state.
@@ -364,9 +408,11 @@ impl Db {
     ) -> Result<Vec<RunRow>> {
         let connection = self.lock();
         let mut query = connection.prepare_cached(
-            "SELECT * FROM runs WHERE owner = ?1 AND (?2 IS NULL OR state = ?2) AND (?3 IS NULL OR label = ?3)
-             AND (?4 IS NULL OR instr(lower(title), lower(?4)) > 0 OR instr(lower(label), lower(?4)) > 0)
-             AND (?5 IS NULL OR number < (SELECT number FROM runs WHERE id = ?5)) ORDER BY number DESC LIMIT ?6",
+            // The rows are chosen by an index alone: with their specs they are large.
+            "SELECT * FROM runs WHERE number IN (SELECT number FROM runs WHERE owner = ?1 AND (?2 IS NULL OR state = ?2)
+               AND (?3 IS NULL OR label = ?3) AND (?4 IS NULL OR instr(lower(title), lower(?4)) > 0 OR instr(lower(label), lower(?4)) > 0)
+               AND (?5 IS NULL OR number < (SELECT number FROM runs WHERE id = ?5)) ORDER BY number DESC LIMIT ?6)
+             ORDER BY number DESC",
         )?;
         let rows = query.query_map(
             params![owner, state, label, text, after, MOST_ROWS as i64 + 1],

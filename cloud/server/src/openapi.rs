@@ -61,3 +61,194 @@ struct Api;
 pub fn document() -> serde_json::Value {
     serde_json::to_value(Api::openapi()).unwrap_or_default()
 }
+
+/// The page of the documentation that lists the API, made from its description.
+#[cfg(test)]
+fn page(api: &serde_json::Value) -> String {
+    use serde_json::Value;
+
+    fn words(value: &Value) -> &str {
+        value.as_str().unwrap_or_default()
+    }
+    fn kind(schema: &Value) -> String {
+        if let Some(name) = words(&schema["$ref"])
+            .rsplit('/')
+            .next()
+            .filter(|name| !name.is_empty())
+        {
+            return format!("[{name}](#{})", name.to_lowercase());
+        }
+        let parts = ["oneOf", "anyOf", "allOf"]
+            .into_iter()
+            .find_map(|name| schema[name].as_array());
+        if let Some(parts) = parts {
+            let parts: Vec<String> = parts
+                .iter()
+                .filter(|part| part["type"] != "null")
+                .map(kind)
+                .collect();
+            return parts.join(" or ");
+        }
+        if schema["type"] == "array" {
+            return format!("list of {}", kind(&schema["items"]));
+        }
+        if let Some(values) = schema["enum"].as_array() {
+            let values: Vec<String> = values
+                .iter()
+                .map(|value| format!("`{}`", words(value)))
+                .collect();
+            return values.join(", ");
+        }
+        if schema["additionalProperties"].is_object() {
+            return format!("name to {}", kind(&schema["additionalProperties"]));
+        }
+        let of = |name: &Value| words(name).to_owned();
+        match &schema["type"] {
+            Value::Array(names) => names
+                .iter()
+                .map(of)
+                .filter(|name| name != "null")
+                .collect::<Vec<_>>()
+                .join(" or "),
+            name => of(name),
+        }
+    }
+    fn plain(text: &str) -> String {
+        text.replace('\n', " ").replace('|', "\\|")
+    }
+    let mut text = String::from(
+        "# The API of Mercury Cloud\n\n\
+         This page is made from the server's own description, `/api/v1/openapi.json`, which `mercury-cloud openapi` prints.\n\n\
+         Errors are `application/problem+json`: [Problem](#problem). What is not there, or not yours, is a 404. Lists have 200 entries at\n\
+         most, and `after` for the next page. A program sends `Authorization: Bearer mc_...`, with a token from `mercury-cloud token NAME`:\n\n\
+         ```sh\ncurl -H \"Authorization: Bearer $TOKEN\" http://127.0.0.1:8080/api/v1/runs?state=running\n```\n\n\
+         A browser has a cookie; its requests that change something need `Sec-Fetch-Site: same-origin` or the `Origin` of the server.\n\n\
+         ## Paths\n\n| | | body | answer |\n|---|---|---|---|\n",
+    );
+    for (path, methods) in api["paths"].as_object().into_iter().flatten() {
+        for (method, of) in methods.as_object().into_iter().flatten() {
+            let content = |place: &Value| -> String {
+                let (mime, content) = match place["content"]
+                    .as_object()
+                    .and_then(|all| all.iter().next())
+                {
+                    Some((mime, content)) => (mime.as_str(), content),
+                    None => return String::new(),
+                };
+                let schema = kind(&content["schema"]);
+                if mime == "application/json" {
+                    schema
+                } else {
+                    mime.to_owned()
+                }
+            };
+            let answer = of["responses"]
+                .as_object()
+                .and_then(|all| all.iter().find(|(code, _)| code.starts_with('2')));
+            let answer = answer.map_or(String::new(), |(code, answer)| {
+                format!("{code} {}", content(answer)).trim_end().to_owned()
+            });
+            let queries: Vec<&str> = (of["parameters"].as_array().into_iter().flatten())
+                .filter(|parameter| parameter["in"] == "query")
+                .map(|parameter| words(&parameter["name"]))
+                .collect();
+            let query = if queries.is_empty() {
+                String::new()
+            } else {
+                format!("?{}", queries.join("&"))
+            };
+            let short = path.strip_prefix("/api/v1").unwrap_or(path);
+            let said = [words(&of["summary"]), words(&of["description"])];
+            let said = said
+                .into_iter()
+                .filter(|words| !words.is_empty())
+                .collect::<Vec<_>>()
+                .join(" ");
+            text += &format!(
+                "| `{} {short}{query}` | {} | {} | {answer} |\n",
+                method.to_uppercase(),
+                plain(&said),
+                content(&of["requestBody"]),
+            );
+        }
+    }
+    text += "\n## A frame\n\n\
+        The answer of `GET /runs/{run}/frames/{k}`: the length of the head (u32), the head, and the columns behind each other, each padded\n\
+        to 4 bytes; all little-endian. The head is JSON: `time` in s, `step`, `rows` that are here, `of` so many in the frame, and\n\
+        `columns` with `name`, `min`, `max`. The first column, which the head does not name, is `id` as u32; then come `x`, `y`, `z`,\n\
+        `radius` and the ones that `columns` asks for (names of the frame's columns, or `speed`), each as u16: the value is\n\
+        min + (max - min) u / 65535.\n\n\
+        ## Bodies\n";
+    for (name, schema) in api["components"]["schemas"]
+        .as_object()
+        .into_iter()
+        .flatten()
+    {
+        text += &format!("\n### {name}\n\n{}\n", words(&schema["description"]));
+        if schema["enum"].is_array() {
+            text += &format!("\n{}\n", kind(schema));
+        }
+        let mut fields: Vec<(&String, &Value, bool)> = Vec::new();
+        let parts = schema["allOf"]
+            .as_array()
+            .map_or(vec![schema], |parts| parts.iter().collect());
+        for part in parts {
+            if part["$ref"].is_string() {
+                text += &format!("\nAll of {}, and\n", kind(part));
+            }
+            let required = part["required"].as_array().cloned().unwrap_or_default();
+            for (field, of) in part["properties"].as_object().into_iter().flatten() {
+                fields.push((field, of, required.iter().any(|name| name == field)));
+            }
+        }
+        if !fields.is_empty() {
+            text += "\n| field | | |\n|---|---|---|\n";
+        }
+        for (field, of, required) in fields {
+            let may = if required { "" } else { ", may be left out" };
+            text += &format!(
+                "| `{field}` | {}{may} | {} |\n",
+                kind(of),
+                plain(words(&of["description"]))
+            );
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `MERCURY_BLESS=1 cargo test -p cloud-server openapi` writes it anew.
+    #[test]
+    fn the_page_of_the_api_is_up_to_date() {
+        let path = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../../docs/formats/cloud-api.md"
+        );
+        let text = page(&document());
+        if std::env::var_os("MERCURY_BLESS").is_some() {
+            std::fs::write(path, &text).unwrap();
+        }
+        let written = std::fs::read_to_string(path).unwrap_or_default();
+        assert!(
+            text == written,
+            "docs/formats/cloud-api.md is not what the API is; MERCURY_BLESS=1 writes it anew"
+        );
+    }
+
+    /// Every path says what it does.
+    #[test]
+    fn every_path_is_described() {
+        let api = document();
+        for (path, methods) in api["paths"].as_object().unwrap() {
+            for (method, of) in methods.as_object().unwrap() {
+                assert!(
+                    of["summary"].is_string() || of["description"].is_string(),
+                    "{method} {path}"
+                );
+            }
+        }
+    }
+}

@@ -86,7 +86,12 @@ fn look(app: &App) -> Result<()> {
             .map(|cores| i64::from(cores) - busy(&|live| u64::from(live.threads)) as i64),
         memory: app.options.memory.saturating_sub(busy(&|live| live.memory)),
         empty: busy(&|_| 1) == 0,
+        limits: app.db.most_cores()?,
+        taken: HashMap::new(),
     };
+    for live in runs.iter().filter(|live| live.run.state.has_attempt()) {
+        *room.taken.entry(live.owner).or_default() += u64::from(live.threads);
+    }
     for live in runs {
         let place = room.has(&live);
         // Most of a long queue waits for its turn: nothing has to be read for that.
@@ -109,11 +114,21 @@ struct Room {
     cores: Option<i64>,
     memory: u64,
     empty: bool,
+    /// The most cores of users that have a limit.
+    limits: std::collections::BTreeMap<i64, u64>,
+    /// Cores that users have.
+    taken: HashMap<i64, u64>,
 }
 
 impl Room {
     /// A run that is larger than the machine runs alone: it was let in by the check, or the machine was larger then.
     fn has(&self, live: &Live) -> bool {
+        let taken = self.taken.get(&live.owner).copied().unwrap_or(0);
+        if (self.limits.get(&live.owner))
+            .is_some_and(|&most| taken + u64::from(live.threads) > most)
+        {
+            return false;
+        }
         self.cores.is_none_or(|cores| {
             self.empty || (i64::from(live.threads) <= cores && live.memory <= self.memory)
         })
@@ -123,6 +138,7 @@ impl Room {
         self.cores = self.cores.map(|cores| cores - i64::from(live.threads));
         self.memory = self.memory.saturating_sub(live.memory);
         self.empty = false;
+        *self.taken.entry(live.owner).or_default() += u64::from(live.threads);
     }
 }
 

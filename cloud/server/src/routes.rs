@@ -15,7 +15,7 @@ use axum::routing::{get, post, put};
 use axum::{Json, Router, middleware};
 use cloud_api::answers::{
     Attempt, Chart, Checked, RunAnswer, RunFile, RunList, Session, StudyChecked, StudyList,
-    StudySubmitted, StudyTable, TableInfo, Template, TokenRow,
+    StudySubmitted, StudyTable, TableInfo, Template, TokenRow, UserRow,
 };
 use cloud_api::lifecycle::Event;
 use cloud_api::requests::{
@@ -154,6 +154,7 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .with_state(app)
 }
 
+/// What is wrong with a scene, or what it will take: memory, disk, steps, and with `trial` time.
 #[utoipa::path(post, path = "/api/v1/check", request_body = Check, responses((status = 200, body = Checked)))]
 pub(crate) async fn check_scene(
     State(app): Shared,
@@ -183,6 +184,7 @@ pub(crate) struct ListQuery {
     after: Option<String>,
 }
 
+/// A page of runs, newest first.
 #[utoipa::path(get, path = "/api/v1/runs", responses((status = 200, body = RunList)),
     params(("state" = Option<String>, Query), ("label" = Option<String>, Query), ("text" = Option<String>, Query),
         ("after" = Option<String>, Query, description = "`after` of the page before")))]
@@ -222,6 +224,7 @@ pub(crate) async fn runs_list(
     .await
 }
 
+/// Submits a run. The same `Idempotency-Key` with the same body is the same run; with another body it is a 409.
 #[utoipa::path(post, path = "/api/v1/runs", request_body = Submit,
     params(("Idempotency-Key" = Option<String>, Header)), responses((status = 201, body = RunAnswer)))]
 pub(crate) async fn runs_submit(
@@ -249,7 +252,7 @@ fn key_of(headers: &HeaderMap) -> Result<Option<String>, Fail> {
     Ok(Some(key.to_owned()))
 }
 
-/// Which runs a study would have.
+/// Which runs a study would have, or what is wrong with it.
 #[utoipa::path(post, path = "/api/v1/studies/check", request_body = Study, responses((status = 200, body = StudyChecked)))]
 pub(crate) async fn study_check(
     State(app): Shared,
@@ -259,6 +262,7 @@ pub(crate) async fn study_check(
     Ok(Json(studies::check(&app, &user, body).await?))
 }
 
+/// Submits a study: all of its runs, or none.
 #[utoipa::path(post, path = "/api/v1/studies", request_body = Study,
     params(("Idempotency-Key" = Option<String>, Header)), responses((status = 201, body = StudySubmitted)))]
 pub(crate) async fn study_submit(
@@ -276,6 +280,7 @@ pub(crate) struct StudiesQuery {
     after: Option<String>,
 }
 
+/// A page of studies, newest first.
 #[utoipa::path(get, path = "/api/v1/studies", params(("after" = Option<String>, Query)), responses((status = 200, body = StudyList)))]
 pub(crate) async fn study_list(
     State(app): Shared,
@@ -341,6 +346,7 @@ fn answer(app: &App, user: &secrets::User, id: &str) -> Result<RunAnswer, Fail> 
     })
 }
 
+/// All of a run: state, spec, text of the scene, last sign of life, notes.
 #[utoipa::path(get, path = "/api/v1/runs/{run}", params(("run" = String, Path)), responses((status = 200, body = RunAnswer)))]
 pub(crate) async fn run_get(
     State(app): Shared,
@@ -350,6 +356,7 @@ pub(crate) async fn run_get(
     blocking(move || Ok(Json(answer(&app, &user, &id)?))).await
 }
 
+/// Changes title or label of a run.
 #[utoipa::path(patch, path = "/api/v1/runs/{run}", params(("run" = String, Path)), request_body = Patch, responses((status = 200, body = RunAnswer)))]
 pub(crate) async fn run_patch(
     State(app): Shared,
@@ -376,6 +383,7 @@ pub(crate) async fn run_patch(
     .await
 }
 
+/// Removes a run with all its files. One that is not over has to be stopped first.
 #[utoipa::path(delete, path = "/api/v1/runs/{run}", params(("run" = String, Path)), responses((status = 204)))]
 pub(crate) async fn run_delete(
     State(app): Shared,
@@ -398,6 +406,7 @@ async fn changed(
     .await
 }
 
+/// Stops a run: the solver writes a checkpoint and ends.
 #[utoipa::path(post, path = "/api/v1/runs/{run}/stop", params(("run" = String, Path)), responses((status = 200, body = RunAnswer)))]
 pub(crate) async fn run_stop(
     State(app): Shared,
@@ -407,6 +416,7 @@ pub(crate) async fn run_stop(
     changed(app, user, id, Event::Stop).await
 }
 
+/// Ends a run at once; what was made since the last commit is lost.
 #[utoipa::path(post, path = "/api/v1/runs/{run}/kill", params(("run" = String, Path)), responses((status = 200, body = RunAnswer)))]
 pub(crate) async fn run_kill(
     State(app): Shared,
@@ -416,6 +426,7 @@ pub(crate) async fn run_kill(
     changed(app, user, id, Event::Kill).await
 }
 
+/// Goes on with a run that was stopped or has failed, from its last checkpoint.
 #[utoipa::path(post, path = "/api/v1/runs/{run}/resume", params(("run" = String, Path)), responses((status = 200, body = RunAnswer)))]
 pub(crate) async fn run_resume(
     State(app): Shared,
@@ -425,6 +436,7 @@ pub(crate) async fn run_resume(
     changed(app, user, id, Event::Resume).await
 }
 
+/// Goes on with a run to a later end.
 #[utoipa::path(post, path = "/api/v1/runs/{run}/extend", params(("run" = String, Path)), request_body = Extend, responses((status = 200, body = RunAnswer)))]
 pub(crate) async fn run_extend(
     State(app): Shared,
@@ -436,7 +448,7 @@ pub(crate) async fn run_extend(
     blocking(move || Ok(Json(answer(&app, &user, &id)?))).await
 }
 
-/// What a new run is made of, to be edited and submitted.
+/// What a new run is made of, to be changed and submitted.
 #[utoipa::path(post, path = "/api/v1/runs/{run}/clone", params(("run" = String, Path)), responses((status = 200, body = Submit)))]
 pub(crate) async fn run_clone(
     State(app): Shared,
@@ -462,6 +474,7 @@ pub(crate) async fn run_clone(
     .await
 }
 
+/// A link with which others look at this run, until it expires.
 #[utoipa::path(post, path = "/api/v1/runs/{run}/share", params(("run" = String, Path)), request_body = NewShare, responses((status = 200, body = Object)))]
 pub(crate) async fn run_share(
     State(app): Shared,
@@ -494,6 +507,7 @@ fn days(days: u32) -> Result<f64, Fail> {
     }
 }
 
+/// The attempts of a run, each with its cause.
 #[utoipa::path(get, path = "/api/v1/runs/{run}/attempts", params(("run" = String, Path)), responses((status = 200, body = Vec<Attempt>)))]
 pub(crate) async fn run_attempts(
     State(app): Shared,
@@ -513,6 +527,7 @@ pub(crate) struct AfterQuery {
     after: i64,
 }
 
+/// What happened to a run, behind number `after`; at most 200 events.
 #[utoipa::path(get, path = "/api/v1/runs/{run}/events", params(("run" = String, Path), ("after" = Option<i64>, Query)), responses((status = 200, body = Object)))]
 pub(crate) async fn run_events(
     State(app): Shared,
@@ -565,6 +580,7 @@ pub(crate) struct LogQuery {
     from: Option<u64>,
 }
 
+/// The log of the solver from byte `from` on, the last 256 kB at most.
 #[utoipa::path(get, path = "/api/v1/runs/{run}/log", params(("run" = String, Path), ("from" = Option<u64>, Query)), responses((status = 200, body = Object)))]
 pub(crate) async fn run_log(
     State(app): Shared,
@@ -596,6 +612,7 @@ pub(crate) async fn run_log(
     .await
 }
 
+/// The tables of a run, with the columns that charts can be made of.
 #[utoipa::path(get, path = "/api/v1/runs/{run}/tables", params(("run" = String, Path)), responses((status = 200, body = Vec<TableInfo>)))]
 pub(crate) async fn run_tables(
     State(app): Shared,
@@ -628,6 +645,7 @@ pub(crate) struct ChartQuery {
     name: Option<String>,
 }
 
+/// A column of a table over time, reduced to its extremes in 2,000 bins.
 #[utoipa::path(get, path = "/api/v1/runs/{run}/charts", responses((status = 200, body = Chart)),
     params(("run" = String, Path), ("file" = String, Query), ("column" = String, Query), ("name" = Option<String>, Query)))]
 pub(crate) async fn run_charts(
@@ -654,6 +672,7 @@ pub(crate) async fn run_charts(
     .await
 }
 
+/// The frames of a run so far, with their times.
 #[utoipa::path(get, path = "/api/v1/runs/{run}/frames", params(("run" = String, Path)), responses((status = 200, body = Object)))]
 pub(crate) async fn run_frames(
     State(app): Shared,
@@ -688,7 +707,8 @@ fn most() -> usize {
     100_000
 }
 
-#[utoipa::path(get, path = "/api/v1/runs/{run}/frames/{k}", responses((status = 200, description = "see docs/how-to/cloud-api.md", content_type = "application/octet-stream")),
+/// The particles of a frame: a length, a head in JSON, then columns. `most` particles at most, the same ones in all frames.
+#[utoipa::path(get, path = "/api/v1/runs/{run}/frames/{k}", responses((status = 200, description = "A frame", content_type = "application/octet-stream")),
     params(("run" = String, Path), ("k" = u32, Path), ("columns" = Option<String>, Query), ("most" = Option<u32>, Query), ("v" = Option<String>, Query)))]
 pub(crate) async fn run_frame(
     State(app): Shared,
@@ -729,7 +749,8 @@ pub(crate) async fn run_frame(
         .into_response())
 }
 
-#[utoipa::path(get, path = "/api/v1/runs/{run}/frames/{k}/grains/{id}", params(("run" = String, Path), ("k" = u32, Path), ("id" = u32, Path)), responses((status = 200, body = Object)))]
+/// All columns of one particle in a frame.
+#[utoipa::path(get, path = "/api/v1/runs/{run}/frames/{k}/grains/{id}", params(("run" = String, Path), ("k" = u32, Path), ("id" = u32, Path)), responses((status = 200, body = Vec<Object>)))]
 pub(crate) async fn run_grain(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
@@ -747,6 +768,7 @@ pub(crate) async fn run_grain(
     .await
 }
 
+/// The walls at a frame: triangles, and where they are.
 #[utoipa::path(get, path = "/api/v1/runs/{run}/frames/{k}/walls", params(("run" = String, Path), ("k" = u32, Path)), responses((status = 200, body = Object)))]
 pub(crate) async fn run_walls(
     State(app): Shared,
@@ -787,6 +809,7 @@ fn files(head: &Head) -> Vec<RunFile> {
     files
 }
 
+/// The files of a run.
 #[utoipa::path(get, path = "/api/v1/runs/{run}/files", params(("run" = String, Path)), responses((status = 200, body = Vec<RunFile>)))]
 pub(crate) async fn run_files(
     State(app): Shared,
@@ -885,6 +908,7 @@ fn saved_as(name: &str) -> String {
         .collect()
 }
 
+/// A file, or the part of it that a `Range` header names.
 #[utoipa::path(get, path = "/api/v1/runs/{run}/files/{name}", params(("run" = String, Path), ("name" = String, Path)),
     responses((status = 200, content_type = "application/octet-stream"), (status = 206, content_type = "application/octet-stream")))]
 pub(crate) async fn run_file(
@@ -958,6 +982,7 @@ impl Write for Sender {
     }
 }
 
+/// All files of a run as one .zip.
 #[utoipa::path(get, path = "/api/v1/runs/{run}/archive", params(("run" = String, Path)), responses((status = 200, content_type = "application/zip")))]
 pub(crate) async fn run_archive(
     State(app): Shared,
@@ -1031,6 +1056,7 @@ fn archive(
     Ok(())
 }
 
+/// Sends a content that scenes can name by its SHA-256; at most 2 GB.
 #[utoipa::path(put, path = "/api/v1/inputs/{sha256}", params(("sha256" = String, Path)), request_body(content_type = "application/octet-stream"), responses((status = 201)))]
 pub(crate) async fn input_put(
     State(app): Shared,
@@ -1048,6 +1074,13 @@ pub(crate) async fn input_put(
             "SHA256 has 64 hexadecimal digits in lower case.",
         ));
     }
+    let left = {
+        let (app, user) = (Arc::clone(&app), user.clone());
+        let usage = blocking(move || Ok(app.db.usage(user.id)?)).await?;
+        usage
+            .most_disk
+            .map_or(u64::MAX, |most| most.saturating_sub(usage.disk))
+    };
     let file = tempfile::tempfile_in(app.options.data.join("checks"))?;
     let mut hashing = Hashing::new(file);
     let mut bytes = 0;
@@ -1060,6 +1093,13 @@ pub(crate) async fn input_put(
                 StatusCode::PAYLOAD_TOO_LARGE,
                 "the file is too large",
                 "A file has at most 2 GB.",
+            ));
+        }
+        if bytes > left {
+            return Err(Fail::new(
+                StatusCode::FORBIDDEN,
+                "too little disk is left",
+                "Your runs and inputs take what they may already. Delete runs.",
             ));
         }
         hashing.write_all(&piece)?;
@@ -1082,6 +1122,7 @@ pub(crate) async fn input_put(
     .await
 }
 
+/// Scenes to start from.
 #[utoipa::path(get, path = "/api/v1/templates", responses((status = 200, body = Vec<Template>)))]
 pub(crate) async fn template_list(
     State(app): Shared,
@@ -1217,14 +1258,17 @@ fn session_of(app: &App, user: &secrets::User) -> Session {
         read_only: user.read_only,
         cores: [cores.saturating_sub(busy), cores],
         solver: app.version.clone(),
+        usage: app.db.usage(user.id).unwrap_or_default(),
     }
 }
 
+/// Which user this is, and what is free.
 #[utoipa::path(get, path = "/api/v1/session", responses((status = 200, body = Session)))]
 pub(crate) async fn session_get(State(app): Shared, LoggedIn(user): LoggedIn) -> Answer<Session> {
     Ok(Json(session_of(&app, &user)))
 }
 
+/// Logs in, by the token of a link or by name and password. Sets a cookie.
 #[utoipa::path(post, path = "/api/v1/session", request_body = LogIn, responses((status = 200, body = Session)))]
 pub(crate) async fn session_begin(
     State(app): Shared,
@@ -1287,6 +1331,7 @@ pub(crate) async fn session_begin(
     Ok(([(header::SET_COOKIE, set)], Json(session_of(&app, &user))).into_response())
 }
 
+/// Logs out.
 #[utoipa::path(delete, path = "/api/v1/session", responses((status = 204)))]
 pub(crate) async fn session_end(
     State(app): Shared,
@@ -1312,17 +1357,39 @@ fn admin(user: &secrets::User) -> Result<(), Fail> {
     }
 }
 
-#[utoipa::path(get, path = "/api/v1/users", responses((status = 200, body = Object)))]
-pub(crate) async fn user_list(State(app): Shared, LoggedIn(user): LoggedIn) -> Answer<Value> {
+/// The users and what they take; for administrators.
+#[utoipa::path(get, path = "/api/v1/users", responses((status = 200, body = Vec<UserRow>)))]
+pub(crate) async fn user_list(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+) -> Answer<Vec<UserRow>> {
     admin(&user)?;
-    let connection = app.db.lock();
-    let mut query = connection.prepare("SELECT name, admin FROM users ORDER BY name LIMIT 200")?;
-    let rows = query.query_map([], |row| {
-        Ok(json!({"name": row.get::<_, String>(0)?, "admin": row.get::<_, bool>(1)?}))
-    })?;
-    Ok(Json(json!({"users": rows.collect::<Result<Vec<_>, _>>()?})))
+    blocking(move || {
+        let users = {
+            let connection = app.db.lock();
+            let mut query =
+                connection.prepare("SELECT id, name, admin FROM users ORDER BY name LIMIT 200")?;
+            let rows = query.query_map([], |row| {
+                Ok((
+                    row.get::<_, i64>(0)?,
+                    row.get::<_, String>(1)?,
+                    row.get::<_, bool>(2)?,
+                ))
+            })?;
+            rows.collect::<Result<Vec<_>, _>>()?
+        };
+        let row = |(id, name, admin)| {
+            let usage = app.db.usage(id)?;
+            Ok(UserRow { name, admin, usage })
+        };
+        Ok(Json(
+            users.into_iter().map(row).collect::<Result<_, Fail>>()?,
+        ))
+    })
+    .await
 }
 
+/// Adds a user, or changes password and limits; for administrators.
 #[utoipa::path(post, path = "/api/v1/users", request_body = NewUser, responses((status = 204)))]
 pub(crate) async fn user_set(
     State(app): Shared,
@@ -1332,6 +1399,12 @@ pub(crate) async fn user_set(
     admin(&user)?;
     cloud_api::names::check_name(&body.name)
         .map_err(|why| Fail::bad("the name is not taken", why.to_string()))?;
+    if body.cores == Some(0) || body.disk.is_some_and(|bytes| bytes > i64::MAX as u64) {
+        return Err(Fail::bad(
+            "the limits are not taken",
+            "At least 1 core, and a length in bytes.",
+        ));
+    }
     if body.password.chars().count() < 10 || body.password.len() > 1000 {
         return Err(Fail::bad(
             "the password is not taken",
@@ -1339,12 +1412,13 @@ pub(crate) async fn user_set(
         ));
     }
     blocking(move || {
-        secrets::set_user(&app.db, &body.name, &body.password, body.admin)?;
+        secrets::set_user(&app.db, &body)?;
         Ok(StatusCode::NO_CONTENT)
     })
     .await
 }
 
+/// The API tokens of this user, without their secrets.
 #[utoipa::path(get, path = "/api/v1/tokens", responses((status = 200, body = Vec<TokenRow>)))]
 pub(crate) async fn token_list(
     State(app): Shared,
@@ -1368,6 +1442,7 @@ pub(crate) async fn token_list(
     Ok(Json(rows.collect::<Result<Vec<_>, _>>()?))
 }
 
+/// Makes an API token; its secret is in this answer alone.
 #[utoipa::path(post, path = "/api/v1/tokens", request_body = NewToken, responses((status = 201, body = TokenRow)))]
 pub(crate) async fn token_add(
     State(app): Shared,
@@ -1397,6 +1472,7 @@ pub(crate) async fn token_add(
     Ok((StatusCode::CREATED, Json(row)).into_response())
 }
 
+/// Takes an API token back.
 #[utoipa::path(delete, path = "/api/v1/tokens/{id}", params(("id" = i64, Path)), responses((status = 204)))]
 pub(crate) async fn token_remove(
     State(app): Shared,

@@ -69,6 +69,43 @@ fn forecast(app: &App, plan: &Value, threads: u32) -> Result<Forecast, Fail> {
     })
 }
 
+/// Refuses what a user may not have: so many cores at once, so many bytes on top of what there is.
+pub(crate) fn within_quota(app: &App, user: &User, threads: u32, bytes: f64) -> Result<(), Fail> {
+    let usage = app.db.usage(user.id)?;
+    if let Some(most) = usage.most_cores
+        && u64::from(threads) > most
+    {
+        return Err(Fail::new(
+            StatusCode::FORBIDDEN,
+            "too many threads",
+            format!("Your runs may have {most} cores at once."),
+        ));
+    }
+    if let Some(most) = usage.most_disk
+        && usage.disk as f64 + bytes > most as f64
+    {
+        let megabytes = |bytes: f64| format!("{:.0} MB", bytes / 1e6);
+        let (needs, has, may) = (
+            megabytes(bytes),
+            megabytes(usage.disk as f64),
+            megabytes(most as f64),
+        );
+        return Err(Fail::new(
+            StatusCode::FORBIDDEN,
+            "too little disk is left",
+            format!(
+                "This needs {needs}; yours take {has} already, and may take {may}. Delete runs."
+            ),
+        ));
+    }
+    Ok(())
+}
+
+/// Bytes that a plan expects of its run.
+pub(crate) fn expected_bytes(plan: &Value) -> f64 {
+    plan["disk"]["bytes"].as_f64().unwrap_or(0.0)
+}
+
 /// A word for a title: what the user says, what the scene says, what the file is called.
 pub(crate) fn title(asked: Option<&str>, plan: &Value, scene: &Scene) -> Result<String, Fail> {
     let own = plan["title"].as_str().filter(|title| !title.is_empty());
@@ -134,7 +171,10 @@ pub(crate) fn ready(
         .collect();
     let text = submit.scene.text.as_bytes();
     let digits = sha256(text);
-    app.store.put(&format!("inputs/{digits}"), text)?;
+    // Runs of a study have one scene.
+    if app.db.input(&digits, user.id)?.is_none() {
+        app.store.put(&format!("inputs/{digits}"), text)?;
+    }
     app.db.add_input(&digits, user.id, text.len() as u64)?;
     files.insert(
         submit.scene.name.clone(),
@@ -194,6 +234,7 @@ pub(crate) async fn submit(
     let title = title(submit.title.as_deref(), &plan, &submit.scene)?;
     let (user, key, app) = (user.clone(), key.map(str::to_owned), Arc::clone(app));
     blocking(move || {
+        within_quota(&app, &user, submit.threads, expected_bytes(&plan))?;
         let run = ready(&app, &user, &submit, &plan, title)?;
         write(&app, &run)?;
         let id = run.id.to_string();
@@ -326,6 +367,7 @@ pub(crate) async fn extend(app: &Arc<App>, user: &User, id: &str, end: f64) -> R
     };
     let plan = plan(app, &owner_user, &scene).await?;
     let forecast = forecast(app, &plan, spec.threads)?;
+    within_quota(app, &owner_user, spec.threads, 0.0)?;
     spec.revision = run.revision + 1;
     spec.set = scene.set;
     let text = serde_json::to_string(&spec).map_err(Fail::inner)?;

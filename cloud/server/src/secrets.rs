@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, anyhow};
 use argon2::Argon2;
 use argon2::password_hash::{PasswordHasher, PasswordVerifier, phc::PasswordHash};
+use cloud_api::requests::NewUser;
 use cloud_store::{hex, sha256};
 use rusqlite::{OptionalExtension, params};
 
@@ -99,12 +100,19 @@ pub(crate) fn first_user(db: &Db) -> db::Result<()> {
     Ok(())
 }
 
-/// Adds a user, or gives a user another password.
-pub(crate) fn set_user(db: &Db, name: &str, password: &str, admin: bool) -> Result<()> {
-    let hash = password_hash(password)?;
+/// Adds a user, or gives a user another password and other limits.
+pub(crate) fn set_user(db: &Db, user: &NewUser) -> Result<()> {
+    let hash = password_hash(&user.password)?;
     db.lock().execute(
-        "INSERT INTO users(name, hash, admin) VALUES (?1, ?2, ?3) ON CONFLICT(name) DO UPDATE SET hash=?2, admin=?3",
-        params![name, hash, admin],
+        "INSERT INTO users(name, hash, admin, cores, disk) VALUES (?1, ?2, ?3, ?4, ?5)
+         ON CONFLICT(name) DO UPDATE SET hash=?2, admin=?3, cores=?4, disk=?5",
+        params![
+            user.name,
+            hash,
+            user.admin,
+            user.cores,
+            user.disk.map(|bytes| bytes as i64)
+        ],
     )?;
     Ok(())
 }
@@ -294,7 +302,14 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let db = Db::open(&folder.path().join("db"), Policy::default()).unwrap();
         first_user(&db).unwrap();
-        set_user(&db, "ada", "correct horse", false).unwrap();
+        let ada = NewUser {
+            name: "ada".into(),
+            password: "correct horse".into(),
+            admin: false,
+            cores: None,
+            disk: None,
+        };
+        set_user(&db, &ada).unwrap();
         assert!(log_in(&db, "ada", "correct horse").unwrap().is_some());
         assert!(log_in(&db, "ada", "wrong horse").unwrap().is_none());
         assert!(log_in(&db, "local", "").unwrap().is_none());

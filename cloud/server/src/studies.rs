@@ -17,13 +17,13 @@ use cloud_api::requests::Study;
 use cloud_api::{RunId, RunState};
 use rusqlite::{OptionalExtension, params};
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::access::Fail;
-use crate::check::{Folder, LARGEST_SCENE, inspect, lay_out, solve};
+use crate::check::{LARGEST_SCENE, inspect, lay_out, solve};
 use crate::content::Content;
 use crate::db::{MOST_ROWS, NewRun, NewStudy};
-use crate::runs::{Ready, blocking, label, ready, title, write};
+use crate::runs::{Ready, blocking, expected_bytes, label, ready, title, within_quota, write};
 use crate::secrets::{self, User};
 use crate::state::App;
 
@@ -36,8 +36,8 @@ const MOST_SWEEPS: usize = 20;
 /// How long the check of all runs of a study may take.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// How long the check of one of them may take.
-const PATIENCE_OF_ONE: Duration = Duration::from_secs(10);
+/// Threads that write the runs of a study.
+const WRITERS: usize = 8;
 
 /// Name of a study file beside its scene.
 const FILE: &str = "study.toml";
@@ -50,6 +50,9 @@ struct Plan {
     results: Vec<(String, String)>,
     plots: Vec<String>,
     runs: Vec<PlannedRun>,
+    /// What the solver says of the scene: its title.
+    #[serde(skip)]
+    scene: Value,
 }
 
 /// A run of a plan.
@@ -61,6 +64,9 @@ struct PlannedRun {
     /// All `--set` of the run.
     #[serde(skip)]
     set: Vec<String>,
+    /// What it takes, in the words of a plan.
+    #[serde(skip)]
+    needs: Value,
 }
 
 impl Plan {
@@ -92,6 +98,11 @@ impl Plan {
                 name: run["name"].as_str()?.to_owned(),
                 values: keys.iter().map(value).collect(),
                 set,
+                needs: json!({
+                    "time": {"steps": run["steps"]},
+                    "memory": {"at_most": run["memory"]},
+                    "disk": {"bytes": run["disk"]},
+                }),
             })
         };
         let results = study["results"].as_object().into_iter().flatten();
@@ -100,6 +111,7 @@ impl Plan {
                 .filter_map(|(name, what)| Some((name.clone(), what.as_str()?.to_owned())))
                 .collect(),
             plots: texts(&study["plots"]),
+            scene: json!({"title": study["title"]}),
             runs: study["runs"]
                 .as_array()?
                 .iter()
@@ -127,15 +139,11 @@ fn is_study(text: &str) -> bool {
     }
 }
 
-/// A folder with the scene and its files, and the plan of its study.
-fn expand(
-    app: &App,
-    owner: i64,
-    study: &Study,
-) -> Result<(Option<Folder>, Plan, Vec<SceneProblem>), Fail> {
+/// The plan of a study, or what is wrong with it.
+fn expand(app: &App, owner: i64, study: &Study) -> Result<(Plan, Vec<SceneProblem>), Fail> {
     let scene = &study.base.scene;
     let files = inspect(app, owner, scene)?;
-    let nothing = |problem| Ok((None, Plan::default(), vec![problem]));
+    let nothing = |problem| Ok((Plan::default(), vec![problem]));
     if study.file.is_some() != study.sweep.is_empty() {
         return Err(Fail::bad(
             "the study is not taken",
@@ -202,7 +210,7 @@ fn expand(
     let said = solve(app, &folder, &arguments, PATIENCE)?;
     let (answer, problems) = said.parts();
     let Some(answer) = answer.filter(|_| problems.is_empty()) else {
-        return Ok((None, Plan::default(), problems));
+        return Ok((Plan::default(), problems));
     };
     let Some(plan) = Plan::read(&answer) else {
         return nothing(wrong(
@@ -227,7 +235,7 @@ fn expand(
             "a study has 1 to 10000 runs",
         ));
     }
-    Ok((Some(folder), plan, Vec::new()))
+    Ok((plan, Vec::new()))
 }
 
 /// What a study is made of, and what is wrong with it.
@@ -235,7 +243,7 @@ pub(crate) async fn check(app: &Arc<App>, user: &User, study: Study) -> Result<S
     let _turn = app.checks.acquire().await.map_err(Fail::inner)?;
     let (app, owner) = (Arc::clone(app), user.id);
     blocking(move || {
-        let (_, plan, problems) = expand(&app, owner, &study)?;
+        let (plan, problems) = expand(&app, owner, &study)?;
         Ok(StudyChecked {
             problems,
             keys: plan.keys,
@@ -244,18 +252,6 @@ pub(crate) async fn check(app: &Arc<App>, user: &User, study: Study) -> Result<S
         })
     })
     .await
-}
-
-/// The plan of one run of a study whose folder is there.
-fn plan_of(app: &App, folder: &Folder, scene: &str, set: &[String]) -> Result<Value, Fail> {
-    let mut arguments = vec![scene.to_owned()];
-    arguments.extend(["--check", "--json", "--within", "."].map(str::to_owned));
-    arguments.extend(set.iter().map(|set| format!("--set={set}")));
-    let (answer, problems) = solve(app, folder, &arguments, PATIENCE_OF_ONE)?.parts();
-    match answer {
-        Some(answer) if problems.is_empty() => Ok(answer),
-        _ => Err(Fail::scene(problems)),
-    }
 }
 
 /// Submits the runs of a study, all or none. The same key with the same body is the same study.
@@ -272,11 +268,13 @@ pub(crate) async fn submit(
     let _turn = app.checks.acquire().await.map_err(Fail::inner)?;
     let (app, user) = (Arc::clone(app), user.clone());
     blocking(move || {
-        let (folder, mut plan, problems) = expand(&app, user.id, &study)?;
-        let Some(folder) = folder else {
+        let (mut plan, problems) = expand(&app, user.id, &study)?;
+        if !problems.is_empty() {
             return Err(Fail::scene(problems));
-        };
+        }
         let base = &study.base;
+        let bytes: f64 = plan.runs.iter().map(|run| expected_bytes(&run.needs)).sum();
+        within_quota(&app, &user, base.threads, bytes)?;
         let id = secrets::run_id()?.to_string();
         let mut called = None;
         let mut runs: Vec<Ready> = Vec::new();
@@ -288,24 +286,16 @@ pub(crate) async fn submit(
                 .iter()
                 .map(|(name, what)| format!("{name}={what}"))
                 .collect();
-            let forecast = plan_of(&app, &folder, &base.scene.name, &run.set)?;
-            let study_title =
-                called.get_or_insert(title(base.title.as_deref(), &forecast, &base.scene)?);
-            let made = ready(
-                &app,
-                &user,
-                &one,
-                &forecast,
-                shortened(study_title, &run.name),
-            )?;
+            let called =
+                called.get_or_insert(title(base.title.as_deref(), &plan.scene, &base.scene)?);
+            let named = shortened(called, &run.name);
+            let made = ready(&app, &user, &one, &run.needs, named)?;
             run.id = made.id.to_string();
             runs.push(made);
         }
         let called = called.unwrap_or_default();
         let label = label(base.label.as_deref().or(Some(&called)))?.to_owned();
-        for run in &runs {
-            write(&app, run)?;
-        }
+        write_all(&app, &runs)?;
         let ids: Vec<String> = runs.iter().map(|run| run.id.to_string()).collect();
         let new: Vec<NewRun> = (runs.iter().zip(&ids))
             .map(|(run, name)| NewRun {
@@ -344,6 +334,20 @@ pub(crate) async fn submit(
         Ok(StudySubmitted { id, runs: ids })
     })
     .await
+}
+
+/// Writes what the store has to have, several runs at a time: each waits for a disk or a network.
+fn write_all(app: &App, runs: &[Ready]) -> Result<(), Fail> {
+    let share = runs.len().div_ceil(WRITERS).max(1);
+    std::thread::scope(|scope| {
+        let parts: Vec<_> = (runs.chunks(share))
+            .map(|part| scope.spawn(move || part.iter().try_for_each(|run| write(app, run))))
+            .collect();
+        parts.into_iter().try_for_each(|part| {
+            part.join()
+                .map_err(|_| Fail::inner("a thread that writes has failed"))?
+        })
+    })
 }
 
 /// The title of a run of a study.
@@ -616,8 +620,6 @@ pub(crate) fn csv(table: &StudyTable) -> String {
 
 #[cfg(test)]
 mod tests {
-    use serde_json::json;
-
     use super::*;
 
     #[test]

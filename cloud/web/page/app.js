@@ -1,6 +1,6 @@
 // The page: which part is shown at which path.
 import { get, post, Problem } from "./api.js";
-import { el, put, toast } from "./dom.js";
+import { el, put, size, toast } from "./dom.js";
 import { showList } from "./list.js";
 import { showNew } from "./new.js";
 import { showRun } from "./run.js";
@@ -17,6 +17,7 @@ let session = null;
 export function go(path) {
   history.pushState(null, "", path);
   show();
+  scrollTo(0, 0);
 }
 
 async function show() {
@@ -70,7 +71,8 @@ async function begin(body) {
 
 function known() {
   const place = /** @type {HTMLElement} */ (document.getElementById("who"));
-  put(place, `${session.user} · ${session.cores[0]} of ${session.cores[1]} cores free · solver ${session.solver}`);
+  const { disk, most_disk: most } = session.usage;
+  put(place, `${session.user} · ${session.cores[0]} of ${session.cores[1]} cores free · ${size(disk)}${most == null ? "" : ` of ${size(most)}`} · solver ${session.solver}`);
 }
 
 document.addEventListener("click", (event) => {
@@ -80,7 +82,6 @@ document.addEventListener("click", (event) => {
     event.preventDefault();
     go(link.pathname + link.search);
     main.focus();
-    scrollTo(0, 0);
   }
 });
 addEventListener("popstate", show);

@@ -26,6 +26,7 @@ const LAST_WORDS: u64 = 2000;
 /// A solver that runs.
 pub(crate) struct Solver {
     child: Child,
+    over: bool,
     messages: PathBuf,
 }
 
@@ -97,14 +98,21 @@ impl Solver {
             .stderr(written)
             .spawn()
             .with_context(|| format!("{} cannot be started", attempt.solver.display()))?;
-        Ok(Self { child, messages })
+        Ok(Self {
+            child,
+            over: false,
+            messages,
+        })
     }
 
     /// Its end, if it has ended.
     pub(crate) fn ended(&mut self) -> Result<Option<ExitStatus>> {
-        self.child
+        let status = self
+            .child
             .try_wait()
-            .context("the solver cannot be waited for")
+            .context("the solver cannot be waited for")?;
+        self.over |= status.is_some();
+        Ok(status)
     }
 
     /// SIGTERM: it writes a checkpoint and ends.
@@ -141,10 +149,17 @@ impl Solver {
 
     /// Processor time so far, in core seconds.
     pub(crate) fn core_seconds(&self) -> Option<f64> {
-        let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.child.id())).ok()?;
-        // Behind the name in brackets: state is field 3, user and system time are 14 and 15 (proc(5)).
+        // Behind the name in brackets: state is field 3, user and system time are 14 and 15, those of children that have
+        // ended 16 and 17 (proc(5)). This process has no other child.
+        let (process, first) = if self.over {
+            ("self".to_owned(), 13)
+        } else {
+            (self.child.id().to_string(), 11)
+        };
+        let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
         let fields: Vec<&str> = stat.rsplit_once(')')?.1.split_whitespace().collect();
-        let ticks = fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?;
+        let ticks: f64 =
+            fields.get(first)?.parse::<f64>().ok()? + fields.get(first + 1)?.parse::<f64>().ok()?;
         Some(ticks / rustix::param::clock_ticks_per_second() as f64)
     }
 

@@ -14,7 +14,7 @@ use mercury_common::whole_file::write_whole;
 use mercury_common::within::Within;
 use mercury_solver::output::folder::{self, Earlier};
 use mercury_solver::output::summary::Status;
-use mercury_solver::plan::Plan;
+use mercury_solver::plan::{Disk, Plan};
 use mercury_solver::results::NamedResult;
 use mercury_solver::run::{check_fit, plan_within};
 use mercury_solver::stage::{Stage, Task};
@@ -166,7 +166,7 @@ pub(crate) fn execute(
 ) -> Outcome {
     let mut study = asked.study.clone();
     let jobs = jobs(&study);
-    let prefix = check(asked, &mut study, jobs, arguments.force_memory)?;
+    let (prefix, needs) = check(asked, &mut study, jobs, arguments.force_memory)?;
     let study = &study;
     if !arguments.force {
         earlier_rows(study, &prefix)?;
@@ -176,7 +176,7 @@ pub(crate) fn execute(
     drop(waiting);
     let Some(requests) = requests else {
         if arguments.json {
-            return say_object(&as_json(study));
+            return say_object(&as_json(study, &needs));
         }
         let mut text = format!(
             "{} in {}:",
@@ -236,10 +236,18 @@ pub(crate) fn execute(
     outcome
 }
 
-/// The runs, and the requested results.
-fn as_json(study: &Study) -> Value {
-    let runs: Vec<Value> = (study.runs.iter())
-        .map(|run| json!({ "name": run.name, "set": study.overrides(run) }))
+/// The runs, their costs, and the requested results.
+fn as_json(study: &Study, needs: &[Needs]) -> Value {
+    let runs: Vec<Value> = (study.runs.iter().zip(needs))
+        .map(|(run, needs)| {
+            json!({
+                "name": run.name,
+                "set": study.overrides(run),
+                "steps": needs.steps,
+                "memory": needs.memory,
+                "disk": needs.disk,
+            })
+        })
         .collect();
     let results: serde_json::Map<String, Value> = (study.results.iter())
         .map(|result| (result.name.clone(), result.text().into()))
@@ -248,6 +256,7 @@ fn as_json(study: &Study) -> Value {
         "version": env!("CARGO_PKG_VERSION"),
         "study": {
             "scene": study.scene.display().to_string(),
+            "title": study.title,
             "folder": study.folder.display().to_string(),
             "keys": study.keys,
             "set": study.set,
@@ -266,19 +275,34 @@ fn jobs(study: &Study) -> usize {
     jobs.min(study.runs.len())
 }
 
+/// The cost of a run.
+struct Needs {
+    steps: u64,
+    /// Largest memory, bytes.
+    memory: f64,
+    /// Size of all files, bytes.
+    disk: f64,
+}
+
 /// Checks that every run can be planned, and fits into the memory beside the others; the scene gives the units of the study's
-/// values. Returns the prefix of the names of the runs' files.
+/// values. Returns the prefix of the names of the runs' files, and the cost of each run.
 fn check(
     asked: &Asked,
     study: &mut Study,
     jobs: usize,
     any_memory: bool,
-) -> Result<String, Failure> {
+) -> Result<(String, Vec<Needs>), Failure> {
     let (mut told, mut problems) = (String::new(), Vec::new());
+    let mut needs = Vec::new();
     let (mut refused, mut prefix) = (0, String::new());
     for (number, run) in asked.study.runs.iter().enumerate() {
         match planned(asked, run, jobs, any_memory) {
-            Ok((plan, _, scene)) => {
+            Ok((plan, memory, scene)) => {
+                needs.push(Needs {
+                    steps: plan.physics().steps(),
+                    memory: memory.most.round(),
+                    disk: Disk::of(&plan).bytes.round(),
+                });
                 study.settle(number, &scene);
                 plan.outputs().prefix().clone_into(&mut prefix);
                 check_results(&study.results, &plan)?;
@@ -300,7 +324,7 @@ fn check(
         }
     }
     if refused == 0 {
-        return Ok(prefix);
+        return Ok((prefix, needs));
     }
     if refused > MOST_TOLD {
         told += &format!("and {} more\n", refused - MOST_TOLD);

@@ -143,7 +143,7 @@ impl Tests<'_> {
     #[inline]
     fn test(&mut self, wall: &WallNow, row: usize, met_by: u32) -> Option<(u32, u32)> {
         let record = &self.records[row];
-        // Walls have no effect on particles that contacts cannot move; sheets are moved by them.
+        // Particles that contacts cannot move do not feel walls, but sheets feel them.
         if record.inverse_mass == 0.0 && wall.surface().is_none() {
             return None;
         }

@@ -165,23 +165,33 @@ pub struct Fold {
 
 impl Fold {
     /// Of four corners and the area vectors of the two triangles (normal times area, m^2).
+    #[must_use]
+    pub fn new(corners: [DVec3; 4], area1: DVec3, area2: DVec3) -> Self {
+        let length = (corners[3] - corners[2]).length();
+        let side = |area: DVec3| (area, area.length().recip());
+        Self::of_sides(corners, length, side(area1), side(area2))
+    }
+
+    /// The same with what neighbours share: the length of the edge, m, and of each triangle the inverse of the area, 1/m^2, beside the area vector.
     #[inline]
     #[must_use]
-    pub fn new([x1, x2, x3, x4]: [DVec3; 4], area1: DVec3, area2: DVec3) -> Self {
+    pub fn of_sides(
+        [x1, x2, x3, x4]: [DVec3; 4],
+        length: f64,
+        (area1, inverse1): (DVec3, f64),
+        (area2, inverse2): (DVec3, f64),
+    ) -> Self {
         let edge = x4 - x3;
-        let length = edge.length();
-        let (squared1, squared2) = (area1.length_squared(), area2.length_squared());
+        let (n1, n2) = (area1 * inverse1, area2 * inverse2);
         // n/A of both triangles.
-        let over1 = area1 / squared1;
-        let over2 = area2 / squared2;
-        let direction = edge / length;
+        let (over1, over2) = (n1 * inverse1, n2 * inverse2);
+        let direction = edge * length.recip();
         let u = [
             over1 * length,
             over2 * length,
             over1 * (x1 - x4).dot(direction) + over2 * (x2 - x4).dot(direction),
             -(over1 * (x1 - x3).dot(direction) + over2 * (x2 - x3).dot(direction)),
         ];
-        let (n1, n2) = (area1 / squared1.sqrt(), area2 / squared2.sqrt());
         let half = 0.5 * (n1 - n2).length();
         let sign = n1.cross(n2).dot(edge);
         Self {

@@ -17,11 +17,13 @@ const CHUNK: usize = 1024;
 pub struct Workspace {
     /// Normal times area of each triangle, m^2, as of the last evaluation.
     pub areas: Vec<DVec3>,
+    /// Inverse of each area, 1/m^2; of sheets with hinges alone.
+    inverses: Vec<f64>,
     slots: Vec<DVec3>,
     sums: Vec<Powers>,
 }
 
-/// What an evaluation tells beside the forces: what dashpots lose, and how far edges are stretched.
+/// Results of an evaluation beside the forces: the loss of the dashpots, and the stretch of the edges.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Powers {
     /// Of dashpots along edges, W.
@@ -47,12 +49,12 @@ impl Default for Powers {
 
 impl Powers {
     fn stretch(&mut self, [least, largest]: [f64; 2]) {
-        // Comparisons are false for what is no number, which then stays.
         let [own_least, own_largest] = &mut self.stretches;
-        if !(*own_least <= least) {
+        // What is no number stays: comparisons with it are false.
+        if least < *own_least || least.is_nan() {
             *own_least = least;
         }
-        if !(*own_largest >= largest) {
+        if largest > *own_largest || largest.is_nan() {
             *own_largest = largest;
         }
     }
@@ -82,6 +84,11 @@ impl Sheet {
         forces: &mut [DVec3],
     ) -> Powers {
         let turned_over = self.areas(at, &mut work.areas);
+        let inverse = |area: &DVec3| area.length().recip();
+        work.inverses.clear();
+        if self.stride == 4 {
+            work.inverses.extend(work.areas.iter().map(inverse));
+        }
         let edges = self.topology.edges();
         let first_of_triangles = self.stride * edges.len();
         let chunks = edges.len().div_ceil(CHUNK);
@@ -92,8 +99,9 @@ impl Sheet {
         work.sums.resize(chunks, Powers::default());
         let (of_edges, of_triangles) = work.slots.split_at_mut(first_of_triangles);
         let areas = &work.areas;
+        let sides = (areas.as_slice(), work.inverses.as_slice());
         let edge_chunk = |(chunk, (slots, sum)): (usize, (&mut [DVec3], &mut Powers))| {
-            *sum = self.edge_forces(chunk * CHUNK, at, areas, slots);
+            *sum = self.edge_forces(chunk * CHUNK, at, sides, slots);
         };
         let triangle_chunk = |(chunk, slots): (usize, &mut [DVec3])| {
             self.triangle_forces(chunk * CHUNK, at, areas, slots);
@@ -178,7 +186,7 @@ impl Sheet {
         &self,
         first: usize,
         at: &Evaluation<'_>,
-        areas: &[DVec3],
+        sides: (&[DVec3], &[f64]),
         slots: &mut [DVec3],
     ) -> Powers {
         let has_springs = self.law.elasticity == Elasticity::Springs;
@@ -208,7 +216,7 @@ impl Sheet {
             slots[0] = force;
             slots[1] = -force;
             if edge.triangles[1] != NONE && self.stride == 4 {
-                lost.hinges += self.hinge_forces(index, edge, at, areas, slots);
+                lost.hinges += self.hinge_forces((index, length), edge, at, sides, slots);
             }
         }
         lost
@@ -218,10 +226,10 @@ impl Sheet {
     #[inline]
     fn hinge_forces(
         &self,
-        index: usize,
+        (index, length): (usize, f64),
         edge: &Edge,
         at: &Evaluation<'_>,
-        areas: &[DVec3],
+        (areas, inverses): (&[DVec3], &[f64]),
         slots: &mut [DVec3],
     ) -> f64 {
         let corners = [
@@ -230,8 +238,12 @@ impl Sheet {
             edge.ends[0],
             edge.ends[1],
         ];
-        let [area1, area2] = edge.triangles.map(|triangle| areas[triangle as usize]);
-        let fold = Fold::new(corners.map(|k| at.positions[k as usize]), area1, area2);
+        let [side1, side2] = edge.triangles.map(|triangle| {
+            let triangle = triangle as usize;
+            (areas[triangle], inverses[triangle])
+        });
+        let places = corners.map(|k| at.positions[k as usize]);
+        let fold = Fold::of_sides(places, length, side1, side2);
         let rest = &self.hinges[index];
         let mut factor = rest.factor * (fold.half_sine - rest.half_sine);
         let damping = self.law.bending.map_or(0.0, |bending| bending.damping);

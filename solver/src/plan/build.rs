@@ -169,6 +169,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
             &mut errors,
             &mut warnings,
         );
+        checks::through_sheets(scene, &start, &clumps, &sheets.surfaces, &mut warnings);
         counted.scale_up(&start, &clumps);
         check_among_walls(
             scene,

@@ -12,6 +12,7 @@ use crate::boundaries::InsertionPlan;
 use crate::contact::parameter::short;
 use crate::neighbours::{ExtraSkins, Images, Levels, Skin, build};
 use crate::state::{MaterialIndex, Particle, Particles};
+use crate::surface::{Surface, SurfacePlan};
 use crate::walls::{Scratch, Touches, Wall, WallNow};
 
 /// A periodic edge must hold two listing distances: contact and a skin, here of a twentieth.
@@ -414,6 +415,48 @@ pub(super) fn overlaps(
         ));
     }
     [touching, listed]
+}
+
+/// Warns about particles that sheets lead through, or nearly so, at the start.
+pub(super) fn through_sheets(
+    scene: &Scene,
+    start: &StartingParticles,
+    clumps: &[Clump],
+    surfaces: &[SurfacePlan],
+    warnings: &mut Vec<String>,
+) {
+    let images = Images::new(*scene.domain.min, *scene.domain.max, scene.domain.periodic);
+    let mut touches = Touches::new();
+    for plan in surfaces {
+        // A mesh that cannot be made stops the run with its reason.
+        let Ok((_, wall)) = Surface::new(plan) else {
+            continue;
+        };
+        let wall = WallNow::new(&wall, 0.0, &images);
+        let mut worst = Worst::default();
+        for sphere in start.spheres(clumps) {
+            for &code in wall.met_by() {
+                let code = wall.image_of(sphere.centre, code);
+                let centre = sphere.centre + images.any_shift(code);
+                (wall.shape()).touches(centre, sphere.radius, &mut touches);
+                for touch in touches.iter() {
+                    let part = (sphere.radius - touch.distance) / sphere.radius;
+                    if part > *scene.contact.overlap_error {
+                        worst.add(part, sphere.grain);
+                    }
+                }
+            }
+        }
+        if let Some((part, grain)) = worst.found {
+            warnings.push(format!(
+                "membranes.{}: it leads through {} at the start, whose overlap is {} of its radius{}; move one of the two",
+                plan.name,
+                name(scene, start, grain),
+                short(part),
+                worst.others("contact")
+            ));
+        }
+    }
 }
 
 /// Spheres in a cube any two of which overlap by more than the limit; so many make a list of all pairs long.

@@ -183,7 +183,7 @@ fn plan_one(
             return None;
         }
     };
-    if load.needs_volume() && !(first_volume > 0.0) {
+    if load.needs_volume() && first_volume <= 0.0 {
         let message = format!(
             "the sheet encloses {} m^3, and its pressure depends on that volume",
             short(first_volume)
@@ -196,8 +196,8 @@ fn plan_one(
     for (k, &vertex) in mesh.vertices.iter().enumerate() {
         let (min, max) = (*scene.domain.min, *scene.domain.max);
         let is_out = |axis: usize| {
-            !scene.domain.periodic[axis]
-                && !(vertex[axis] >= min[axis] && vertex[axis] <= max[axis])
+            let is_closed = !scene.domain.periodic[axis];
+            is_closed && (vertex[axis] < min[axis] || vertex[axis] > max[axis])
         };
         if (0..3).any(is_out) {
             let [x, y, z] = vertex.to_array().map(short);
@@ -580,7 +580,7 @@ pub(super) fn describe(surface: &SurfacePlan, membrane: &MembranePlan) -> Vec<St
             HoldCourse::Wall(_) => "go with a wall".to_owned(),
         };
         lines.push(format!(
-            "hold `{}`: {} vertices {how}",
+            "hold `{}`, {} vertices: {how}",
             hold.name,
             hold.vertices.len()
         ));

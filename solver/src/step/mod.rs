@@ -78,14 +78,14 @@ pub struct Engine {
     walls: Vec<WallNow>,
     /// One for each sheet of the plan.
     surfaces: Vec<Surface>,
-    /// What walls did to the vertices of each sheet in the last forces; empty if none touches walls.
-    vertex_loads: Vec<Vec<Load>>,
     /// Whether particles of the present candidate list are near each of them.
     is_near: Vec<bool>,
     /// Whether the mesh of each of them was left behind, as no particle is near.
     stale: Vec<bool>,
     /// Their mechanics, one for each, or none at all.
     membranes: Vec<MembraneNow>,
+    /// What walls did to the vertices of each sheet in the last forces; empty if none touches walls.
+    vertex_loads: Vec<Vec<Load>>,
     /// How the sheets moved in this step.
     surface_motion: SurfaceMotion,
     lists: Lists,

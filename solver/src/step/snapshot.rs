@@ -58,10 +58,10 @@ pub struct Snapshot {
     pub wear: Option<SavedWear>,
     /// Sheets, in scenes that have any.
     pub surfaces: Vec<SavedSurface>,
-    /// Contacts of their vertices with walls, sheet by sheet.
-    pub vertices_at_walls: Vec<SavedSlots>,
     /// Their mechanics.
     pub membranes: Vec<SavedMembrane>,
+    /// Contacts of their vertices with walls, sheet by sheet.
+    pub vertices_at_walls: Vec<SavedSlots>,
 }
 
 /// Section of [`Snapshot::surfaces`].
@@ -171,8 +171,8 @@ impl Snapshot {
             sprays: decoder.optional_section(SPRAYS)?,
             wear: decoder.optional_section(WEAR)?,
             surfaces: decoder.optional_section(SURFACES)?.unwrap_or_default(),
-            vertices_at_walls: decoder.optional_section(VERTICES)?.unwrap_or_default(),
             membranes: decoder.optional_section(MEMBRANES)?.unwrap_or_default(),
+            vertices_at_walls: decoder.optional_section(VERTICES)?.unwrap_or_default(),
         };
         snapshot.check()?;
         Ok(snapshot)
@@ -316,8 +316,8 @@ impl Engine {
             sprays: self.sprays.as_ref().map(|sprays| sprays.state.clone()),
             wear: self.wear.as_ref().map(Wear::save),
             surfaces: self.saved_surfaces(),
-            vertices_at_walls: self.forces.contacts.save_vertices(),
             membranes: self.saved_membranes(),
+            vertices_at_walls: self.forces.contacts.save_vertices(),
         }
     }
 
@@ -481,11 +481,11 @@ impl Engine {
                 })?;
         }
         engine.restore_surfaces(&snapshot.surfaces)?;
+        engine.restore_membranes(&snapshot.membranes)?;
         engine
             .forces
             .contacts
             .restore_vertices(&snapshot.vertices_at_walls);
-        engine.restore_membranes(&snapshot.membranes)?;
         if let Some(sleep) = snapshot.sleep {
             engine.restore_sleep(sleep);
         }

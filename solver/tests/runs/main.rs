@@ -4,6 +4,7 @@
 mod common;
 mod fields;
 mod guard;
+mod membranes;
 mod particle_tables;
 mod rest;
 mod tracks;

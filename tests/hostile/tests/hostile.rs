@@ -326,6 +326,8 @@ readers! {
     frames_triangle_loads "frames-triangle-loads"
     frames_wear "frames-wear"
     frames_wear_triangles "frames-wear-triangles"
+    frames_membranes "frames-membranes"
+    frames_membrane_triangles "frames-membrane-triangles"
     checkpoint "checkpoint"
     checkpoint_resumed "checkpoint-resumed"
     run_resumed "run-resumed"

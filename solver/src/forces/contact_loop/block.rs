@@ -43,7 +43,7 @@ pub(super) struct Block<H> {
     pub(super) rubs: Vec<Rub>,
     /// What contacts do to sheets, of the last evaluation.
     pub(super) surface_loads: Vec<SurfaceLoad>,
-    /// Contacts with an event since they were taken; none where no law asks for them.
+    /// Contacts with an event since the last call; none where no law requests them.
     pub(super) events: Vec<SlotEvent>,
 }
 

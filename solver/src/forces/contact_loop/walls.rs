@@ -244,7 +244,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
     }
 
-    /// The contact of a particle with one feature of a wall, which may be the shape of a sheet; what is to be `told` of it is added there.
+    /// The contact of a particle with one feature of a wall, which may be the shape of a sheet; its load and sliding are added to the report.
     #[inline(always)]
     fn touch_wall(
         &self,

@@ -2,9 +2,12 @@
 
 use std::path::Path;
 
+use glam::DVec3;
+
 use mercury_common::frames::{
-    BodyReader, ContactReader, FrameReader, ParticleReader, Table, TableReader, TriangleLoadReader,
-    WallReader, WearReader, WearTriangleReader,
+    BodyReader, ContactReader, FrameReader, FramesHeader, MembraneFrame, MembraneReader,
+    MembraneTriangleFrame, MembraneTriangleReader, ParticleReader, Table, TableReader, TableWriter,
+    TriangleLoadReader, WallReader, WearReader, WearTriangleReader, sheets,
 };
 
 use super::{MB, Reader};
@@ -95,7 +98,82 @@ pub(super) const READERS: &[Reader] = &[
         },
     )
     .bound(MB, 64, WHY),
+    Reader::new(
+        "frames-membranes",
+        Binary,
+        |place| vec![sheet_files(place)[0].clone()],
+        |bytes, place| {
+            let path = place.write("a.membranes.arrow", bytes);
+            let reader = MembraneReader::open(&path);
+            // Both tables together, as pictures read them.
+            let triangles = sheet_frames().1;
+            if let Some(frame) = said(reader).and_then(|reader| said(reader.frame(0))) {
+                let _ = sheets(&frame, &triangles);
+            }
+            all(MembraneReader::open(&path));
+        },
+    )
+    .bound(MB, 64, WHY),
+    Reader::new(
+        "frames-membrane-triangles",
+        Binary,
+        |place| vec![sheet_files(place)[1].clone()],
+        |bytes, place| {
+            let path = place.write("a.membrane_triangles.arrow", bytes);
+            let vertices = sheet_frames().0;
+            let reader = MembraneTriangleReader::open(&path);
+            if let Some(frame) = said(reader).and_then(|reader| said(reader.frame(0))) {
+                let _ = sheets(&vertices, &frame);
+            }
+            all(MembraneTriangleReader::open(&path));
+        },
+    )
+    .bound(MB, 64, WHY),
 ];
+
+/// A sheet of two triangles.
+fn sheet_frames() -> (MembraneFrame, MembraneTriangleFrame) {
+    let corner = |k: u32| DVec3::new(f64::from(k & 1), f64::from(k >> 1), 0.1 * f64::from(k));
+    let vertices = MembraneFrame {
+        time: 0.5,
+        step: 7,
+        membrane: vec![0; 4],
+        vertex: (0..4).collect(),
+        state: vec![1, 0, 0, 1],
+        mass: vec![1e-3; 4],
+        position: (0..4).map(corner).collect(),
+        velocity: vec![DVec3::ZERO; 4],
+        force: vec![DVec3::Z; 4],
+    };
+    let triangles = MembraneTriangleFrame {
+        time: 0.5,
+        step: 7,
+        membrane: vec![0; 2],
+        triangle: vec![0, 1],
+        corners: [vec![0, 1], vec![1, 3], vec![2, 2]],
+        area: vec![0.5; 2],
+        tensions: [vec![2.0; 2], vec![1.0; 2]],
+        load: vec![DVec3::ZERO; 2],
+    };
+    (vertices, triangles)
+}
+
+/// The files of both tables.
+fn sheet_files(place: &Place) -> [Vec<u8>; 2] {
+    fn file<T: Table<Layout = ()>>(place: &Place, name: &str, frame: T) -> Vec<u8> {
+        let path = place.path(name);
+        let writer = TableWriter::create(&path, &FramesHeader::default(), &());
+        writer
+            .and_then(|mut writer: TableWriter<T>| writer.append(frame))
+            .expect("a folder of our own can be written");
+        std::fs::read(&path).expect("it was written")
+    }
+    let (vertices, triangles) = sheet_frames();
+    [
+        file(place, "s.membranes.arrow", vertices),
+        file(place, "s.membrane_triangles.arrow", triangles),
+    ]
+}
 
 fn of(place: &Place, kind: &str) -> Vec<Vec<u8>> {
     vec![place.of_run(&format!("scene.{kind}.arrow"))]
