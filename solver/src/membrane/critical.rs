@@ -235,8 +235,8 @@ fn cholesky(g: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
     for i in 0..3 {
         for j in 0..=i {
             let mut sum = g[i][j];
-            for k in 0..j {
-                sum -= l[i][k] * l[j][k];
+            for (a, b) in l[i].iter().zip(&l[j]).take(j) {
+                sum -= a * b;
             }
             if i == j {
                 l[i][i] = sum.max(0.0).sqrt();
