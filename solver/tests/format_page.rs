@@ -380,7 +380,7 @@ fn started_from_a_run(folder: &Path) -> String {
 }
 
 /// Keys whose numbers are counts, ratios or exponents. A new key that is none must take units.
-const WITHOUT_UNIT: [&str; 52] = [
+const WITHOUT_UNIT: [&str; 54] = [
     "seed",
     "axis",
     "normal",
@@ -392,6 +392,8 @@ const WITHOUT_UNIT: [&str; 52] = [
     "friction",
     "static_friction",
     "restitution",
+    "keeps",
+    "accuracy",
     "imbalance",
     "poisson_ratio",
     "damping",
