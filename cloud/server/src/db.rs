@@ -149,7 +149,9 @@ impl Db {
     pub(crate) fn live(&self) -> Result<Vec<Live>> {
         let connection = self.lock();
         let mut query = connection.prepare_cached(
-            "SELECT * FROM runs WHERE state IN ('queued', 'running', 'stopping') ORDER BY number",
+            // Not the specs, of which a long queue has many.
+            "SELECT id, owner, threads, memory, state, wish, epoch, revision, submitted, step, barren, not_before FROM runs
+             WHERE state IN ('queued', 'running', 'stopping') ORDER BY number",
         )?;
         let rows = query.query_map([], |row| {
             Ok(Live {
