@@ -36,7 +36,7 @@ const MOST_PARTS: u64 = 10_000;
 /// Parts of one upload that are on their way at once.
 const AT_ONCE: usize = 4;
 
-/// How long one request may take. A worker that is told to stop has 25 s at AWS Batch, so this is no longer.
+/// How long one request may take. A worker that has to stop has 25 s at AWS Batch, so this is no longer.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// How long a connection may take.
@@ -243,7 +243,7 @@ fn runtime() -> &'static Runtime {
     })
 }
 
-/// Waits for requests, without being one itself.
+/// Waits for a request.
 fn wait<T: Send + 'static>(work: impl Future<Output = T> + Send + 'static) -> T {
     let (send, receive) = mpsc::sync_channel(1);
     runtime().spawn(async move {

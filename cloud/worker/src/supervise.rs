@@ -52,7 +52,7 @@ impl Every {
 /// waits for them.
 #[derive(Default)]
 struct Shared {
-    /// Why the solver was told to stop, where that came from outside.
+    /// Why the solver has to stop, where that came from outside.
     cause: Mutex<Option<Cause>>,
     /// The newest sign of life, without its number.
     beat: Mutex<Option<Beat>>,
@@ -212,7 +212,7 @@ impl Watch<'_> {
             if let Some(status) = self.solver.ended()? {
                 break status;
             }
-            // The guard has told the solver already.
+            // The guard has stopped the solver already.
             self.wanted = self.wanted.or(*locked(&shared.cause));
             if notices.newest() == Some(Notice::Rebalance) && !rebalanced {
                 rebalanced = true;
