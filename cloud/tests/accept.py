@@ -676,7 +676,7 @@ def check_thousand():
 
 def check_study():
     """A grid with a range, and a study file: the runs and the numbers of `mercury-solve` alone; the same key is the same
-    study; the table survives deletion of a run; mistakes are told in the solver's words."""
+    study; the table survives deletion of a run; mistakes are reported in the solver's words."""
     folder = Path(tempfile.mkdtemp(prefix="accept-study-"))
     shutil.copy(ROOT / "scenes/two-spheres.toml", folder)
     for path in [PARTICLES] if f'"{PARTICLES.name}"' in SPHERES else []:
@@ -791,7 +791,7 @@ def check_cost():
                 least[name] = min(least.get(name, seconds), seconds)
     more = least["cloud"] / least["shell"] - 1
     print(f"    {least['shell']:.2f} s at the shell, {least['cloud']:.2f} s through the cloud: {100 * more:+.1f} %")
-    must(least["shell"] > 10, "the run is too short to tell")
+    must(least["shell"] > 10, "the run is too short for a comparison")
     must(more < 0.02, "dear")
 
 
