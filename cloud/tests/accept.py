@@ -181,7 +181,8 @@ class Bucket:
 class Server:
     """`mercury-cloud serve` on a free port, and requests to it."""
 
-    def __init__(self, folder, *options, environment=None, bucket=None):
+    def __init__(self, folder, *options, environment=None, bucket=None, checkpoint="1s"):
+        self.checkpoint = checkpoint
         self.folder, self.options, self.bucket = Path(folder), options, bucket
         self.environment = dict(os.environ) | (environment or {})
         if bucket:
@@ -194,7 +195,7 @@ class Server:
     def start(self):
         self.log = open(self.folder / "server.log", "a")
         command = [CLOUD, "serve", "--data", str(self.folder / "data"), "--port", str(self.port), "--solver", SOLVE,
-                   "--checkpoint-every", "1s", "--retry-wait", "0.2", *self.options]
+                   "--checkpoint-every", self.checkpoint, "--retry-wait", "0.2", *self.options]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=self.log, env=self.environment, text=True)
         link = self.process.stdout.readline()
         must(link, f"the server did not start:\n{(self.folder / 'server.log').read_text()}")
@@ -675,7 +676,7 @@ def check_thousand():
 
 def check_study():
     """A grid with a range, and a study file: the runs and the numbers of `mercury-solve` alone; the same key is the same
-    study; the table survives deletion of a run; mistakes are told in the solver's words."""
+    study; the table survives deletion of a run; mistakes are reported in the solver's words."""
     folder = Path(tempfile.mkdtemp(prefix="accept-study-"))
     shutil.copy(ROOT / "scenes/two-spheres.toml", folder)
     for path in [PARTICLES] if f'"{PARTICLES.name}"' in SPHERES else []:
@@ -769,7 +770,7 @@ def check_cost():
         fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
         return (int(fields[13]) + int(fields[14])) / os.sysconf("SC_CLK_TCK")
     least = {}
-    with server("--checkpoint-every", "5m") as served:
+    with server(checkpoint="5m") as served:
         for _ in range(3):
             folder = tempfile.mkdtemp(prefix="accept-cost-")
             (Path(folder) / "drum.toml").write_text(SCENE)
@@ -790,7 +791,7 @@ def check_cost():
                 least[name] = min(least.get(name, seconds), seconds)
     more = least["cloud"] / least["shell"] - 1
     print(f"    {least['shell']:.2f} s at the shell, {least['cloud']:.2f} s through the cloud: {100 * more:+.1f} %")
-    must(least["shell"] > 10, "the run is too short to tell")
+    must(least["shell"] > 10, "the run is too short for a comparison")
     must(more < 0.02, "dear")
 
 

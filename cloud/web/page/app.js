@@ -17,6 +17,7 @@ let session = null;
 export function go(path) {
   history.pushState(null, "", path);
   show();
+  scrollTo(0, 0);
 }
 
 async function show() {
@@ -81,7 +82,6 @@ document.addEventListener("click", (event) => {
     event.preventDefault();
     go(link.pathname + link.search);
     main.focus();
-    scrollTo(0, 0);
   }
 });
 addEventListener("popstate", show);

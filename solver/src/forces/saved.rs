@@ -502,7 +502,7 @@ mod tests {
                 .contains("invalid contact record header")
         );
         assert!(
-            of(&[OTHER_ROW | 5, 1, 0, 0, 0, 2, 0, 0, 0])
+            of(&[OTHER_ROW | 6, 1, 0, 0, 0, 2, 0, 0, 0])
                 .unwrap_err()
                 .contains("no state")
         );

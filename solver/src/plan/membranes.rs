@@ -92,6 +92,20 @@ pub(super) fn membranes(
         let error = table.place.error(message);
         errors.push(error.with_help("leave [sleeping] out"));
     }
+    if let Some(spray) = scene.sprays.first() {
+        let message = "droplets do not see membranes in this version";
+        let error = spray.place.error(message);
+        errors.push(error.with_help("leave out either [[sprays]] or [[membranes]]"));
+    }
+    let is_wet = scene
+        .materials
+        .iter()
+        .any(|material| material.liquid.is_some());
+    if let Some(membrane) = (scene.membranes.iter()).find(|membrane| is_wet && membrane.walls) {
+        let message = "vertices of a membrane have no liquid bridges to walls, so they do not touch walls in a scene with liquid";
+        let error = membrane.name.place.error(message);
+        errors.push(error.with_help("leave out `walls`, or `liquid` at the materials"));
+    }
     for membrane in &scene.membranes {
         if let Some((surface, mechanics)) = plan_one(scene, membrane, walls, warnings, errors) {
             planned.surfaces.push(surface);

@@ -72,6 +72,7 @@ impl Engine {
         let physics = self.plan.physics();
         let first = physics.walls().len();
         // Others than contacts look for walls, too.
+        let fastest = fastest.max(self.surface_motion.squared_speed.sqrt());
         let is_fast = fastest * physics.time_step() > SEEN * physics.smallest_radius();
         let all = is_fast || self.sprays.is_some() || self.boundaries.expects_more();
         for number in 0..self.surfaces.len() {
