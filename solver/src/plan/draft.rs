@@ -368,7 +368,11 @@ impl Draft {
                 return Err(number(&what, "one for each vertex", found));
             }
             // Those that are held have an infinite one.
-            if let Some(mass) = surface.masses.iter().find(|&&mass| !(mass > 0.0)) {
+            if let Some(mass) = surface
+                .masses
+                .iter()
+                .find(|&&mass| mass.is_nan() || mass <= 0.0)
+            {
                 let what = format!("a mass of {name}");
                 return Err(number(&what, "a number above 0", mass));
             }
