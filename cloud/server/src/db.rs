@@ -61,6 +61,8 @@ pub(crate) type Result<T> = rusqlite::Result<T>;
 /// The database.
 pub(crate) struct Db {
     connection: Mutex<Connection>,
+    /// For lists: it does not wait while a change is brought to the disk.
+    reader: Mutex<Connection>,
     policy: Policy,
 }
 
@@ -129,14 +131,23 @@ impl Db {
             }
         }
         connection.execute_batch("CREATE INDEX IF NOT EXISTS runs_study ON runs(study, number)")?;
+        let reader = Connection::open(path)?;
+        reader.pragma_update(None, "query_only", true)?;
         Ok(Self {
             connection: Mutex::new(connection),
+            reader: Mutex::new(reader),
             policy,
         })
     }
 
     pub(crate) fn policy(&self) -> &Policy {
         &self.policy
+    }
+
+    fn reader(&self) -> MutexGuard<'_, Connection> {
+        self.reader
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
     pub(crate) fn lock(&self) -> MutexGuard<'_, Connection> {
@@ -149,7 +160,9 @@ impl Db {
     pub(crate) fn live(&self) -> Result<Vec<Live>> {
         let connection = self.lock();
         let mut query = connection.prepare_cached(
-            "SELECT * FROM runs WHERE state IN ('queued', 'running', 'stopping') ORDER BY number",
+            // Not the specs, of which a long queue has many.
+            "SELECT id, owner, threads, memory, state, wish, epoch, revision, submitted, step, barren, not_before FROM runs
+             WHERE state IN ('queued', 'running', 'stopping') ORDER BY number",
         )?;
         let rows = query.query_map([], |row| {
             Ok(Live {
@@ -406,7 +419,7 @@ impl Db {
         text: Option<&str>,
         after: Option<&str>,
     ) -> Result<Vec<RunRow>> {
-        let connection = self.lock();
+        let connection = self.reader();
         let mut query = connection.prepare_cached(
             // The rows are chosen by an index alone: with their specs they are large.
             "SELECT * FROM runs WHERE number IN (SELECT number FROM runs WHERE owner = ?1 AND (?2 IS NULL OR state = ?2)
@@ -423,7 +436,7 @@ impl Db {
 
     /// How many runs of a user are in each state.
     pub(crate) fn states(&self, owner: i64) -> Result<BTreeMap<String, u64>> {
-        let connection = self.lock();
+        let connection = self.reader();
         let mut query = connection
             .prepare_cached("SELECT state, count(*) FROM runs WHERE owner = ?1 GROUP BY state")?;
         let rows = query.query_map([owner], |row| {

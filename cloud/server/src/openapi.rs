@@ -176,7 +176,7 @@ fn page(api: &serde_json::Value) -> String {
         The answer of `GET /runs/{run}/frames/{k}`: the length of the head (u32), the head, and the columns behind each other, each padded\n\
         to 4 bytes; all little-endian. The head is JSON: `time` in s, `step`, `rows` that are here, `of` so many in the frame, and\n\
         `columns` with `name`, `min`, `max`. The first column, which the head does not name, is `id` as u32; then come `x`, `y`, `z`,\n\
-        `radius` and the ones that `columns` asks for (names of the frame's columns, or `speed`), each as u16: the value is\n\
+        `radius` and the ones in `columns` (names of the frame's columns, or `speed`), each as u16: the value is\n\
         min + (max - min) u / 65535.\n\n\
         ## Bodies\n";
     for (name, schema) in api["components"]["schemas"]

@@ -21,6 +21,9 @@ use crate::state::{App, Message};
 /// How often the loop looks at least, if nothing wakes it.
 const LOOK: Duration = Duration::from_millis(500);
 
+/// How often it looks while runs wait for a place on this machine, which short runs leave soon.
+const LOOK_FOR_PLACE: Duration = Duration::from_millis(150);
+
 /// Looks between two beats: more would see nothing new.
 const LOOKS_PER_BEAT: f64 = 4.0;
 
@@ -43,24 +46,27 @@ pub(crate) fn begin(app: Arc<App>) -> Result<()> {
         .spawn(move || {
             loop {
                 let begin = Instant::now();
-                if let Err(error) = look(&app) {
+                let wait = look(&app).unwrap_or_else(|error| {
                     eprintln!("{error:#}");
-                }
+                    LOOK
+                });
                 app.cache.tidy();
                 // A wake-up is heard at once, but the loop does not take more than half of a processor.
                 thread::sleep(begin.elapsed().min(LOOK));
-                let look = Duration::from_secs_f64(app.db.policy().beat / LOOKS_PER_BEAT);
-                let _ = woken.recv_timeout(look.max(LOOK));
+                let _ = woken.recv_timeout(wait);
             }
         })?;
     Ok(())
 }
 
-fn look(app: &App) -> Result<()> {
+/// Looks at all runs; returns when to look again, if nothing wakes the loop before.
+fn look(app: &App) -> Result<Duration> {
+    let every = Duration::from_secs_f64(app.db.policy().beat / LOOKS_PER_BEAT).max(LOOK);
     let runs = app.db.live()?;
     if runs.is_empty() {
-        return Ok(());
+        return Ok(every);
     }
+    let mut waiting = false;
     let jobs = if runs.iter().any(|live| live.run.state.has_attempt()) {
         match app.engine.observe() {
             Ok(jobs) => Some(jobs),
@@ -96,6 +102,7 @@ fn look(app: &App) -> Result<()> {
         let place = room.has(&live);
         // Most of a long queue waits for its turn: nothing has to be read for that.
         if live.run.state == RunState::Queued && !place && live.run.epoch == 0 {
+            waiting = true;
             continue;
         }
         let began = !live.run.state.has_attempt();
@@ -105,7 +112,12 @@ fn look(app: &App) -> Result<()> {
             Err(error) => eprintln!("run {}: {error:#}", live.id),
         }
     }
-    Ok(())
+    let local = app.engine.abilities().cores.is_some();
+    Ok(if waiting && local {
+        LOOK_FOR_PLACE.min(every)
+    } else {
+        every
+    })
 }
 
 /// What is free on this machine.

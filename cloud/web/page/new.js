@@ -32,9 +32,9 @@ export async function showNew(main, from) {
   const grid = el("div", {}, el("p", { class: "small quiet" }, "A key and its values in each line; several keys make a grid. ", el("code", {}, "0..0.5/6"), " are six values."), sweep,
     el("p", { class: "small quiet" }, "Results are columns of the table: a name, and what it is, in each line."), results);
   const filed = el("div", { hidden: true }, el("p", { class: "small quiet" }, "As ", el("code", {}, "mercury-solve study.toml"), " takes it. Its scene is the one beside."), document_);
-  const told = el("p", { class: "small", "aria-live": "polite" });
+  const verdict = el("p", { class: "small", "aria-live": "polite" });
   const toFile = el("button", { onclick: () => { filed.hidden = !filed.hidden; grid.hidden = !filed.hidden; toFile.textContent = filed.hidden ? "From a file instead" : "From a grid instead"; if (!filed.hidden && !document_.value) document_.value = draft(); studied(0); } }, "From a file instead");
-  const study = el("details", {}, el("summary", {}, "A study: many runs of this scene"), grid, filed, el("div", { class: "row" }, toFile), told);
+  const study = el("details", {}, el("summary", {}, "A study: many runs of this scene"), grid, filed, el("div", { class: "row" }, toFile), verdict);
   const submit = el("button", { class: "main", onclick: send }, "Submit");
   const chips = el("div", { class: "chips" });
   const picker = el("input", { type: "file", multiple: true, hidden: true, onchange: () => add([...(picker.files ?? [])]) });
@@ -118,18 +118,18 @@ export async function showNew(main, from) {
     counting = new AbortController();
     const body = asked();
     submit.textContent = "Submit";
-    if (!body) return put(told);
+    if (!body) return put(verdict);
     try {
       const found = await post("/studies/check", body, { signal: counting.signal });
-      told.className = found.problems.length ? "small bad-text" : "small good";
+      verdict.className = found.problems.length ? "small bad-text" : "small good";
       const many = found.runs.length === 1 ? "1 run" : `${whole(found.runs.length)} runs`;
-      put(told, found.problems.length ? found.problems.slice(0, 5).map((/** @type {any} */ problem) => el("div", {}, problem.key && [el("code", {}, problem.key), " "], problem.message, problem.help && el("div", { class: "quiet" }, problem.help)))
+      put(verdict, found.problems.length ? found.problems.slice(0, 5).map((/** @type {any} */ problem) => el("div", {}, problem.key && [el("code", {}, problem.key), " "], problem.message, problem.help && el("div", { class: "quiet" }, problem.help)))
         : `${many}: ${found.runs.slice(0, 4).join(", ")}${found.runs.length > 4 ? " …" : ""}`);
       if (!found.problems.length) submit.textContent = `Submit ${many}`;
     } catch (error) {
       if (error instanceof DOMException) return;
-      told.className = "small bad-text";
-      put(told, error instanceof Error ? error.message : String(error));
+      verdict.className = "small bad-text";
+      put(verdict, error instanceof Error ? error.message : String(error));
     }
   }
   for (const field of [sweep, results, document_]) field.addEventListener("input", () => studied(300));

@@ -24,7 +24,7 @@ try {
   await sleep(1500);
   await browser.until(`document.body.innerText.includes("can run")`, "not checked");
   await film(4);
-  // A mistake, told at its line.
+  // A mistake, marked at its line.
   await browser.run(`(() => { const area = document.querySelector("[aria-label=Scene]"); window.before = area.value; area.value = area.value.replace("restitution = 0.5", "restitutoin = 0.5"); area.dispatchEvent(new Event("input")); })()`);
   await browser.until(`document.querySelectorAll(".problems li").length > 0`, "no mistake");
   await film(5);

@@ -22,8 +22,8 @@ try {
   await type("Scene", `window.before.replace(/end +=.*/, "end  = ${end}").replace(/interval *= *[0-9.]+/, "interval = 0.01")`);
   await browser.run(`document.querySelector("details summary").click()`);
   await type("Keys and their values", `"walls.drum.motion.0.angular_velocity = 1, nothing"`);
-  await browser.until(`document.querySelector("details .bad-text")`, "the mistake in the grid is not told", 15);
-  said(`a mistake is told: ${await browser.run(`document.querySelector("details .bad-text").innerText.slice(0, 100)`)}`);
+  await browser.until(`document.querySelector("details .bad-text")`, "the mistake in the grid is not reported", 15);
+  said(`a mistake is reported: ${await browser.run(`document.querySelector("details .bad-text").innerText.slice(0, 100)`)}`);
   await type("Keys and their values", `"materials.0.tangential.friction = 0.1..0.5/3\\nseed = 1, 2"`);
   await type("Results", `"height = max(particles.z)"`);
   await browser.until(`document.body.innerText.includes("Submit 6 runs")`, "the grid has no six runs", 15);

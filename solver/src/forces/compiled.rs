@@ -16,13 +16,14 @@ type Make = fn(&LawTable) -> Option<Box<dyn ContactForces>>;
 /// The combinations of laws that have a loop compiled for them, because many scenes use them. Each adds seconds to the compile
 /// time of every build; all others run through the loop that chooses the law at each contact, to the same bytes.
 #[cfg(not(test))]
-const COMPILED: [Make; 6] = [
+const COMPILED: [Make; 7] = [
     loop_of::<Linear, NoFriction, NoRolling>,
     loop_of::<Linear, LinearFriction, NoRolling>,
     loop_of::<Linear, LinearFriction, Luding>,
     loop_of::<Hertz, Mindlin, NoRolling>,
     loop_of::<Hertz, Mindlin, Luding>,
-    wet_loop_of::<Hertz, Mindlin, NoRolling>,
+    wet_loop_of::<Hertz, Mindlin, NoRolling, SHORT>,
+    wet_loop_of::<Hertz, Mindlin, NoRolling, CURVE>,
 ];
 
 /// The unit tests compile the crate a second time: one combination is enough for them. `solver/tests/sources/compiled_laws.rs` compares
@@ -70,15 +71,15 @@ pub fn dispatching_loop(table: &LawTable) -> Box<dyn ContactForces> {
     }
 }
 
-/// The same with liquid bridges by formulas.
+/// The same with liquid bridges of which contacts keep `M` numbers.
 #[cfg(not(test))]
-fn wet_loop_of<N, T, R>(table: &LawTable) -> Option<Box<dyn ContactForces>>
+fn wet_loop_of<N, T, R, const M: usize>(table: &LawTable) -> Option<Box<dyn ContactForces>>
 where
     N: NormalLaw + OneOf<AnyNormal>,
     T: TangentialLaw + OneOf<AnyTangential>,
     R: RollingLaw + OneOf<AnyRolling>,
 {
-    let laws = table.narrow::<N, T, R, LiquidLaw<SHORT>>()?;
+    let laws = table.narrow::<N, T, R, LiquidLaw<M>>()?;
     Some(Box::new(ContactLoop::new(laws, table.materials)))
 }
 

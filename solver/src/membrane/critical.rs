@@ -234,10 +234,8 @@ fn cholesky(g: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
     let mut l = [[0.0_f64; 3]; 3];
     for i in 0..3 {
         for j in 0..=i {
-            let mut sum = g[i][j];
-            for (a, b) in l[i].iter().zip(&l[j]).take(j) {
-                sum -= a * b;
-            }
+            let products: f64 = (0..j).map(|k| l[i][k] * l[j][k]).sum();
+            let sum = g[i][j] - products;
             if i == j {
                 l[i][i] = sum.max(0.0).sqrt();
             } else if l[j][j] > 0.0 {

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use mercury_common::scene::{LawValues, Located, Scene, SceneError};
+use mercury_common::scene::{LawValues, Located, Place, Scene, SceneError};
 
 use super::PairPlan;
 use super::particles::StartingParticles;
@@ -293,7 +293,7 @@ fn names(pair: &PairPlan) -> String {
 }
 
 /// Where a key of the liquid of a pair stands, or else the law.
-fn place_of<'a>(scene: &'a Scene, pair: &PairPlan, key: &str) -> Located<&'a str> {
+fn place_of(scene: &Scene, pair: &PairPlan, key: &str) -> Place {
     let materials = pair.materials.map(|material| material.index());
     let of_pair = |between: &[Located<mercury_common::scene::MaterialIndex>; 2]| {
         let mut between = [between[0].value.0, between[1].value.0];
@@ -313,8 +313,7 @@ fn place_of<'a>(scene: &'a Scene, pair: &PairPlan, key: &str) -> Located<&'a str
         let first = laws.clone().next().map(|law| law.place.clone());
         laws.find_map(|law| of_key(&law)).or(first)
     };
-    let place = over.or_else(own).unwrap_or_else(|| scene.place.clone());
-    Located { value: "", place }
+    over.or_else(own).unwrap_or_else(|| scene.place.clone())
 }
 
 fn beyond_tables(scene: &Scene, pair: &PairPlan, volume: f64) -> SceneError {

@@ -371,7 +371,7 @@ impl Draft {
             if let Some(mass) = surface
                 .masses
                 .iter()
-                .find(|mass| mass.is_nan() || **mass <= 0.0)
+                .find(|&&mass| mass.is_nan() || mass <= 0.0)
             {
                 let what = format!("a mass of {name}");
                 return Err(number(&what, "a number above 0", mass));

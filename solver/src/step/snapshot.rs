@@ -171,8 +171,8 @@ impl Snapshot {
             sprays: decoder.optional_section(SPRAYS)?,
             wear: decoder.optional_section(WEAR)?,
             surfaces: decoder.optional_section(SURFACES)?.unwrap_or_default(),
-            membranes: decoder.optional_section(MEMBRANES)?.unwrap_or_default(),
             vertices_at_walls: decoder.optional_section(VERTICES)?.unwrap_or_default(),
+            membranes: decoder.optional_section(MEMBRANES)?.unwrap_or_default(),
         };
         snapshot.check()?;
         Ok(snapshot)

@@ -330,6 +330,8 @@ const WITHOUT_UNIT: &[&str] = &[
     "friction",
     "static_friction",
     "restitution",
+    "keeps",
+    "accuracy",
     "imbalance",
     "poisson_ratio",
     "damping",

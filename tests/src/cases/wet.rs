@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 use std::path::Path;
 use std::sync::Arc;
 
+use glam::DVec3;
 use mercury_common::scene::Files;
 use mercury_solver::contact::adhesion::liquid::{Bridge, Fit, Liquid, Rupture, Tables};
 use mercury_solver::contact::adhesion::young_laplace::{Branch, Table};
@@ -38,7 +39,66 @@ pub(super) fn cases() -> Vec<Case> {
     cases.extend(exact());
     cases.extend(collisions());
     cases.extend(migration());
+    cases.extend(sprays());
     cases
+}
+
+/// Droplets of 0.2 mm at 2 m/s along (1, 2, -2)/3 from a full cone of 20 degrees: evenly in the solid angle, at the speed that was asked for.
+fn sprays() -> Vec<Case> {
+    const EVEN: &str = "even in the solid angle: the cosine is even between cos(20 degrees) and 1";
+    /// Mean place of the cosines between both ends, and the largest difference of a speed from 2 m/s.
+    fn measured() -> [f64; 2] {
+        let text = r#"
+seed = 7
+time = { end = 1.0, step = 1e-4 }
+domain = { min = [-1, -1, -1], max = [1, 1, 1] }
+output = { interval = 0.1 }
+[materials.grain]
+density = 2500.0
+normal = { law = "linear", stiffness = 1.0, dissipation = 0.0 }
+[[sprays]]
+name = "nozzle"
+position = [0, 0, 0]
+axis = [1, 2, -2]
+pattern = { kind = "full-cone", half_angle_degrees = 20.0 }
+flow_rate = 1e-6
+speed = 2.0
+droplets = { kind = "monodisperse", diameter = 2e-4 }
+liquid_density = 1000.0
+gravity = false
+"#;
+        let mut engine = crate::wet::start(text, &[]);
+        engine.steps_at_once(100, None).expect("numbers");
+        let droplets = engine
+            .sprays()
+            .map_or(&[][..], |sprays| &sprays.state.droplets);
+        let axis = DVec3::new(1.0, 2.0, -2.0) / 3.0;
+        let least = 20f64.to_radians().cos();
+        let (mut sum, mut worst) = (0.0, 0.0f64);
+        for droplet in droplets {
+            let speed = droplet.velocity.length();
+            sum += (droplet.velocity.dot(axis) / speed - least) / (1.0 - least);
+            worst = worst.max((speed - 2.0).abs());
+        }
+        [sum / droplets.len() as f64, worst]
+    }
+    vec![
+        Case::new(
+            "T25 engine: full cone, mean place of the cosines of 2387 droplets between both ends",
+            0.5,
+            // Four standard deviations of the mean of even numbers.
+            Absolute(4.0 / f64::sqrt(12.0 * 2387.0)),
+            EVEN,
+            || measured()[0],
+        ),
+        Case::new(
+            "T25 engine: full cone, largest difference of a speed from 2 m/s (m/s)",
+            0.0,
+            Absolute(1e-12),
+            "what was asked for",
+            || measured()[1],
+        ),
+    ]
 }
 
 /// Forces of the formulas for spheres of 1 mm, V = 1e-11 m3.

@@ -275,7 +275,7 @@ fn a_bridge_forms_on_contact_and_is_torn_at_its_range() {
         // The force and the energy of the bond along its way.
         let part = match expected {
             SlotState::Near => 0.0,
-            SlotState::Touching | SlotState::Behind | SlotState::Through => 1.0,
+            SlotState::Touching | SlotState::Behind | SlotState::Through | SlotState::Joined => 1.0,
             SlotState::Bonded => 1.0 - gap / BRIDGE.range,
         };
         let overlap = (-gap).max(0.0);
