@@ -223,6 +223,13 @@ fn of_key(keys: &[&str]) -> Option<Kind> {
         [.., "rate", "volume"] => D::VOLUME_RATE,
         [.., "rate", "number"] => D::FREQUENCY,
         [.., "bending", "stiffness"] => D::TORQUE,
+        ["membranes", "drag"] => D::FREQUENCY,
+        [
+            "membranes",
+            "pressure",
+            "gas" | "fluid" | "bulk_modulus" | "ambient",
+        ] => D::PRESSURE,
+        ["membranes", "corner" | "across" | "edge"] => D::LENGTH,
         [.., "wear", "constant"] => D::VOLUME_PER_ENERGY,
         [.., last] => match last {
             "min" | "max" | "point" | "origin" | "radius" | "radii" | "along" | "profile"

@@ -126,8 +126,17 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
+/// The scene of all keys with these. Sprays and membranes exclude each other: the former are there where a key of theirs is given.
 fn read(folder: &Path, text: &str, overrides: &[String]) -> Result<Scene, SceneErrors> {
-    parse_scene(&folder.join("keys.toml"), text, overrides, Files::MustExist)
+    let has_sprays = overrides.iter().any(|key| key.starts_with("sprays"));
+    let without = if has_sprays {
+        "membranes=[]"
+    } else {
+        "sprays=[]"
+    };
+    let mut all = vec![without.to_owned()];
+    all.extend_from_slice(overrides);
+    parse_scene(&folder.join("keys.toml"), text, &all, Files::MustExist)
 }
 
 /// The part of the format (the first key) and the name of each key on a path, as `walls` with `motion` and `velocity`.
@@ -365,6 +374,7 @@ const WITHOUT_UNIT: &[&str] = &[
     "diameter_exponent",
     "n1",
     "n2",
+    "prestrain",
     "damping_ratio",
     "wide_axis",
     "max_droplets",
