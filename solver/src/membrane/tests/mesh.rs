@@ -133,8 +133,11 @@ proptest! {
             let sheet = sheet(&mesh, law(Elasticity::Springs));
             let count = sheet.topology().edges().len() as f64;
             let mean = sheet.rest_lengths().sum::<f64>() / count;
-            prop_assert!((mean / edge - 1.0).abs() < 0.15, "{mean} {edge}");
-            let within = sheet.rest_lengths().all(|length| length > 0.7 * edge && length < 1.5 * edge);
+            // A disc is farthest from equilateral: along a ring its edges have pi/3 of the distance of rings, between rings
+            // sqrt(1 + (t pi/3)^2) of it with t evenly from 0 to 1, 1.12 in the mean. The number of rings, 10 or more, is rounded to
+            // a whole one, which changes their distance by 5 % at most.
+            prop_assert!((0.9..1.18).contains(&(mean / edge)), "{mean} {edge}");
+            let within = sheet.rest_lengths().all(|length| length > 0.7 * edge && length < 1.53 * edge);
             prop_assert!(within);
         }
     }
