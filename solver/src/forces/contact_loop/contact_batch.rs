@@ -12,7 +12,7 @@ pub(super) const ROOM: usize = 256;
 
 const _: () = assert!(CHUNK + MOST_LANES <= ROOM);
 
-/// Kinds that are told apart when contacts of one law are put side by side: the pairs of eight materials, or of five where those that touch and those
+/// Kinds that are distinguished when contacts of one law are put side by side: the pairs of eight materials, or of five where those that touch and those
 /// that do not are two kinds. Where there are more, groups with several laws are evaluated one by one.
 const PAIRS: usize = 64;
 
