@@ -120,13 +120,18 @@ impl<L: Real, const N: usize> History<L> for Bridge<L, N> {
 
     #[inline(always)]
     fn gather(one: impl Fn(usize) -> Bridge<f64, N>) -> Self {
+        // A plain loop: what `array::from_fn` calls is not always inlined, and then copies a whole history for each number.
+        let mut curve = [L::ZERO; N];
+        for (n, number) in curve.iter_mut().enumerate() {
+            *number = L::from_lanes(|k| one(k).curve[n]);
+        }
         Self {
             volume: L::from_lanes(|k| one(k).volume),
             wet: L::from_lanes(|k| one(k).wet),
             end: L::from_lanes(|k| one(k).end),
             gap: L::from_lanes(|k| one(k).gap),
             force: L::from_lanes(|k| one(k).force),
-            curve: std::array::from_fn(|n| L::from_lanes(|k| one(k).curve[n])),
+            curve,
         }
     }
 
