@@ -13,10 +13,9 @@ fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// `scenes/keys.toml`, which has every key once, without what this version does not run.
+/// `scenes/keys.toml`, which has every key once.
 fn all_keys() -> String {
-    let text = fs::read_to_string(repository().join("scenes/keys.toml")).unwrap();
-    text
+    fs::read_to_string(repository().join("scenes/keys.toml")).unwrap()
 }
 
 /// What excludes something of that scene, and is put into its place; a line for each key.

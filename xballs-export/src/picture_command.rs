@@ -121,7 +121,6 @@ impl Look {
                 scale_bar: !self.bare,
                 axes: !self.bare,
                 domain: !self.no_domain,
-                ..Options::default()
             },
             quantity: self.colour.clone(),
             range: self.range,
