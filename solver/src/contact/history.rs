@@ -32,6 +32,12 @@ pub trait History<L: Real = f64>:
     /// That of the contact `one(k)` in lane `k`; all of them by the same law.
     #[must_use]
     fn gather(one: impl Fn(usize) -> Self::One) -> Self;
+    /// The same from where they are kept: a large memory is not copied for each of its numbers.
+    #[must_use]
+    #[inline(always)]
+    fn gather_from<'a>(one: impl Fn(usize) -> &'a Self::One) -> Self {
+        Self::gather(|k| *one(k))
+    }
     /// That of the contact in lane `k`.
     #[must_use]
     fn lane(&self, k: usize) -> Self::One;
@@ -115,6 +121,16 @@ impl<L: Real, A: History<L>, B: History<L>, C: History<L>, D: History<L>> Histor
             self.1.lane(k),
             self.2.lane(k),
             self.3.lane(k),
+        )
+    }
+
+    #[inline(always)]
+    fn gather_from<'a>(one: impl Fn(usize) -> &'a Self::One) -> Self {
+        (
+            A::gather_from(|k| &one(k).0),
+            B::gather_from(|k| &one(k).1),
+            C::gather_from(|k| &one(k).2),
+            D::gather_from(|k| &one(k).3),
         )
     }
 

@@ -1,7 +1,7 @@
 //! What a contact remembers of its liquid bridge.
 
 use crate::contact::{History, HistoryNumber};
-use crate::lanes::Real;
+use crate::lanes::{MOST_LANES, Real};
 
 /// Numbers that describe the force of any bridge over its gap ([`Form`](super::Form)).
 pub const CURVE: usize = 14;
@@ -120,13 +120,27 @@ impl<L: Real, const N: usize> History<L> for Bridge<L, N> {
 
     #[inline(always)]
     fn gather(one: impl Fn(usize) -> Bridge<f64, N>) -> Self {
+        let mut all = [Bridge::default(); MOST_LANES];
+        for (k, bridge) in all[..L::LANES].iter_mut().enumerate() {
+            *bridge = one(k);
+        }
+        Self::gather_from(|k| &all[k])
+    }
+
+    #[inline(always)]
+    fn gather_from<'a>(one: impl Fn(usize) -> &'a Bridge<f64, N>) -> Self {
+        // A plain loop: what `array::from_fn` calls is not always inlined, and then copies a whole history for each number.
+        let mut curve = [L::ZERO; N];
+        for (n, number) in curve.iter_mut().enumerate() {
+            *number = L::from_lanes(|k| one(k).curve[n]);
+        }
         Self {
             volume: L::from_lanes(|k| one(k).volume),
             wet: L::from_lanes(|k| one(k).wet),
             end: L::from_lanes(|k| one(k).end),
             gap: L::from_lanes(|k| one(k).gap),
             force: L::from_lanes(|k| one(k).force),
-            curve: std::array::from_fn(|n| L::from_lanes(|k| one(k).curve[n])),
+            curve,
         }
     }
 
