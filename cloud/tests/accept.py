@@ -33,6 +33,8 @@ RANDOM = random.Random(SEED)
 SCENE = (ROOT / "scenes/drum.toml").read_text()
 LONG = ["time.end=0.4", "output.interval=0.004", "output.pictures=false"]
 SHORT = ["output.pictures=false"]
+# The drum goes on from the state of a run.
+FROM_RUN = re.sub(r"(?ms)^\[\[insertions\]\].*?(?=^\[|\Z)", "", SCENE) + "\n[[particles]]\nrun = \"RUN\"\n"
 
 
 class Failed(Exception):
@@ -242,6 +244,23 @@ class Server:
             must(found["state"] in ("queued", "running", "stopping"),
                  f"the run is {found['state']}: {found['cause']} {found['message']} {found['notes']}")
         return wait_for(over, seconds, f"not {state}")
+
+    def events(self, cookie):
+        """Listens to all events of a user from now on; the function that comes back gives the lines so far."""
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=120)
+        connection.request("GET", "/api/v1/events", headers={"Cookie": cookie})
+        answer = connection.getresponse()
+        must(answer.status == 200, f"GET /events: {answer.status}")
+        lines = []
+
+        def read():
+            # The server ends before the listener does.
+            with contextlib.suppress(OSError, http.client.HTTPException, AttributeError):
+                while line := answer.readline():
+                    lines.append(line.decode())
+
+        threading.Thread(target=read, daemon=True).start()
+        return lambda: list(lines)
 
     def attempts(self, run):
         return self.json("GET", f"/runs/{run}/attempts")
@@ -578,6 +597,40 @@ def check_spot():
     service.shutdown()
 
 
+def check_start_from_run():
+    """A run that starts from the last state of another, by its id, gives the bytes of `run = FOLDER` by hand; a clone keeps that state; a run
+    of another user, or without a state, is not taken."""
+    with server() as served:
+        sets = SHORT + ["time.end=0.1"]
+        first = served.submit(sets=sets)
+        body = {"scene": {"name": "next.toml", "text": FROM_RUN.replace("RUN", first), "set": sets}}
+        early = json.loads(served.request("POST", "/runs", body, expect=400).body)
+        must("no checkpoint yet" in early["detail"], f"{early}")
+        served.wait(first)
+        second = served.json("POST", "/runs", body, 201)["id"]
+        served.wait(second)
+        cloned = served.json("POST", f"/runs/{second}/clone", {})
+        served.json("POST", f"/runs/{first}/extend", {"end": 0.15})
+        served.wait(first)
+        third = served.json("POST", "/runs", cloned, 201)["id"]
+        served.wait(third)
+        folder = Path(tempfile.mkdtemp(prefix="accept-from-"))
+        (folder / "drum.toml").write_text(SCENE)
+        (folder / "next.toml").write_text(FROM_RUN.replace("RUN", first))
+        options = ["--quiet", "--threads", "1", *(f"--set={one}" for one in sets)]
+        for words in (["drum.toml", "--output", first], ["next.toml", "--output", "out"]):
+            subprocess.run([SOLVE, *words, *options], cwd=folder, check=True)
+        served.same_as_alone(second, folder / "out")
+        served.same_as_alone(third, folder / "out")
+        shutil.rmtree(folder)
+        served.request("POST", "/users", {"name": "ada", "password": "correct horse"}, expect=204)
+        mine, served.cookie = served.cookie, None
+        answer = served.request("POST", "/session", {"name": "ada", "password": "correct horse"}, expect=200)
+        served.cookie = answer.headers["set-cookie"].split(";")[0]
+        served.request("POST", "/runs", body, expect=422)
+        served.cookie = mine
+
+
 def check_extend():
     """A finished run to a later end gives the bytes of `mercury-solve --resume --set time.end`."""
     first, later = LONG, LONG + ["time.end=0.5"]
@@ -897,19 +950,22 @@ def check_others():
     with server() as served:
         run = served.submit(sets=LONG)
         study = served.json("POST", "/studies", {"base": {"scene": {"text": SCENE}}, "sweep": ["time.end=1e-5,2e-5"]}, 201)["id"]
+        project = served.json("POST", "/projects", {"name": "mine"}, 201)["id"]
+        served.json("PATCH", f"/runs/{run}", {"project": project})
         served.request("POST", "/users", {"name": "ada", "password": "correct horse"}, expect=204)
         mine, served.cookie = served.cookie, None
         answer = served.request("POST", "/session", {"name": "ada", "password": "correct horse"}, expect=200)
         served.cookie = answer.headers["set-cookie"].split(";")[0]
         tried = 0
         for path, methods in paths(served).items():
-            if "{run}" not in path and "{study}" not in path:
+            if not any(part in path for part in ("{run}", "{study}", "{project}")):
                 continue
+            path = path.replace("{project}", project).replace("/members/{name}", "/members/local")
             path = path.replace("{run}", run).replace("{study}", study).replace("{name}", "drum.ene").replace("{k}", "0").replace("{id}", "0")
             for method in methods:
                 body = {"end": 9.0} if path.endswith("extend") else {"days": 1}
                 query = "?file=drum.ene&column=elasticEnergy" if path.endswith("charts") else ""
-                body = body if path.endswith(("extend", "share")) else {}
+                body = body if path.endswith(("extend", "share")) else {"role": "viewer"} if "/members/" in path else {}
                 answer = served.request(method.upper(), path + query, body)
                 must(answer.status == 404, f"{method} {path}: {answer.status} {answer.body[:200]!r}")
                 tried += 1
@@ -917,6 +973,10 @@ def check_others():
         served.request("GET", f"/events?runs={run}", expect=404)
         served.request("GET", "/users", expect=403)
         must(served.json("GET", "/runs")["runs"] == [], "runs of others in the list")
+        must(served.json("GET", "/projects") == [], "projects of others in the list")
+        for path in (f"/runs?project={project}", f"/studies?project={project}"):
+            served.request("GET", path, expect=404)
+        served.request("POST", "/runs", {"scene": {"text": SCENE}, "project": project}, expect=404)
         served.cookie = None
         for token in ["mc_" + "0" * 64, "x", ""]:
             served.request("GET", f"/runs/{run}", headers={"Authorization": f"Bearer {token}"}, expect=401)
@@ -928,6 +988,8 @@ def check_others():
         answer = served.request("POST", "/session", {"token": token}, expect=200)
         served.cookie = answer.headers["set-cookie"].split(";")[0]
         served.request("GET", f"/runs/{run}", expect=200)
+        must(served.json("GET", "/projects") == [], "a share link shows projects")
+        must(served.json("GET", f"/runs?project={project}")["runs"] == [], "a share link lists runs")
         served.request("GET", f"/runs/{other}", expect=404)
         served.request("POST", f"/runs/{run}/stop", {}, expect=403)
         served.request("POST", "/tokens", {"name": "x"}, expect=403)
@@ -936,6 +998,99 @@ def check_others():
         for _ in range(4):
             served.request("POST", "/session", {"name": "ada", "password": "wrong"}, expect=401)
         served.request("POST", "/session", {"name": "ada", "password": "wrong"}, expect=429)
+
+
+def check_projects():
+    """The members of a project see its runs, and do with them what their role allows; its events reach them; others see nothing of it."""
+    with server() as served:
+        cookies = {"local": served.cookie}
+        for name in ("ada", "bob", "eve"):
+            served.request("POST", "/users", {"name": name, "password": "correct horse"}, expect=204)
+        for name in ("ada", "bob", "eve"):
+            served.cookie = None
+            answer = served.request("POST", "/session", {"name": name, "password": "correct horse"}, expect=200)
+            cookies[name] = answer.headers["set-cookie"].split(";")[0]
+
+        @contextlib.contextmanager
+        def user(name):
+            before, served.cookie = served.cookie, cookies[name]
+            yield
+            served.cookie = before
+
+        served.cookie = cookies["local"]
+        project = served.json("POST", "/projects", {"name": "Sieves"}, 201)["id"]
+        member = f"/projects/{project}/members/"
+        served.request("PUT", member + "ada", {"role": "member"}, expect=204)
+        served.request("PUT", member + "bob", {"role": "viewer"}, expect=204)
+        served.request("PUT", member + "bob", {"role": "owner"}, expect=400)
+        served.request("PUT", member + "carl", {"role": "viewer"}, expect=404)
+        for change in ({"role": "viewer"}, None):
+            served.request("PUT" if change else "DELETE", member + "local", change, expect=409)
+        run = served.submit(sets=LONG, project=project)
+        alone = served.submit(sets=SHORT)
+        study = served.json("POST", "/studies", {"base": {"scene": {"text": SCENE}, "project": project}, "sweep": ["time.end=1e-5,2e-5"]}, 201)["id"]
+        news = served.events(cookies["bob"])
+        for name in ("ada", "bob"):
+            with user(name):
+                listed = [one["id"] for one in served.json("GET", f"/runs?project={project}")["runs"]]
+                must(run in listed and alone not in listed and len(listed) == 3, f"{name} sees {listed}")
+                must(served.json("GET", "/runs")["runs"] == [], "the runs of the project are not one's own")
+                must([one["id"] for one in served.json("GET", f"/studies?project={project}")["studies"]] == [study], "the study is not listed")
+                must(len(served.json("GET", f"/studies/{study}")["rows"]) == 2, "the table of the study")
+                served.request("GET", f"/runs/{alone}", expect=404)
+                must(served.run(run)["writable"] == (name == "ada") and served.run(run)["owner"] == "local", f"{served.run(run)}")
+                served.request("PATCH", f"/runs/{run}", {"project": ""}, expect=403)
+                served.request("PUT", member + "eve", {"role": "viewer"}, expect=403)
+                served.request("DELETE", f"/projects/{project}", expect=403)
+                wait_for(lambda: served.run(run)["state"] == "running", 60, "not running")
+        with user("eve"):
+            served.request("GET", f"/runs/{run}", expect=404)
+            served.request("GET", f"/runs?project={project}", expect=404)
+            served.request("GET", f"/events?runs={run}", expect=404)
+        with user("bob"):
+            for path, body in (("stop", {}), ("kill", {}), ("extend", {"end": 9.0}), ("share", {"days": 1})):
+                served.request("POST", f"/runs/{run}/{path}", body, expect=403)
+            served.request("DELETE", f"/runs/{run}", expect=403)
+            served.request("PATCH", f"/runs/{run}", {"title": "x"}, expect=403)
+            served.request("POST", "/runs", {"scene": {"text": SCENE}, "project": project}, expect=403)
+            must("project" not in served.json("POST", f"/runs/{run}/clone", {}), "a viewer clones into the project")
+        with user("ada"):
+            served.json("POST", f"/runs/{run}/stop", {})
+            served.wait(run, "stopped")
+            cloned = served.json("POST", f"/runs/{run}/clone", {})
+            must(cloned["project"] == project, f"{cloned}")
+            hers = served.json("POST", "/runs", cloned | {"scene": cloned["scene"] | {"set": SHORT + ["time.end=1e-4"]}}, 201)["id"]
+            served.wait(hers)
+        with user("bob"):
+            must(served.run(hers)["owner"] == "ada", "bob does not see the run of ada")
+        wait_for(lambda: any(run in line and "stopped" in line for line in news()), 30, "bob did not hear that the run was stopped")
+        # A member that leaves sees nothing any more; a project that is removed leaves its runs with their owners.
+        with user("bob"):
+            served.request("DELETE", member + "bob", expect=204)
+            served.request("GET", f"/runs/{run}", expect=404)
+        served.request("DELETE", f"/projects/{project}", expect=204)
+        with user("ada"):
+            served.request("GET", f"/runs/{run}", expect=404)
+            must(served.run(hers)["project"] is None, "the project is still named")
+        must(served.run(run)["state"] == "stopped" and served.json("GET", "/projects") == [], "the owner's run")
+
+
+def check_prices():
+    """Costs are core hours times the price of the queue, attempt by attempt; savings are against the full price."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "prices.toml"
+        file.write_text('currency = "EUR"\non_demand = 3600\n[core_hour]\nlocal = 900\n')
+        with server("--prices", str(file)) as served:
+            must(served.json("GET", "/session")["price"] == {"currency": "EUR", "core_hour": 900.0}, "the session has no price")
+            run = served.submit(sets=SHORT + ["time.end=0.05"])
+            row = served.wait(run)
+            must(row["core_seconds"] > 0, f"{row}")
+            must(abs(row["cost"] - 0.25 * row["core_seconds"]) < 1e-9 and abs(row["saved"] - 0.75 * row["core_seconds"]) < 1e-9, f"{row}")
+            must(sum(one["cost"] for one in served.attempts(run)) == row["cost"], f"{served.attempts(run)}")
+            must(served.json("GET", "/session")["usage"]["cost"] == row["cost"], "the usage of the user")
+        file.write_text('currency = "EUR"\n[core_hour]\nlocal = -1\n')
+        refused = subprocess.run([CLOUD, "serve", "--data", folder, "--prices", str(file)], capture_output=True, text=True)
+        must(refused.returncode == 2 and "local: -1" in refused.stderr, f"{refused}")
 
 
 def check_quota():
@@ -1062,11 +1217,14 @@ def check_slurm():
     folder.chmod(0o755)
     here = Path(__file__).parent
     subprocess.run([here / "slurm-up.sh", folder / "slurm"], check=True)
-    count = folder / "bin/count"
-    count.parent.mkdir()
-    wrapper = folder / "bin/squeue"
-    wrapper.write_text(f'#!/bin/sh\necho x >> {count}\nexec {shutil.which("squeue")} "$@"\n')
-    wrapper.chmod(0o755)
+    (folder / "bin").mkdir()
+    def counted(name):
+        """A file that gets a line for each call of a program."""
+        count, wrapper = folder / f"bin/{name}.count", folder / f"bin/{name}"
+        wrapper.write_text(f'#!/bin/sh\necho x >> {count}\nexec {shutil.which(name)} "$@"\n')
+        wrapper.chmod(0o755)
+        return count
+    count, submissions = counted("squeue"), counted("sbatch")
     # Longer than the minute that a job has below, less its grace.
     longer = ["time.end=6", "output.interval=0.02", "output.pictures=false"]
     def stepd(entry, folder):
@@ -1123,6 +1281,7 @@ def check_slurm():
             slurm("slurmd", "-N", node)
             # Many small runs of a study.
             begin, before = time.monotonic(), len(count.read_text().splitlines())
+            arrays = len(submissions.read_text().splitlines())
             number = int(os.environ.get("ACCEPT_RUNS", 40))
             files = {path.name: upload(served, path) for path in [PARTICLES] if f'"{path.name}"' in SPHERES}
             values = ",".join(repr(100.0 + k) for k in range(number))
@@ -1132,7 +1291,9 @@ def check_slurm():
             served.wait(third, seconds=240)
             served.same_as_alone(third, alone(longer))
             seconds, calls = time.monotonic() - begin, len(count.read_text().splitlines()) - before
-            print(f"    {number} runs of a study in {seconds:.0f} s, {calls} calls of squeue")
+            arrays = len(submissions.read_text().splitlines()) - arrays
+            print(f"    {number} runs of a study in {seconds:.0f} s, {calls} calls of squeue, {arrays} of sbatch")
+            must(arrays <= 5, "a study is no array")
             must(calls <= seconds / 10 + 3, "too many calls of squeue")
         # A limit of one minute: SIGTERM 30 s before it, and another job.
         site.write_text('grace = 30\npoll = 10.0\ntime = "1"\n')

@@ -8,6 +8,7 @@ use utoipa::ToSchema;
 use crate::head::{Beat, Cause, Note};
 use crate::lifecycle::RunState;
 use crate::problem::SceneProblem;
+use crate::requests::Role;
 use crate::spec::Spec;
 
 /// A run in a list.
@@ -21,6 +22,10 @@ pub struct RunRow {
     pub label: String,
     /// The study that it belongs to.
     pub study: Option<String>,
+    /// Name of its owner.
+    pub owner: String,
+    /// The project whose members see it.
+    pub project: Option<String>,
     /// State.
     pub state: RunState,
     /// Unix time of its submission, in s.
@@ -37,6 +42,10 @@ pub struct RunRow {
     pub time: f64,
     /// Core seconds spent so far.
     pub core_seconds: f64,
+    /// What its attempts cost, in the currency of the server, where it has prices.
+    pub cost: Option<f64>,
+    /// What was saved against the full price.
+    pub saved: Option<f64>,
     /// Cause of the last attempt's end.
     pub cause: Option<Cause>,
     /// What there is to say about that end.
@@ -47,6 +56,30 @@ pub struct RunRow {
     pub particles: Option<u64>,
     /// `--set` of this run.
     pub set: Vec<String>,
+}
+
+/// A project with its members.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ProjectRow {
+    /// What requests name it by.
+    pub id: String,
+    /// Name, for people.
+    pub name: String,
+    /// What this user may do.
+    pub role: Role,
+    /// How many runs it has.
+    pub runs: u64,
+    /// Its members by name.
+    pub members: Vec<MemberRow>,
+}
+
+/// A member of a project.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct MemberRow {
+    /// Name of the user.
+    pub name: String,
+    /// What the user may do.
+    pub role: Role,
 }
 
 /// A page of a list.
@@ -101,6 +134,17 @@ pub struct Attempt {
     pub machine: String,
     /// Committed step at its end.
     pub step: Option<u64>,
+    /// What it cost, in the currency of the server, where it has prices.
+    pub cost: Option<f64>,
+}
+
+/// What cores cost.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Price {
+    /// Currency.
+    pub currency: String,
+    /// A core for an hour, where a new run goes first.
+    pub core_hour: f64,
 }
 
 /// A file of a run.
@@ -292,6 +336,8 @@ pub struct Session {
     pub solver: String,
     /// What this user takes.
     pub usage: Usage,
+    /// What cores cost, where the server has prices.
+    pub price: Option<Price>,
 }
 
 /// What a user takes, and may take.
@@ -307,6 +353,8 @@ pub struct Usage {
     pub most_disk: Option<u64>,
     /// Core seconds that all runs have spent.
     pub core_seconds: f64,
+    /// What they cost, in the currency of the server, where it has prices.
+    pub cost: Option<f64>,
 }
 
 /// A user, for administrators.

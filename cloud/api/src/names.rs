@@ -1,5 +1,7 @@
 //! Names of files that users give, and which files of a run only grow.
 
+use crate::RunId;
+
 /// The longest name of an input file, in bytes.
 pub const LONGEST_NAME: usize = 100;
 
@@ -32,6 +34,14 @@ pub fn check_name(name: &str) -> Result<(), BadName> {
         Err(BadName::Beginning)
     } else {
         Ok(())
+    }
+}
+
+/// Checks the name of an input as workers lay it out: a flat name, or that of a checkpoint of another run, `ID/NAME`.
+pub fn check_input(name: &str) -> Result<(), BadName> {
+    match name.split_once('/') {
+        Some((run, file)) if run.parse::<RunId>().is_ok() => check_name(file),
+        _ => check_name(name),
     }
 }
 
@@ -79,6 +89,23 @@ pub fn may_differ(name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_checkpoint_lies_in_a_folder_with_the_id_of_its_run() {
+        let run = "0123456789abcdef0123456789abcdef";
+        assert_eq!(check_input(&format!("{run}/drum.0.restart")), Ok(()));
+        assert_eq!(check_input("drum.toml"), Ok(()));
+        for name in [
+            "/x",
+            "a/b",
+            &format!("{run}/../x"),
+            &format!("{run}/a/b"),
+            &format!("{run}/"),
+            &format!("../{run}/x"),
+        ] {
+            assert!(check_input(name).is_err(), "{name}");
+        }
+    }
 
     #[test]
     fn names_that_lead_elsewhere_are_refused() {

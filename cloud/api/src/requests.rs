@@ -55,6 +55,9 @@ pub struct Submit {
     /// Arguments of `--result`, `name=what`.
     #[serde(default)]
     pub result: Vec<String>,
+    /// The project whose members see the run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub project: Option<String>,
 }
 
 fn one() -> u32 {
@@ -93,6 +96,37 @@ pub struct Patch {
     /// A new label.
     #[serde(default)]
     pub label: Option<String>,
+    /// Another project; empty: none. For the owner of the run.
+    #[serde(default)]
+    pub project: Option<String>,
+}
+
+/// What a member of a project may do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Role {
+    /// Looks at runs, fetches and clones them.
+    Viewer,
+    /// Also submits to the project, stops, resumes, extends and deletes its runs.
+    Member,
+    /// Also chooses the members.
+    Manager,
+}
+
+/// Body of `POST /projects`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NewProject {
+    /// Name, for people.
+    pub name: String,
+}
+
+/// Body of `PUT /projects/P/members/NAME`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NewMember {
+    /// What the user may do.
+    pub role: Role,
 }
 
 /// Body of `POST /session`.

@@ -131,6 +131,21 @@ impl Client {
             .read_json()?)
     }
 
+    pub(crate) fn put(&self, path: &str, body: &Value) -> Result<()> {
+        let (name, secret) = self.secret();
+        let request = self
+            .agent
+            .put(self.url(path))
+            .header(name, secret)
+            .header("origin", &self.base);
+        checked(
+            request
+                .send_json(body)
+                .with_context(|| format!("{} gives no answer", self.base))?,
+        )?;
+        Ok(())
+    }
+
     pub(crate) fn delete(&self, path: &str) -> Result<()> {
         let (name, secret) = self.secret();
         let request = self

@@ -8,7 +8,7 @@ use std::thread;
 use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow, bail};
-use clap::Args;
+use clap::{Args, Subcommand};
 use serde_json::{Value, json};
 
 use crate::client::Client;
@@ -86,6 +86,9 @@ pub(crate) struct Submit {
     /// A result of the finished run, as `mercury-solve --result` takes it; may be repeated
     #[arg(long, value_name = "NAME=WHAT")]
     result: Vec<String>,
+    /// The project whose members see the run, by name or id
+    #[arg(long)]
+    project: Option<String>,
     /// The same key with the same scene is the same run, however often it is submitted
     #[arg(long, value_name = "KEY", conflicts_with = "sweep")]
     key: Option<String>,
@@ -235,6 +238,9 @@ impl Submit {
                 body[member] = json!(value);
             }
         }
+        if let Some(project) = &self.project {
+            body["project"] = json!(project_id(&client, project)?);
+        }
         if study.is_some() || !self.sweep.is_empty() {
             let mut of_study = json!({"base": body, "sweep": self.sweep});
             if let Some(study) = study {
@@ -276,6 +282,9 @@ pub(crate) struct List {
     /// Runs with this label only
     #[arg(long)]
     label: Option<String>,
+    /// Runs of a project, by name or id; without it your own
+    #[arg(long)]
+    project: Option<String>,
     /// As JSON
     #[arg(long)]
     json: bool,
@@ -289,6 +298,9 @@ impl List {
             if let Some(value) = value {
                 query += &format!("{name}={}&", encoded(value));
             }
+        }
+        if let Some(project) = &self.project {
+            query += &format!("project={}&", project_id(&client, project)?);
         }
         let mut after = String::new();
         let mut all = Vec::new();
@@ -512,6 +524,112 @@ impl Token {
         let body = json!({"name": self.name, "days": self.days, "read_only": self.read_only});
         let token = client.post("/tokens", &body)?;
         say(token["secret"].as_str().unwrap_or_default())?;
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// The id of a project that is given by its id or its name.
+fn project_id(client: &Client, named: &str) -> Result<String> {
+    let projects = client.json("/projects")?;
+    let all = projects.as_array().map_or(&[][..], Vec::as_slice);
+    let found: Vec<&str> = (all.iter())
+        .filter(|project| text_of(&project["id"]) == named || text_of(&project["name"]) == named)
+        .map(|project| text_of(&project["id"]))
+        .collect();
+    match found[..] {
+        [id] => Ok(id.to_owned()),
+        [] => bail!("you are in no project {named}; `mercury-cloud project` lists yours"),
+        _ => bail!(
+            "{} projects are called {named}: give the id of one of them: {}",
+            found.len(),
+            found.join(", ")
+        ),
+    }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Project {
+    #[command(flatten)]
+    server: Server,
+    #[command(subcommand)]
+    command: Option<ProjectCommand>,
+}
+
+#[derive(Debug, Subcommand)]
+enum ProjectCommand {
+    /// List your projects with their members
+    Ls,
+    /// Make a project; prints its id
+    New {
+        /// Name
+        name: String,
+    },
+    /// Remove a project; its runs stay with their owners
+    Rm {
+        /// The project, by name or id
+        project: String,
+    },
+    /// Add a user, or give a member another role
+    Add {
+        /// The project, by name or id
+        project: String,
+        /// Name of the user
+        user: String,
+        /// viewer looks and fetches; member also submits, stops, resumes and deletes; manager also chooses members
+        #[arg(long, default_value = "member", value_parser = ["viewer", "member", "manager"])]
+        role: String,
+    },
+    /// Take a member out of a project
+    Remove {
+        /// The project, by name or id
+        project: String,
+        /// Name of the user
+        user: String,
+    },
+}
+
+impl Project {
+    pub(crate) fn run(self) -> Result<ExitCode> {
+        let client = self.server.connect()?;
+        let member = |project: &str, user: &str| -> Result<String> {
+            let id = project_id(&client, project)?;
+            Ok(format!("/projects/{id}/members/{}", encoded(user)))
+        };
+        match self.command.unwrap_or(ProjectCommand::Ls) {
+            ProjectCommand::Ls => {
+                let projects = client.json("/projects")?;
+                for project in projects.as_array().into_iter().flatten() {
+                    let members: Vec<String> = (project["members"]
+                        .as_array()
+                        .into_iter()
+                        .flatten())
+                    .map(|one| format!("{} ({})", text_of(&one["name"]), text_of(&one["role"])))
+                    .collect();
+                    let (id, name) = (text_of(&project["id"]), text_of(&project["name"]));
+                    say(&format!(
+                        "{id}  {name}  {} runs  {}",
+                        project["runs"],
+                        members.join(", ")
+                    ))?;
+                }
+            }
+            ProjectCommand::New { name } => {
+                say(text_of(
+                    &client.post("/projects", &json!({"name": name}))?["id"],
+                ))?;
+            }
+            ProjectCommand::Rm { project } => {
+                client.delete(&format!("/projects/{}", project_id(&client, &project)?))?;
+            }
+            ProjectCommand::Add {
+                project,
+                user,
+                role,
+            } => {
+                client.put(&member(&project, &user)?, &json!({"role": role}))?;
+            }
+            ProjectCommand::Remove { project, user } => client.delete(&member(&project, &user)?)?,
+        }
         Ok(ExitCode::SUCCESS)
     }
 }

@@ -26,6 +26,8 @@ Examples:
   mercury-cloud extend RUN --end 4                 a finished run to a later end
   mercury-cloud get RUN -o drum                    its files
   mercury-cloud diff drum drum-again               whether two runs have the same bytes
+  mercury-cloud project new Sieves; mercury-cloud project add Sieves ada
+  mercury-cloud submit drum.toml --project Sieves  a run that ada sees, too
 
 Runs are named by their id, or by as many of its first digits as are needed.
 The commands talk to the server whose link is in --link, in MERCURY_CLOUD_LINK, or in the data folder of `serve`.
@@ -68,6 +70,8 @@ enum Command {
     Rm(commands::Remove),
     /// Make a token for the API; prints it once
     Token(commands::Token),
+    /// List projects, make one, remove one, add and remove members
+    Project(commands::Project),
     /// Add a user, or change a password, which is read from standard input
     User(commands::User),
     /// Print the description of the API
@@ -140,6 +144,9 @@ struct Serve {
     /// Wait after a first attempt without progress, in s; doubled with each further one
     #[arg(long, value_name = "S", default_value_t = 10.0)]
     retry_wait: f64,
+    /// What cores cost, so that runs show money beside core hours (example: cloud/deploy/prices.toml)
+    #[arg(long, value_name = "PRICES.toml")]
+    prices: Option<PathBuf>,
     /// Do not confine the solver: a scene can then read any file that this user can
     #[arg(long)]
     no_sandbox: bool,
@@ -235,6 +242,7 @@ fn run(command: Command) -> Result<ExitCode> {
         Command::Diff(diff) => diff.run(),
         Command::Rm(remove) => remove.run(),
         Command::Token(token) => token.run(),
+        Command::Project(project) => project.run(),
         Command::User(user) => user.run(),
         Command::Openapi => {
             commands::say(&format!("{:#}", cloud_server::openapi()))?;
@@ -316,6 +324,14 @@ fn engine(serve: &Serve) -> Result<EngineChoice> {
 fn serve(serve: Serve) -> Result<()> {
     let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get() as u32);
     let engine = engine(&serve)?;
+    let prices: Option<cloud_server::Prices> = (serve.prices.as_ref())
+        .map(|path| settings(path))
+        .transpose()?;
+    if let (Some(prices), Some(path)) = (&prices, &serve.prices)
+        && let Err(wrong) = prices.check()
+    {
+        bail!(commands::Usage(format!("{}: {wrong}", path.display())));
+    }
     let options = cloud_server::Options {
         data: serve.data.map_or_else(commands::data_folder, Ok)?,
         listen: SocketAddr::new(serve.address, serve.port),
@@ -335,6 +351,7 @@ fn serve(serve: Serve) -> Result<()> {
         checkpoint_every: serve.checkpoint_every,
         beat: serve.beat,
         first_wait: serve.retry_wait,
+        prices,
     };
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .enable_all()

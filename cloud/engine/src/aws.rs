@@ -219,12 +219,6 @@ impl Batch {
         }
         Ok(false)
     }
-
-    /// The queue for a run that has had so many attempts without progress.
-    fn queue(&self, barren: u32) -> &str {
-        let nth = (barren / self.account.losses.max(1)) as usize;
-        &self.account.queues[nth.min(self.account.queues.len() - 1)]
-    }
 }
 
 fn refused(program: &str, message: impl std::fmt::Display) -> EngineError {
@@ -280,6 +274,11 @@ fn submission(launch: &Launch, queue: &str, definition: &str) -> Value {
 impl Engine for Batch {
     fn name(&self) -> &'static str {
         "aws"
+    }
+
+    fn queue(&self, barren: u32) -> &str {
+        let nth = (barren / self.account.losses.max(1)) as usize;
+        &self.account.queues[nth.min(self.account.queues.len() - 1)]
     }
 
     fn submit(&self, launch: &Launch) -> Result<(), EngineError> {

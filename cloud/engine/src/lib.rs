@@ -125,8 +125,19 @@ pub trait Engine: Send + Sync {
     /// `local`, `slurm`, `aws` or `kubernetes`.
     fn name(&self) -> &'static str;
 
+    /// Where an attempt goes that follows so many without progress: the queue, on engines that have several of different prices.
+    fn queue(&self, barren: u32) -> &str {
+        let _ = barren;
+        self.name()
+    }
+
     /// Starts the job, unless there is one of this name.
     fn submit(&self, launch: &Launch) -> Result<(), EngineError>;
+
+    /// Starts several jobs as [`Engine::submit`] does; what came of each, in their order.
+    fn submit_all(&self, launches: &[Launch]) -> Vec<Result<(), EngineError>> {
+        launches.iter().map(|launch| self.submit(launch)).collect()
+    }
 
     /// All jobs that wait or run, by name. One query, however many there are.
     fn observe(&self) -> Result<HashMap<String, Observed>, EngineError>;

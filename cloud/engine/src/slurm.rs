@@ -1,6 +1,12 @@
 //! Workers as jobs of Slurm, by `sbatch`, `squeue` and `scancel`; accounting (`sacct`) is not needed.
+//!
+//! Jobs that are submitted together and need the same go as one array. All tasks of an array have one name in Slurm, so a file in a
+//! folder of the server says which job each task is; it is written before the array is submitted.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
@@ -27,6 +33,8 @@ pub struct Site {
     pub poll: f64,
     /// Whether `--mem` is passed; some sites refuse it.
     pub memory: bool,
+    /// The most tasks of an array, at most the site's `MaxArraySize` less 1; below 2: no arrays.
+    pub array: usize,
 }
 
 impl Default for Site {
@@ -39,13 +47,22 @@ impl Default for Site {
             grace: 120,
             poll: 10.0,
             memory: true,
+            array: 1000,
         }
     }
 }
 
+/// Begin of the names of arrays.
+const ARRAY: &str = "mc-array-";
+
+/// Age of a file of an array that is gone from Slurm, from which on it is removed.
+const OLD: Duration = Duration::from_secs(24 * 3600);
+
 /// Jobs of Slurm.
 pub struct Slurm {
     site: Site,
+    /// Where the files of arrays are.
+    arrays: PathBuf,
     seen: Mutex<Option<(Instant, HashMap<String, Observed>)>>,
 }
 
@@ -57,10 +74,11 @@ struct Line {
 }
 
 impl Slurm {
-    /// On this site.
-    pub fn new(site: Site) -> Self {
+    /// On this site. `arrays`: a folder for its files, which outlive the server.
+    pub fn new(site: Site, arrays: PathBuf) -> Self {
         Self {
             site,
+            arrays,
             seen: Mutex::new(None),
         }
     }
@@ -68,10 +86,116 @@ impl Slurm {
     fn squeue(&self) -> Result<Vec<Line>, EngineError> {
         let text = call(
             "squeue",
-            ["--me", "-t", "all", "-h", "-o", "%i|%j|%T|%r|%N|%M"],
+            ["--me", "-r", "-t", "all", "-h", "-o", "%i|%j|%T|%r|%N|%M"],
             None,
         )?;
-        Ok(text.lines().filter_map(line).collect())
+        let mut tasks: HashMap<String, Vec<String>> = HashMap::new();
+        let lines = text.lines().filter_map(line).filter_map(|mut line| {
+            if line.job.starts_with(ARRAY) {
+                let names = (tasks.entry(line.job)).or_insert_with_key(|array| self.tasks(array));
+                let task: usize = line.id.rsplit_once('_')?.1.parse().ok()?;
+                line.job = names.get(task)?.clone();
+            }
+            Some(line)
+        });
+        let lines = lines.collect();
+        self.forget(&tasks);
+        Ok(lines)
+    }
+
+    /// The jobs that the tasks of an array are.
+    fn tasks(&self, array: &str) -> Vec<String> {
+        let text = fs::read_to_string(self.arrays.join(array)).unwrap_or_default();
+        text.lines().map(str::to_owned).collect()
+    }
+
+    /// Removes the files of arrays that are gone from Slurm for long.
+    fn forget(&self, known: &HashMap<String, Vec<String>>) {
+        let names: HashSet<&str> = known.keys().map(String::as_str).collect();
+        for entry in fs::read_dir(&self.arrays).into_iter().flatten().flatten() {
+            let age = entry.metadata().and_then(|data| data.modified());
+            let age = age.ok().and_then(|time| time.elapsed().ok());
+            let is_known = entry
+                .file_name()
+                .to_str()
+                .is_some_and(|name| names.contains(name));
+            if !is_known && age.is_some_and(|age| age > OLD) {
+                // The next look tries again.
+                let _ = fs::remove_file(entry.path());
+            }
+        }
+    }
+
+    /// The arguments of `sbatch` for a job with these needs.
+    fn arguments(&self, name: &str, threads: u32, memory: u64, log: &Path) -> Vec<String> {
+        let mut arguments = vec![
+            "--parsable".to_owned(),
+            format!("--job-name={name}"),
+            // The server makes attempts, and nothing else.
+            "--no-requeue".to_owned(),
+            format!("--signal=B:TERM@{}", self.site.grace),
+            format!("--cpus-per-task={threads}"),
+            format!("--output={}", log.display()),
+            "--open-mode=append".to_owned(),
+        ];
+        if self.site.memory {
+            arguments.push(format!("--mem={}M", memory.div_ceil(1 << 20)));
+        }
+        for (option, value) in [
+            ("partition", &self.site.partition),
+            ("account", &self.site.account),
+            ("qos", &self.site.qos),
+            ("time", &self.site.time),
+        ] {
+            arguments.extend(value.as_ref().map(|value| format!("--{option}={value}")));
+        }
+        arguments
+    }
+
+    /// Calls `sbatch`, and notes that the jobs are on their way.
+    fn sbatch(
+        &self,
+        arguments: &[String],
+        script: &str,
+        jobs: &[&Launch],
+    ) -> Result<(), EngineError> {
+        let submitted = call("sbatch", arguments.iter().map(String::as_str), Some(script));
+        let mut seen = self
+            .seen
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner());
+        match (&submitted, seen.as_mut()) {
+            (Ok(_), Some((_, seen))) => {
+                let waits = || Observed::Pending("submitted".to_owned());
+                seen.extend(jobs.iter().map(|launch| (launch.job.clone(), waits())));
+            }
+            // Whether it went through is not known: the next try has to look anew.
+            _ => *seen = None,
+        }
+        submitted.map(|_| ())
+    }
+
+    /// Submits jobs with the same needs as one array.
+    fn submit_array(&self, jobs: &[&Launch]) -> Result<(), EngineError> {
+        let failed = |source| EngineError::Program {
+            program: format!("the file of an array in {}", self.arrays.display()),
+            source,
+        };
+        let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+        let name = format!("{ARRAY}{}", now.map_or(0, |now| now.as_nanos()));
+        let names: String = jobs
+            .iter()
+            .map(|launch| format!("{}\n", launch.job))
+            .collect();
+        fs::create_dir_all(&self.arrays).map_err(failed)?;
+        let mut file = fs::File::create_new(self.arrays.join(&name)).map_err(failed)?;
+        file.write_all(names.as_bytes()).map_err(failed)?;
+        file.sync_all().map_err(failed)?;
+        let first = jobs[0];
+        let mut arguments =
+            self.arguments(&name, first.threads, first.memory, Path::new("/dev/null"));
+        arguments.push(format!("--array=0-{}", jobs.len() - 1));
+        self.sbatch(&arguments, &array_script(jobs), jobs)
     }
 
     /// Ids of the jobs of this name that wait or run.
@@ -114,6 +238,25 @@ fn quoted(word: &str) -> String {
     format!("'{}'", word.replace('\'', "'\\''"))
 }
 
+/// `exec` and the words of a command: Slurm's signal is for the worker, not for a shell around it.
+fn exec(launch: &Launch) -> String {
+    let words = launch
+        .command
+        .iter()
+        .map(|word| quoted(&word.to_string_lossy()));
+    format!("exec {}", words.collect::<Vec<_>>().join(" "))
+}
+
+/// A script in which each task of an array finds its command.
+fn array_script(jobs: &[&Launch]) -> String {
+    let mut script = "#!/bin/sh\ncase \"$SLURM_ARRAY_TASK_ID\" in\n".to_owned();
+    for (task, launch) in jobs.iter().enumerate() {
+        let log = quoted(&launch.log.to_string_lossy());
+        script += &format!("{task}) {} >> {log} 2>&1 ;;\n", exec(launch));
+    }
+    script + "esac\n"
+}
+
 impl Engine for Slurm {
     fn name(&self) -> &'static str {
         "slurm"
@@ -124,54 +267,44 @@ impl Engine for Slurm {
         if self.observe()?.contains_key(&launch.job) {
             return Ok(());
         }
-        // `exec`: Slurm's signal is for the worker, not for a shell around it.
-        let words: Vec<String> = launch
-            .command
-            .iter()
-            .map(|word| quoted(&word.to_string_lossy()))
-            .collect();
-        let script = format!("#!/bin/sh\nexec {}\n", words.join(" "));
-        let mut arguments = vec![
-            "--parsable".to_owned(),
-            format!("--job-name={}", launch.job),
-            // The server makes attempts, and nothing else.
-            "--no-requeue".to_owned(),
-            format!("--signal=B:TERM@{}", self.site.grace),
-            format!("--cpus-per-task={}", launch.threads),
-            format!("--output={}", launch.log.display()),
-            "--open-mode=append".to_owned(),
-        ];
-        if self.site.memory {
-            arguments.push(format!("--mem={}M", launch.memory.div_ceil(1 << 20)));
-        }
-        for (option, value) in [
-            ("partition", &self.site.partition),
-            ("account", &self.site.account),
-            ("qos", &self.site.qos),
-            ("time", &self.site.time),
-        ] {
-            arguments.extend(value.as_ref().map(|value| format!("--{option}={value}")));
-        }
-        let submitted = call(
-            "sbatch",
-            arguments.iter().map(String::as_str),
-            Some(&script),
-        );
-        let mut seen = self
-            .seen
-            .lock()
-            .unwrap_or_else(|poisoned| poisoned.into_inner());
-        match (&submitted, seen.as_mut()) {
-            (Ok(_), Some((_, jobs))) => {
-                jobs.insert(
-                    launch.job.clone(),
-                    Observed::Pending("submitted".to_owned()),
-                );
+        let arguments = self.arguments(&launch.job, launch.threads, launch.memory, &launch.log);
+        let script = format!("#!/bin/sh\n{}\n", exec(launch));
+        self.sbatch(&arguments, &script, &[launch])
+    }
+
+    fn submit_all(&self, launches: &[Launch]) -> Vec<Result<(), EngineError>> {
+        let there = match self.observe() {
+            Ok(there) => there,
+            // Each of them says why.
+            Err(_) => return launches.iter().map(|launch| self.submit(launch)).collect(),
+        };
+        let mut alike: BTreeMap<(u32, u64), Vec<usize>> = BTreeMap::new();
+        for (number, launch) in launches.iter().enumerate() {
+            if !there.contains_key(&launch.job) {
+                let needs = (launch.threads, launch.memory);
+                alike.entry(needs).or_default().push(number);
             }
-            // Whether it went through is not known: the next try has to look anew.
-            _ => *seen = None,
         }
-        submitted.map(|_| ())
+        let mut came: Vec<Result<(), EngineError>> = launches.iter().map(|_| Ok(())).collect();
+        for part in alike
+            .values()
+            .flat_map(|all| all.chunks(self.site.array.max(1)))
+        {
+            let jobs: Vec<&Launch> = part.iter().map(|&number| &launches[number]).collect();
+            let submitted = match jobs[..] {
+                [one] => self.submit(one),
+                _ => self.submit_array(&jobs),
+            };
+            if let Err(error) = submitted {
+                for &number in part {
+                    came[number] = Err(EngineError::Refused {
+                        program: "sbatch".to_owned(),
+                        message: error.to_string(),
+                    });
+                }
+            }
+        }
+        came
     }
 
     fn observe(&self) -> Result<HashMap<String, Observed>, EngineError> {
@@ -247,6 +380,32 @@ mod tests {
         }
         assert!(line("20|another|RUNNING|None|n1|0:02").is_none());
         assert!(line("").is_none());
+    }
+
+    #[test]
+    fn each_task_of_an_array_runs_its_own_command() {
+        use std::process::Command;
+        let folder = tempfile::tempdir().unwrap();
+        let launches: Vec<Launch> = (0..3)
+            .map(|k| Launch {
+                job: format!("mc-ab-{k}"),
+                command: vec!["echo".into(), format!("task {k} it's").into()],
+                threads: 1,
+                memory: 1,
+                log: folder.path().join(format!("{k}.log")),
+                barren: 0,
+            })
+            .collect();
+        let script = array_script(&launches.iter().collect::<Vec<_>>());
+        for k in 0..3 {
+            let mut shell = Command::new("sh");
+            shell
+                .args(["-c", &script])
+                .env("SLURM_ARRAY_TASK_ID", k.to_string());
+            assert!(shell.status().unwrap().success());
+            let said = fs::read_to_string(folder.path().join(format!("{k}.log"))).unwrap();
+            assert_eq!(said, format!("task {k} it's\n"));
+        }
     }
 
     #[test]

@@ -10,13 +10,14 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 use axum::http::StatusCode;
 use cloud_api::answers::Checked;
-use cloud_api::names::{BadName, check_name};
+use cloud_api::names::{BadName, check_input, check_name};
 use cloud_api::problem::SceneProblem;
 use cloud_api::requests::Scene;
 use cloud_worker::confine::Cage;
 use serde_json::Value;
 
 use crate::access::Fail;
+use crate::earlier;
 use crate::secrets;
 use crate::state::App;
 
@@ -88,7 +89,7 @@ pub(crate) fn inspect(
     }
     let mut files = Vec::new();
     for (name, sha256) in &scene.files {
-        check_name(name).map_err(|why| name_is_bad(name, why))?;
+        check_input(name).map_err(|why| name_is_bad(name, why))?;
         if *name == scene.name {
             return Err(Fail::bad(
                 "two files have one name",
@@ -103,6 +104,7 @@ pub(crate) fn inspect(
         };
         files.push((name.clone(), sha256.clone(), bytes));
     }
+    files.extend(earlier::inputs(app, owner, scene)?);
     Ok(files)
 }
 
@@ -112,10 +114,12 @@ pub(crate) fn lay_out(app: &App, scene: &Scene, files: &[(String, String, u64)])
     fs::create_dir(&folder.0)?;
     fs::write(folder.0.join(&scene.name), &scene.text)?;
     for (name, sha256, _) in files {
-        app.store.get_into(
-            &format!("inputs/{sha256}"),
-            &mut File::create_new(folder.0.join(name))?,
-        )?;
+        let path = folder.0.join(name);
+        if let Some(parent) = path.parent() {
+            fs::create_dir_all(parent)?;
+        }
+        app.store
+            .get_into(&format!("inputs/{sha256}"), &mut File::create_new(path)?)?;
     }
     Ok(folder)
 }

@@ -11,8 +11,11 @@ use cloud_api::answers::{Attempt, EventRow, RunRow, Usage};
 use cloud_api::head::Cause;
 use cloud_api::lifecycle::{self, Event, Illegal, Policy, Run};
 use cloud_api::{Head, RunState, Wish};
+use cloud_engine::Engine;
 use rusqlite::{Connection, OptionalExtension, Row, Transaction, params};
 use serde_json::{Value, json};
+
+use crate::prices::{Cost, Prices};
 
 const SCHEMA: &str = "
 CREATE TABLE IF NOT EXISTS users(id INTEGER PRIMARY KEY, name TEXT NOT NULL UNIQUE, hash TEXT, admin INTEGER NOT NULL);
@@ -37,16 +40,26 @@ CREATE TABLE IF NOT EXISTS attempts(run TEXT NOT NULL, epoch INTEGER NOT NULL, e
 CREATE TABLE IF NOT EXISTS events(id INTEGER PRIMARY KEY AUTOINCREMENT, run TEXT NOT NULL, time REAL NOT NULL, kind TEXT NOT NULL,
   data TEXT NOT NULL);
 CREATE INDEX IF NOT EXISTS events_run ON events(run, id);
+CREATE TABLE IF NOT EXISTS projects(id TEXT PRIMARY KEY, name TEXT NOT NULL, created REAL NOT NULL);
+CREATE TABLE IF NOT EXISTS members(project TEXT NOT NULL, user INTEGER NOT NULL, role TEXT NOT NULL, PRIMARY KEY(project, user));
+CREATE INDEX IF NOT EXISTS members_user ON members(user);
 CREATE TABLE IF NOT EXISTS inputs(sha256 TEXT NOT NULL, owner INTEGER NOT NULL, bytes INTEGER NOT NULL, PRIMARY KEY(sha256, owner));
 ";
 
 /// Columns that databases of earlier versions do not have.
-const LATER: [(&str, &str, &str); 5] = [
+const LATER: &[(&str, &str, &str)] = &[
     ("runs", "study", "TEXT"),
     ("runs", "results", "TEXT"),
     ("runs", "bytes", "INTEGER NOT NULL DEFAULT 0"),
     ("users", "cores", "INTEGER"),
     ("users", "disk", "INTEGER"),
+    ("runs", "project", "TEXT"),
+    ("studies", "project", "TEXT"),
+    ("attempts", "queue", "TEXT NOT NULL DEFAULT ''"),
+    ("attempts", "cost", "REAL"),
+    ("attempts", "saved", "REAL"),
+    ("runs", "cost", "REAL"),
+    ("runs", "saved", "REAL"),
 ];
 
 /// Owner of what belongs to all: the files of templates.
@@ -64,6 +77,7 @@ pub(crate) struct Db {
     /// For lists: it does not wait while a change is brought to the disk.
     reader: Mutex<Connection>,
     policy: Policy,
+    prices: Option<Prices>,
 }
 
 /// A run as the reconciler needs it.
@@ -89,6 +103,7 @@ pub(crate) struct NewRun<'a> {
     pub(crate) memory: u64,
     pub(crate) of_steps: Option<u64>,
     pub(crate) study: Option<&'a str>,
+    pub(crate) project: Option<&'a str>,
 }
 
 /// A study that is new.
@@ -100,6 +115,24 @@ pub(crate) struct NewStudy<'a> {
     pub(crate) title: &'a str,
     /// Keys, results and runs, as JSON.
     pub(crate) plan: &'a str,
+    pub(crate) project: Option<&'a str>,
+}
+
+/// Whose runs or studies a list has.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Of<'a> {
+    Owner(i64),
+    Project(&'a str),
+}
+
+impl Of<'_> {
+    /// The column and its value.
+    pub(crate) fn column(&self) -> (&'static str, &dyn rusqlite::ToSql) {
+        match self {
+            Self::Owner(owner) => ("owner", owner),
+            Self::Project(project) => ("project", project),
+        }
+    }
 }
 
 /// What `apply` came to.
@@ -117,7 +150,7 @@ pub(crate) fn now() -> f64 {
 }
 
 impl Db {
-    pub(crate) fn open(path: &Path, policy: Policy) -> Result<Self> {
+    pub(crate) fn open(path: &Path, policy: Policy, prices: Option<Prices>) -> Result<Self> {
         let connection = Connection::open(path)?;
         connection.pragma_update(None, "journal_mode", "WAL")?;
         connection.pragma_update(None, "synchronous", "FULL")?;
@@ -130,14 +163,23 @@ impl Db {
                     .execute_batch(&format!("ALTER TABLE {table} ADD COLUMN {column} {kind}"))?;
             }
         }
-        connection.execute_batch("CREATE INDEX IF NOT EXISTS runs_study ON runs(study, number)")?;
+        connection.execute_batch(
+            "CREATE INDEX IF NOT EXISTS runs_study ON runs(study, number);
+             CREATE INDEX IF NOT EXISTS runs_project ON runs(project, number, state, label, title);
+             CREATE INDEX IF NOT EXISTS studies_project ON studies(project, number);",
+        )?;
         let reader = Connection::open(path)?;
         reader.pragma_update(None, "query_only", true)?;
         Ok(Self {
             connection: Mutex::new(connection),
             reader: Mutex::new(reader),
             policy,
+            prices,
         })
+    }
+
+    pub(crate) fn prices(&self) -> Option<&Prices> {
+        self.prices.as_ref()
     }
 
     pub(crate) fn policy(&self) -> &Policy {
@@ -187,8 +229,8 @@ impl Db {
         if let Some(study) = study {
             let (key, body) = study.key.unzip();
             transaction.execute(
-                "INSERT INTO studies VALUES (?1, (SELECT coalesce(max(number), 0) + 1 FROM studies), ?2, ?3, ?4, ?5, ?6, ?7)",
-                params![study.id, study.owner, key, body, study.title, now(), study.plan],
+                "INSERT INTO studies VALUES (?1, (SELECT coalesce(max(number), 0) + 1 FROM studies), ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
+                params![study.id, study.owner, key, body, study.title, now(), study.plan, study.project],
             )?;
         }
         let mut events = Vec::new();
@@ -200,7 +242,7 @@ impl Db {
             )?;
             let first = Run::new();
             transaction.execute(
-                "INSERT INTO runs VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17,?18,?19,?19,?20,0,0,NULL,'',?21,NULL,0)",
+                "INSERT INTO runs VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17,?18,?19,?19,?20,0,0,NULL,'',?21,NULL,0,?22,NULL,NULL)",
                 params![
                     run.id,
                     number,
@@ -223,6 +265,7 @@ impl Db {
                     now(),
                     run.of_steps.map(|steps| steps as i64),
                     run.study,
+                    run.project,
                 ],
             )?;
             events.push(add_event(
@@ -253,7 +296,7 @@ impl Db {
         id: &str,
         event: &Event,
         head: Option<&Head>,
-        engine: &str,
+        engine: &dyn Engine,
     ) -> Result<Applied> {
         let mut connection = self.lock();
         let transaction = connection.transaction()?;
@@ -287,8 +330,8 @@ impl Db {
         match event {
             Event::Launched => {
                 transaction.execute(
-                    "INSERT INTO attempts VALUES (?1, ?2, ?3, ?4, NULL, NULL, NULL, '', '', NULL, 0)",
-                    params![id, after.epoch as i64, engine, now()],
+                    "INSERT INTO attempts VALUES (?1, ?2, ?3, ?4, NULL, NULL, NULL, '', '', NULL, 0, ?5, NULL, NULL)",
+                    params![id, after.epoch as i64, engine.name(), now(), engine.queue(before.barren)],
                 )?;
                 events.push(add_event(
                     &transaction,
@@ -304,14 +347,20 @@ impl Db {
                 let seconds = head
                     .filter(|head| head.epoch == before.epoch)
                     .map_or(0.0, |head| head.core_seconds);
+                // By the price of today: a later one changes no cost of the past.
+                let cost = (self.prices.as_ref()).map_or(Cost::default(), |prices| {
+                    prices.cost(engine.queue(before.barren), seconds)
+                });
                 transaction.execute(
-                    "UPDATE attempts SET ended=?3, cause=?4, code=?5, message=?6, machine=?7, step=?8, core_seconds=?9
+                    "UPDATE attempts SET ended=?3, cause=?4, code=?5, message=?6, machine=?7, step=?8, core_seconds=?9, cost=?10, saved=?11
                      WHERE run=?1 AND epoch=?2",
-                    params![id, before.epoch as i64, now(), cause, ending.code, ending.message, machine, *step as i64, seconds],
+                    params![id, before.epoch as i64, now(), cause, ending.code, ending.message, machine, *step as i64, seconds, cost.spent, cost.saved],
                 )?;
                 transaction.execute(
                     "UPDATE runs SET cause=?2, message=?3,
-                       core_seconds=(SELECT coalesce(sum(core_seconds), 0) FROM attempts WHERE run=?1) WHERE id=?1",
+                       core_seconds=(SELECT coalesce(sum(core_seconds), 0) FROM attempts WHERE run=?1),
+                       cost=(SELECT sum(cost) FROM attempts WHERE run=?1), saved=(SELECT sum(saved) FROM attempts WHERE run=?1)
+                     WHERE id=?1",
                     params![id, cause, ending.message],
                 )?;
                 let data = json!({"epoch": before.epoch, "cause": cause, "code": ending.code, "message": ending.message});
@@ -354,7 +403,8 @@ impl Db {
         let mut query = connection.prepare_cached(
             "SELECT (SELECT coalesce(sum(threads), 0) FROM runs WHERE owner = ?1 AND state IN ('running', 'stopping')),
                (SELECT coalesce(sum(bytes), 0) FROM runs WHERE owner = ?1) + (SELECT coalesce(sum(bytes), 0) FROM inputs WHERE owner = ?1),
-               (SELECT coalesce(sum(core_seconds), 0) FROM runs WHERE owner = ?1), cores, disk FROM users WHERE id = ?1",
+               (SELECT coalesce(sum(core_seconds), 0) FROM runs WHERE owner = ?1), cores, disk,
+               (SELECT sum(cost) FROM runs WHERE owner = ?1) FROM users WHERE id = ?1",
         )?;
         let whole = |number: Option<i64>| number.map(|number| number as u64);
         let usage = query.query_row([user], |row| {
@@ -364,6 +414,7 @@ impl Db {
                 core_seconds: row.get(2)?,
                 most_cores: whole(row.get(3)?),
                 most_disk: whole(row.get(4)?),
+                cost: row.get(5)?,
             })
         });
         Ok(usage.optional()?.unwrap_or_default())
@@ -399,7 +450,7 @@ impl Db {
     /// One run with owner and spec.
     pub(crate) fn run(&self, id: &str) -> Result<Option<(i64, Run, RunRow, String)>> {
         self.lock()
-            .query_row("SELECT * FROM runs WHERE id = ?1", [id], |row| {
+            .query_row("SELECT *, (SELECT name FROM users u WHERE u.id = owner) AS owner_name FROM runs WHERE id = ?1", [id], |row| {
                 Ok((
                     row.get("owner")?,
                     run_of(row)?,
@@ -413,33 +464,36 @@ impl Db {
     /// A page of runs, newest first. `after`: the last row of the page before.
     pub(crate) fn list(
         &self,
-        owner: i64,
+        of: Of,
         state: Option<&str>,
         label: Option<&str>,
         text: Option<&str>,
         after: Option<&str>,
     ) -> Result<Vec<RunRow>> {
         let connection = self.reader();
-        let mut query = connection.prepare_cached(
-            // The rows are chosen by an index alone: with their specs they are large.
-            "SELECT * FROM runs WHERE number IN (SELECT number FROM runs WHERE owner = ?1 AND (?2 IS NULL OR state = ?2)
+        let (column, value) = of.column();
+        // The rows are chosen by an index alone: with their specs they are large.
+        let mut query = connection.prepare_cached(&format!(
+            "SELECT *, (SELECT name FROM users u WHERE u.id = owner) AS owner_name FROM runs WHERE number IN (SELECT number FROM runs WHERE {column} = ?1 AND (?2 IS NULL OR state = ?2)
                AND (?3 IS NULL OR label = ?3) AND (?4 IS NULL OR instr(lower(title), lower(?4)) > 0 OR instr(lower(label), lower(?4)) > 0)
                AND (?5 IS NULL OR number < (SELECT number FROM runs WHERE id = ?5)) ORDER BY number DESC LIMIT ?6)
              ORDER BY number DESC",
-        )?;
+        ))?;
         let rows = query.query_map(
-            params![owner, state, label, text, after, MOST_ROWS as i64 + 1],
+            params![value, state, label, text, after, MOST_ROWS as i64 + 1],
             row_of,
         )?;
         rows.collect()
     }
 
-    /// How many runs of a user are in each state.
-    pub(crate) fn states(&self, owner: i64) -> Result<BTreeMap<String, u64>> {
+    /// How many runs of a user or a project are in each state.
+    pub(crate) fn states(&self, of: Of) -> Result<BTreeMap<String, u64>> {
         let connection = self.reader();
-        let mut query = connection
-            .prepare_cached("SELECT state, count(*) FROM runs WHERE owner = ?1 GROUP BY state")?;
-        let rows = query.query_map([owner], |row| {
+        let (column, value) = of.column();
+        let mut query = connection.prepare_cached(&format!(
+            "SELECT state, count(*) FROM runs WHERE {column} = ?1 GROUP BY state"
+        ))?;
+        let rows = query.query_map([value], |row| {
             Ok((row.get(0)?, row.get::<_, i64>(1)? as u64))
         })?;
         rows.collect()
@@ -460,24 +514,25 @@ impl Db {
                 message: row.get("message")?,
                 machine: row.get("machine")?,
                 step: row.get::<_, Option<i64>>("step")?.map(|step| step as u64),
+                cost: row.get("cost")?,
             })
         })?;
         rows.collect()
     }
 
-    /// Events of one run, or of all of a user, behind number `after`; at most [`MOST_ROWS`].
+    /// Events of one run, or of all that a user may see, behind number `after`; at most [`MOST_ROWS`].
     pub(crate) fn events(
         &self,
-        owner: Option<i64>,
+        user: Option<i64>,
         run: Option<&str>,
         after: i64,
     ) -> Result<Vec<EventRow>> {
         let connection = self.lock();
         let mut query = connection.prepare_cached(
             "SELECT e.* FROM events e JOIN runs r ON r.id = e.run WHERE e.id > ?1 AND (?2 IS NULL OR e.run = ?2)
-             AND (?3 IS NULL OR r.owner = ?3) ORDER BY e.id LIMIT ?4",
+             AND (?3 IS NULL OR r.owner = ?3 OR r.project IN (SELECT project FROM members WHERE user = ?3)) ORDER BY e.id LIMIT ?4",
         )?;
-        let rows = query.query_map(params![after, run, owner, MOST_ROWS as i64], |row| {
+        let rows = query.query_map(params![after, run, user, MOST_ROWS as i64], |row| {
             let data: String = row.get("data")?;
             Ok(EventRow {
                 id: row.get("id")?,
@@ -490,6 +545,17 @@ impl Db {
         rows.collect()
     }
 
+    /// The users who may see a run: its owner and the members of its project.
+    pub(crate) fn audience(&self, run: &str) -> Result<Vec<i64>> {
+        let connection = self.lock();
+        let mut query = connection.prepare_cached(
+            "SELECT owner FROM runs WHERE id = ?1
+             UNION SELECT m.user FROM members m JOIN runs r ON r.project = m.project WHERE r.id = ?1",
+        )?;
+        let rows = query.query_map([run], |row| row.get(0))?;
+        rows.collect()
+    }
+
     /// Number of the newest event.
     pub(crate) fn newest_event(&self) -> Result<i64> {
         self.lock()
@@ -498,10 +564,18 @@ impl Db {
             })
     }
 
-    pub(crate) fn patch(&self, id: &str, title: Option<&str>, label: Option<&str>) -> Result<()> {
+    /// Gives a run another title, label or project; an empty project is none.
+    pub(crate) fn patch(
+        &self,
+        id: &str,
+        title: Option<&str>,
+        label: Option<&str>,
+        project: Option<&str>,
+    ) -> Result<()> {
         self.lock().execute(
-            "UPDATE runs SET title = coalesce(?2, title), label = coalesce(?3, label), changed = ?4 WHERE id = ?1",
-            params![id, title, label, now()],
+            "UPDATE runs SET title = coalesce(?2, title), label = coalesce(?3, label), changed = ?4,
+               project = nullif(coalesce(?5, project), '') WHERE id = ?1",
+            params![id, title, label, now(), project],
         )?;
         Ok(())
     }
@@ -562,7 +636,7 @@ fn wish_word(wish: Wish) -> &'static str {
     }
 }
 
-fn unknown(column: &str, word: String) -> rusqlite::Error {
+pub(crate) fn unknown(column: &str, word: String) -> rusqlite::Error {
     rusqlite::Error::InvalidColumnType(0, format!("{column} {word:?}"), rusqlite::types::Type::Text)
 }
 
@@ -610,6 +684,10 @@ fn row_of(row: &Row) -> Result<RunRow> {
         title: row.get("title")?,
         label: row.get("label")?,
         study: row.get("study")?,
+        project: row.get("project")?,
+        owner: row
+            .get::<_, Option<String>>("owner_name")?
+            .unwrap_or_default(),
         state: state_of(row)?,
         created: row.get("created")?,
         changed: row.get("changed")?,
@@ -620,6 +698,8 @@ fn row_of(row: &Row) -> Result<RunRow> {
             .map(|steps| steps as u64),
         time: row.get("time")?,
         core_seconds: row.get("core_seconds")?,
+        cost: row.get("cost")?,
+        saved: row.get("saved")?,
         cause: cause_of(row)?,
         message: row.get("message")?,
         seconds_left: None,
@@ -630,11 +710,13 @@ fn row_of(row: &Row) -> Result<RunRow> {
 
 #[cfg(test)]
 mod tests {
+    use cloud_engine::Local;
+
     use super::*;
 
     fn db() -> (tempfile::TempDir, Db) {
         let folder = tempfile::tempdir().unwrap();
-        let db = Db::open(&folder.path().join("db"), Policy::default()).unwrap();
+        let db = Db::open(&folder.path().join("db"), Policy::default(), None).unwrap();
         (folder, db)
     }
 
@@ -650,6 +732,7 @@ mod tests {
             memory: 1,
             of_steps: None,
             study: None,
+            project: None,
         }
     }
 
@@ -662,7 +745,9 @@ mod tests {
         let mut seen = Vec::new();
         let mut after: Option<String> = None;
         loop {
-            let mut page = db.list(1, None, None, None, after.as_deref()).unwrap();
+            let mut page = db
+                .list(Of::Owner(1), None, None, None, after.as_deref())
+                .unwrap();
             let more = page.len() > MOST_ROWS;
             page.truncate(MOST_ROWS);
             seen.extend(page.iter().map(|row| row.id.clone()));
@@ -673,7 +758,11 @@ mod tests {
         }
         seen.reverse();
         assert_eq!(seen, ids);
-        assert!(db.list(2, None, None, None, None).unwrap().is_empty());
+        assert!(
+            db.list(Of::Owner(2), None, None, None, None)
+                .unwrap()
+                .is_empty()
+        );
     }
 
     #[test]
@@ -694,16 +783,19 @@ mod tests {
         db.insert(&[new("a", None)], None).unwrap();
         let before = db.newest_event().unwrap();
         assert!(matches!(
-            db.apply("a", &Event::Resume, None, "local").unwrap(),
+            db.apply("a", &Event::Resume, None, &Local::new(1, ""))
+                .unwrap(),
             Applied::Illegal(_)
         ));
         assert!(matches!(
-            db.apply("b", &Event::Stop, None, "local").unwrap(),
+            db.apply("b", &Event::Stop, None, &Local::new(1, ""))
+                .unwrap(),
             Applied::Missing
         ));
         assert_eq!(db.newest_event().unwrap(), before);
         assert!(matches!(
-            db.apply("a", &Event::Launched, None, "local").unwrap(),
+            db.apply("a", &Event::Launched, None, &Local::new(1, ""))
+                .unwrap(),
             Applied::Done(..)
         ));
         assert_eq!(db.attempts("a").unwrap().len(), 1);

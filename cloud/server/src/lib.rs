@@ -5,9 +5,12 @@ mod charts;
 mod check;
 mod content;
 mod db;
+mod earlier;
 mod frames;
 mod live;
 mod openapi;
+mod prices;
+mod projects;
 mod reconcile;
 mod routes;
 mod runs;
@@ -24,6 +27,7 @@ use anyhow::{Context, Result};
 use cloud_engine::Site;
 
 pub use openapi::document as openapi;
+pub use prices::Prices;
 pub use secrets::password_hash;
 
 /// Where attempts run.
@@ -74,6 +78,8 @@ pub struct Options {
     pub checkpoint_every: String,
     /// Seconds between two signs of life of a run; without it as engine and store need.
     pub beat: Option<f64>,
+    /// What cores cost; without it costs are core seconds alone.
+    pub prices: Option<Prices>,
     /// Wait after the first attempt without progress, in s.
     pub first_wait: f64,
 }

@@ -2,7 +2,7 @@
 
 use utoipa::OpenApi;
 
-use crate::routes;
+use crate::{projects, routes};
 
 #[derive(OpenApi)]
 #[openapi(
@@ -42,6 +42,11 @@ use crate::routes;
         routes::study_list,
         routes::study_table,
         routes::study_csv,
+        projects::project_list,
+        projects::project_add,
+        projects::project_remove,
+        projects::member_set,
+        projects::member_remove,
         routes::template_list,
         routes::events,
         routes::session_get,

@@ -98,6 +98,7 @@ fn look(app: &App) -> Result<Duration> {
     for live in runs.iter().filter(|live| live.run.state.has_attempt()) {
         *room.taken.entry(live.owner).or_default() += u64::from(live.threads);
     }
+    let mut to_submit = Vec::new();
     for live in runs {
         let place = room.has(&live);
         // Most of a long queue waits for its turn: nothing has to be read for that.
@@ -107,11 +108,18 @@ fn look(app: &App) -> Result<Duration> {
         }
         let began = !live.run.state.has_attempt();
         match one(app, live.clone(), jobs.as_ref(), place) {
-            Ok(true) if began => room.take(&live),
-            Ok(_) => {}
+            Ok(after) => {
+                if began && after.has_attempt() {
+                    room.take(&live);
+                }
+                if let After::Submit(ready) = after {
+                    to_submit.push(*ready);
+                }
+            }
             Err(error) => eprintln!("run {}: {error:#}", live.id),
         }
     }
+    submit(app, to_submit);
     let local = app.engine.abilities().cores.is_some();
     Ok(if waiting && local {
         LOOK_FOR_PLACE.min(every)
@@ -154,13 +162,65 @@ impl Room {
     }
 }
 
-/// Does what is due about a run. Returns whether it has an attempt then.
+/// How a look leaves a run.
+enum After {
+    /// Without an attempt, or with one that needs nothing.
+    Attempt(bool),
+    /// With an attempt that the engine is to start, together with those of other runs.
+    Submit(Box<(Live, Launch)>),
+}
+
+impl After {
+    fn has_attempt(&self) -> bool {
+        match self {
+            Self::Attempt(has_attempt) => *has_attempt,
+            Self::Submit(_) => true,
+        }
+    }
+}
+
+/// Starts attempts, and records those that the engine took.
+fn submit(app: &App, ready: Vec<(Live, Launch)>) {
+    let (runs, launches): (Vec<Live>, Vec<Launch>) = ready.into_iter().unzip();
+    if launches.is_empty() {
+        return;
+    }
+    for (live, came) in runs.iter().zip(app.engine.submit_all(&launches)) {
+        if let Err(error) = came {
+            eprintln!("run {}: {error:#}", live.id);
+            continue;
+        }
+        if std::env::var_os("MERCURY_CLOUD_FAIL").is_some_and(|point| point == "after-submit") {
+            // For tests: killed between the engine's yes and its record.
+            std::process::exit(137);
+        }
+        app.lives.with(&live.id, live.run.epoch, |seen| {
+            seen.submitted = Instant::now();
+            seen.changed = Instant::now();
+        });
+        let recorded = head_of(app, live).and_then(|head| {
+            let engine = app.engine.as_ref();
+            Ok(app
+                .db
+                .apply(&live.id, &Event::Submitted, Some(&head), engine)?)
+        });
+        match recorded {
+            Ok(Applied::Done(_, events)) => app.tell(events),
+            Ok(Applied::Missing) => {}
+            Ok(Applied::Illegal(error)) => eprintln!("run {}: {error}", live.id),
+            // The next look finds the job by its name.
+            Err(error) => eprintln!("run {}: {error:#}", live.id),
+        }
+    }
+}
+
+/// Does what is due about a run.
 fn one(
     app: &App,
     mut live: Live,
     jobs: Option<&HashMap<String, Observed>>,
     place: bool,
-) -> Result<bool> {
+) -> Result<After> {
     for _ in 0..IN_A_ROW {
         let head_key = format!("runs/{}/head.json", live.id);
         let versioned = match app.store.get_versioned(&head_key) {
@@ -171,7 +231,7 @@ fn one(
                 app.lives.with(&live.id, live.run.epoch, |seen| {
                     seen.changed = Instant::now()
                 });
-                return Ok(live.run.state.has_attempt());
+                return Ok(After::Attempt(live.run.state.has_attempt()));
             }
         };
         let (head, version) = match versioned {
@@ -233,18 +293,8 @@ fn one(
                 continue;
             }
             Todo::Submit => {
-                app.engine.submit(&launch(app, &live)?)?;
-                if std::env::var_os("MERCURY_CLOUD_FAIL")
-                    .is_some_and(|point| point == "after-submit")
-                {
-                    // For tests: killed between the engine's yes and its record.
-                    std::process::exit(137);
-                }
-                app.lives.with(&live.id, live.run.epoch, |seen| {
-                    seen.submitted = Instant::now();
-                    seen.changed = Instant::now();
-                });
-                Event::Submitted
+                let launch = launch(app, &live)?;
+                return Ok(After::Submit(Box::new((live, launch))));
             }
             Todo::Tell => {
                 let (epoch, wish) = (live.run.epoch, live.run.wish);
@@ -283,13 +333,13 @@ fn one(
             &live.id,
             &event,
             Some(&head_of(app, &live)?),
-            app.engine.name(),
+            app.engine.as_ref(),
         )? {
             Applied::Done(run, events) => {
                 live.run = run;
-                app.tell(live.owner, events);
+                app.tell(events);
             }
-            Applied::Missing => return Ok(false),
+            Applied::Missing => return Ok(After::Attempt(false)),
             Applied::Illegal(error) => eprintln!("run {}: {error}", live.id),
         }
         if closed {
@@ -299,7 +349,7 @@ fn one(
             break;
         }
     }
-    Ok(live.run.state.has_attempt())
+    Ok(After::Attempt(live.run.state.has_attempt()))
 }
 
 fn head_of(app: &App, live: &Live) -> Result<Head> {
@@ -330,7 +380,7 @@ fn notice(app: &App, live: &Live, head: &Head, beat: Option<Beat>, job: Job) {
         let text =
             json!({"run": live.id, "kind": "progress", "time": now(), "data": beat}).to_string();
         let message = Message {
-            owner: live.owner,
+            audience: app.db.audience(&live.id).unwrap_or_default(),
             id: None,
             run: live.id.clone(),
             text,
@@ -346,7 +396,7 @@ fn notice(app: &App, live: &Live, head: &Head, beat: Option<Beat>, job: Job) {
             .any(|event| event.kind == "note" && event.data == data)
             && let Ok(event) = app.db.event(&live.id, "note", data)
         {
-            app.tell(live.owner, vec![event]);
+            app.tell(vec![event]);
         }
     }
 }
@@ -367,8 +417,8 @@ fn launch(app: &App, live: &Live) -> Result<Launch> {
             app.scratch(),
         ),
         (None, _) => {
-            let program = std::env::current_exe().context("the path of mercury-cloud")?;
-            (program, options.solver.clone(), app.scratch())
+            // As it was at the start: a program that was replaced since has another path in /proc.
+            (app.program.clone(), options.solver.clone(), app.scratch())
         }
     };
     let mut command: Vec<std::ffi::OsString> = vec![program.into(), "worker".into()];

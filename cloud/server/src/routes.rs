@@ -11,15 +11,15 @@ use axum::extract::{DefaultBodyLimit, FromRequest, Path, Query, Request, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::sse::{Event as Sse, KeepAlive};
 use axum::response::{IntoResponse, Response};
-use axum::routing::{get, post, put};
+use axum::routing::{delete, get, post, put};
 use axum::{Json, Router, middleware};
 use cloud_api::answers::{
-    Attempt, Chart, Checked, RunAnswer, RunFile, RunList, Session, StudyChecked, StudyList,
+    Attempt, Chart, Checked, Price, RunAnswer, RunFile, RunList, Session, StudyChecked, StudyList,
     StudySubmitted, StudyTable, TableInfo, Template, TokenRow, UserRow,
 };
 use cloud_api::lifecycle::Event;
 use cloud_api::requests::{
-    Check, Extend, LogIn, NewShare, NewToken, NewUser, Patch, Scene, Study, Submit,
+    Check, Extend, LogIn, NewShare, NewToken, NewUser, Patch, Role, Scene, Study, Submit,
 };
 use cloud_api::{Head, RunId, RunState};
 use cloud_store::{Hashing, StoreError};
@@ -35,7 +35,7 @@ use crate::db::MOST_ROWS;
 use crate::runs::{self, blocking, mine, with_life};
 use crate::secrets::{self, Kind};
 use crate::state::App;
-use crate::{charts, check, frames, openapi, studies, web};
+use crate::{charts, check, frames, openapi, projects, studies, web};
 
 /// The largest body that is taken as JSON, in bytes: a scene of 1 MB, with its escapes.
 const LARGEST_BODY: usize = 4 << 20;
@@ -49,11 +49,11 @@ const MOST_LOG: u64 = 256 << 10;
 /// How often a stream of events without any says that it lives.
 const KEEP_ALIVE: Duration = Duration::from_secs(15);
 
-type Shared = State<Arc<App>>;
-type Answer<T> = Result<Json<T>, Fail>;
+pub(crate) type Shared = State<Arc<App>>;
+pub(crate) type Answer<T> = Result<Json<T>, Fail>;
 
 /// A body of JSON; what is wrong with it is said as a problem.
-pub(crate) struct Of<T>(T);
+pub(crate) struct Of<T>(pub(crate) T);
 
 impl<T: serde::de::DeserializeOwned, S: Send + Sync> FromRequest<S> for Of<T> {
     type Rejection = Fail;
@@ -127,6 +127,15 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route("/studies/check", post(study_check))
         .route("/studies/{study}", get(study_table))
         .route("/studies/{study}/table.csv", get(study_csv))
+        .route(
+            "/projects",
+            get(projects::project_list).post(projects::project_add),
+        )
+        .route("/projects/{project}", delete(projects::project_remove))
+        .route(
+            "/projects/{project}/members/{name}",
+            put(projects::member_set).delete(projects::member_remove),
+        )
         .route("/templates", get(template_list))
         .route("/events", get(events))
         .route(
@@ -135,7 +144,7 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         )
         .route("/users", get(user_list).post(user_set))
         .route("/tokens", get(token_list).post(token_add))
-        .route("/tokens/{id}", axum::routing::delete(token_remove))
+        .route("/tokens/{id}", delete(token_remove))
         .route("/openapi.json", get(|| async { Json(openapi::document()) }))
         .layer(DefaultBodyLimit::max(LARGEST_BODY))
         // Streams its body to the disk and counts what comes, whatever the header says.
@@ -181,12 +190,14 @@ pub(crate) struct ListQuery {
     state: Option<String>,
     label: Option<String>,
     text: Option<String>,
+    project: Option<String>,
     after: Option<String>,
 }
 
 /// A page of runs, newest first.
 #[utoipa::path(get, path = "/api/v1/runs", responses((status = 200, body = RunList)),
     params(("state" = Option<String>, Query), ("label" = Option<String>, Query), ("text" = Option<String>, Query),
+        ("project" = Option<String>, Query, description = "runs of a project, of all its members; without it those of this user"),
         ("after" = Option<String>, Query, description = "`after` of the page before")))]
 pub(crate) async fn runs_list(
     State(app): Shared,
@@ -211,14 +222,19 @@ pub(crate) async fn runs_list(
     blocking(move || {
         let [state, label, text, after] =
             [&query.state, &query.label, &query.text, &query.after].map(Option::as_deref);
-        let mut runs = app.db.list(user.id, state, label, text, after)?;
+        let project = query.project.as_deref();
+        if let Some(project) = project {
+            projects::need(&app, &user, project, Role::Viewer)?;
+        }
+        let of = projects::of(project, &user);
+        let mut runs = app.db.list(of, state, label, text, after)?;
         let after = (runs.len() > MOST_ROWS).then(|| runs[MOST_ROWS - 1].id.clone());
         runs.truncate(MOST_ROWS);
         let runs = runs.into_iter().map(|row| with_life(&app, row)).collect();
         Ok(Json(RunList {
             runs,
             after,
-            states: app.db.states(user.id)?,
+            states: app.db.states(of)?,
         }))
     })
     .await
@@ -277,11 +293,13 @@ pub(crate) async fn study_submit(
 
 #[derive(Deserialize)]
 pub(crate) struct StudiesQuery {
+    project: Option<String>,
     after: Option<String>,
 }
 
 /// A page of studies, newest first.
-#[utoipa::path(get, path = "/api/v1/studies", params(("after" = Option<String>, Query)), responses((status = 200, body = StudyList)))]
+#[utoipa::path(get, path = "/api/v1/studies", params(("project" = Option<String>, Query), ("after" = Option<String>, Query)),
+    responses((status = 200, body = StudyList)))]
 pub(crate) async fn study_list(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
@@ -293,7 +311,15 @@ pub(crate) async fn study_list(
             after: None,
         }));
     }
-    blocking(move || Ok(Json(studies::list(&app, &user, query.after.as_deref())?))).await
+    blocking(move || {
+        let project = query.project.as_deref();
+        if let Some(project) = project {
+            projects::need(&app, &user, project, Role::Viewer)?;
+        }
+        let of = projects::of(project, &user);
+        Ok(Json(studies::list(&app, of, query.after.as_deref())?))
+    })
+    .await
 }
 
 /// The table of a study: what differs between its runs, and what came out.
@@ -324,7 +350,8 @@ pub(crate) async fn study_csv(
 
 /// All of a run.
 fn answer(app: &App, user: &secrets::User, id: &str) -> Result<RunAnswer, Fail> {
-    let (id, _, _, row, spec) = mine(app, user, id)?;
+    let (id, owner, _, row, spec) = mine(app, user, id)?;
+    let writable = !user.read_only && runs::may_change(app, user, owner, &row).is_ok();
     let head = app.head(&id)?.unwrap_or_default();
     let scene = runs::scene(app, &spec)?.text;
     let seen = app
@@ -335,14 +362,19 @@ fn answer(app: &App, user: &secrets::User, id: &str) -> Result<RunAnswer, Fail> 
         .as_ref()
         .map(|seen| seen.changed.elapsed().as_secs_f64());
     let late = app.db.policy().lost_when_gone();
+    let mut row = with_life(app, row);
+    if user.share.is_some() {
+        // A link shows a run, not the users of the server.
+        row.owner.clear();
+    }
     Ok(RunAnswer {
-        row: with_life(app, row),
+        row,
         spec,
         scene,
         beat: seen.and_then(|seen| seen.beat),
         notes: head.notes,
         unseen: silent.filter(|&silent| silent > late),
-        writable: !user.read_only,
+        writable,
     })
 }
 
@@ -365,7 +397,20 @@ pub(crate) async fn run_patch(
     Of(body): Of<Patch>,
 ) -> Answer<RunAnswer> {
     blocking(move || {
-        mine(&app, &user, &id)?;
+        let (_, owner, _, row, _) = mine(&app, &user, &id)?;
+        runs::may_change(&app, &user, owner, &row)?;
+        if let Some(project) = &body.project {
+            if owner != user.id {
+                return Err(Fail::new(
+                    StatusCode::FORBIDDEN,
+                    "not allowed",
+                    "The owner of a run puts it into a project, and takes it out.",
+                ));
+            }
+            if !project.is_empty() {
+                projects::need(&app, &user, project, Role::Member)?;
+            }
+        }
         if [&body.title, &body.label]
             .into_iter()
             .flatten()
@@ -376,8 +421,12 @@ pub(crate) async fn run_patch(
                 "Titles and labels have at most 200 bytes.",
             ));
         }
-        app.db
-            .patch(&id, body.title.as_deref(), body.label.as_deref())?;
+        app.db.patch(
+            &id,
+            body.title.as_deref(),
+            body.label.as_deref(),
+            body.project.as_deref(),
+        )?;
         Ok(Json(answer(&app, &user, &id)?))
     })
     .await
@@ -469,6 +518,9 @@ pub(crate) async fn run_clone(
             label,
             threads: spec.threads,
             result: spec.result,
+            project: row
+                .project
+                .filter(|project| projects::need(&app, &user, project, Role::Member).is_ok()),
         }))
     })
     .await
@@ -484,7 +536,8 @@ pub(crate) async fn run_share(
 ) -> Answer<Value> {
     let days = days(body.days)?;
     blocking(move || {
-        let (id, owner, ..) = mine(&app, &user, &id)?;
+        let (id, owner, _, row, _) = mine(&app, &user, &id)?;
+        runs::may_change(&app, &user, owner, &row)?;
         let (_, secret, expires) = secrets::issue(
             &app.db,
             Kind::Share,
@@ -1213,7 +1266,9 @@ pub(crate) async fn events(
             };
             let event = match message {
                 Ok(message) if !wanted.is_empty() && !wanted.contains(&message.run) => continue,
-                Ok(message) if wanted.is_empty() && message.owner != user.id => continue,
+                Ok(message) if wanted.is_empty() && !message.audience.contains(&user.id) => {
+                    continue;
+                }
                 Ok(message) => match message.id {
                     // Part of the replay already.
                     Some(id) if id <= at => continue,
@@ -1259,6 +1314,12 @@ fn session_of(app: &App, user: &secrets::User) -> Session {
         cores: [cores.saturating_sub(busy), cores],
         solver: app.version.clone(),
         usage: app.db.usage(user.id).unwrap_or_default(),
+        price: app.db.prices().and_then(|prices| {
+            Some(Price {
+                currency: prices.currency.clone(),
+                core_hour: prices.core_hour(app.engine.queue(0))?,
+            })
+        }),
     }
 }
 

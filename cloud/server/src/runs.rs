@@ -6,7 +6,7 @@ use std::sync::Arc;
 use axum::http::StatusCode;
 use cloud_api::answers::{Checked, RunRow};
 use cloud_api::lifecycle::Event;
-use cloud_api::requests::{Scene, Submit};
+use cloud_api::requests::{Role, Scene, Submit};
 use cloud_api::{Head, InputFile, RunId, Spec};
 use cloud_store::sha256;
 use serde_json::Value;
@@ -14,6 +14,7 @@ use serde_json::Value;
 use crate::access::Fail;
 use crate::check::{check, inspect};
 use crate::db::{Applied, NewRun};
+use crate::projects;
 use crate::secrets::{self, User};
 use crate::state::App;
 
@@ -234,6 +235,9 @@ pub(crate) async fn submit(
     let title = title(submit.title.as_deref(), &plan, &submit.scene)?;
     let (user, key, app) = (user.clone(), key.map(str::to_owned), Arc::clone(app));
     blocking(move || {
+        if let Some(project) = &submit.project {
+            projects::need(&app, &user, project, Role::Member)?;
+        }
         within_quota(&app, &user, submit.threads, expected_bytes(&plan))?;
         let run = ready(&app, &user, &submit, &plan, title)?;
         write(&app, &run)?;
@@ -249,10 +253,11 @@ pub(crate) async fn submit(
             memory: run.spec.memory,
             of_steps: run.steps,
             study: None,
+            project: submit.project.as_deref(),
         };
         let inserted = app.db.insert(&[new], None);
         match inserted {
-            Ok(events) => app.tell(user.id, events),
+            Ok(events) => app.tell(events),
             // Two requests with one key at once: the other one was faster.
             Err(error) => {
                 app.store.delete_all(&format!("runs/{id}/"))?;
@@ -283,7 +288,7 @@ fn known(app: &App, user: &User, key: Option<&str>, body: &str) -> Result<Option
     }
 }
 
-/// A run that the user may see, and whether it may be changed.
+/// A run that the user may see.
 pub(crate) fn mine(
     app: &App,
     user: &User,
@@ -291,8 +296,13 @@ pub(crate) fn mine(
 ) -> Result<(RunId, i64, cloud_api::lifecycle::Run, RunRow, Spec), Fail> {
     let id: RunId = id.parse().map_err(|_| Fail::missing())?;
     let (owner, run, row, spec) = app.db.run(id.as_str())?.ok_or_else(Fail::missing)?;
-    let shared = user.share.as_deref().map(|share| share == id.as_str());
-    if !shared.unwrap_or(owner == user.id) {
+    let is_visible = match (&user.share, &row.project) {
+        (Some(share), _) => share == id.as_str(),
+        (None, _) if owner == user.id => true,
+        (None, Some(project)) => projects::role(app, user, project)?.is_some(),
+        (None, None) => false,
+    };
+    if !is_visible {
         return Err(Fail::missing());
     }
     Ok((
@@ -304,11 +314,23 @@ pub(crate) fn mine(
     ))
 }
 
+/// Refuses to change a run of which the user may only see something.
+pub(crate) fn may_change(app: &App, user: &User, owner: i64, row: &RunRow) -> Result<(), Fail> {
+    match &row.project {
+        Some(project) if owner != user.id => projects::need(app, user, project, Role::Member),
+        _ => Ok(()),
+    }
+}
+
 /// Records an event that the user wants.
 pub(crate) fn change(app: &App, user: &User, id: &str, event: &Event) -> Result<(), Fail> {
-    let (id, owner, ..) = mine(app, user, id)?;
-    match app.db.apply(id.as_str(), event, None, app.engine.name())? {
-        Applied::Done(_, events) => app.tell(owner, events),
+    let (id, owner, _, row, _) = mine(app, user, id)?;
+    may_change(app, user, owner, &row)?;
+    match app
+        .db
+        .apply(id.as_str(), event, None, app.engine.as_ref())?
+    {
+        Applied::Done(_, events) => app.tell(events),
         Applied::Missing => return Err(Fail::missing()),
         Applied::Illegal(illegal) => {
             return Err(Fail::new(
@@ -349,6 +371,7 @@ pub(crate) async fn extend(app: &Arc<App>, user: &User, id: &str, end: f64) -> R
         ));
     }
     let (id, owner, run, row, mut spec) = mine(app, user, id)?;
+    may_change(app, user, owner, &row)?;
     if end <= row.time {
         let detail = format!(
             "The run has come to {} s already; its new end is later than that.",
@@ -385,7 +408,8 @@ pub(crate) async fn extend(app: &Arc<App>, user: &User, id: &str, end: f64) -> R
 
 /// Removes a run with all its files. One that has an attempt has to be stopped first.
 pub(crate) fn delete(app: &App, user: &User, id: &str) -> Result<(), Fail> {
-    let (id, _, run, ..) = mine(app, user, id)?;
+    let (id, owner, run, row, _) = mine(app, user, id)?;
+    may_change(app, user, owner, &row)?;
     if run.state.is_live() {
         let detail = "Stop the run first.";
         return Err(Fail::new(

@@ -271,7 +271,7 @@ mod tests {
     #[test]
     fn secrets_are_good_for_one_thing_and_one_time() {
         let folder = tempfile::tempdir().unwrap();
-        let db = Db::open(&folder.path().join("db"), Policy::default()).unwrap();
+        let db = Db::open(&folder.path().join("db"), Policy::default(), None).unwrap();
         first_user(&db).unwrap();
         let (_, token, _) = issue(&db, Kind::Token, 1, "x", None, 1.0, true).unwrap();
         assert!(
@@ -300,7 +300,7 @@ mod tests {
     #[test]
     fn passwords_are_compared_by_their_hashes() {
         let folder = tempfile::tempdir().unwrap();
-        let db = Db::open(&folder.path().join("db"), Policy::default()).unwrap();
+        let db = Db::open(&folder.path().join("db"), Policy::default(), None).unwrap();
         first_user(&db).unwrap();
         let ada = NewUser {
             name: "ada".into(),

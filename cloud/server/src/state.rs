@@ -35,8 +35,8 @@ const CHECKS: usize = 2;
 /// Something that listeners of `GET /events` hear of.
 #[derive(Clone, Debug)]
 pub(crate) struct Message {
-    /// User whose run it is.
-    pub(crate) owner: i64,
+    /// Users who may see the run.
+    pub(crate) audience: Vec<i64>,
     /// Number of it, where it is kept and can be replayed.
     pub(crate) id: Option<i64>,
     pub(crate) run: String,
@@ -53,6 +53,8 @@ pub(crate) struct App {
     pub(crate) store_url: String,
     pub(crate) engine: Box<dyn Engine>,
     pub(crate) version: String,
+    /// This program.
+    pub(crate) program: PathBuf,
     pub(crate) templates: Vec<Template>,
     pub(crate) lives: Lives,
     pub(crate) cache: Cache,
@@ -98,7 +100,7 @@ impl App {
         let version = version(&options.solver)?;
         let engine: Box<dyn Engine> = match options.engine.clone() {
             EngineChoice::Local => Box::new(Local::new(options.cores, &store_url)),
-            EngineChoice::Slurm(site) => Box::new(Slurm::new(site)),
+            EngineChoice::Slurm(site) => Box::new(Slurm::new(site, data.join("arrays"))),
             #[cfg(feature = "aws")]
             EngineChoice::Aws(account) => Box::new(cloud_engine::Batch::new(account)?),
             #[cfg(feature = "kubernetes")]
@@ -117,7 +119,7 @@ impl App {
             first_wait: options.first_wait,
             ..Policy::default()
         };
-        let db = Db::open(&data.join("db.sqlite"), policy)?;
+        let db = Db::open(&data.join("db.sqlite"), policy, options.prices.clone())?;
         secrets::first_user(&db)?;
         let templates = templates::all(&options.solver, &data.join("checks"), store.as_ref(), &db)?;
         let (wake, woken) = std::sync::mpsc::sync_channel(1);
@@ -129,6 +131,7 @@ impl App {
             store_url,
             engine,
             version,
+            program: std::env::current_exe().context("the path of mercury-cloud")?,
             templates,
             lives: Lives::default(),
             tries: Tries::default(),
@@ -181,13 +184,14 @@ impl App {
         let _ = self.wake.try_send(());
     }
 
-    /// Tells listeners about events that are in the database.
-    pub(crate) fn tell(&self, owner: i64, events: Vec<EventRow>) {
+    /// Sends listeners the events of runs that are in the database.
+    pub(crate) fn tell(&self, events: Vec<EventRow>) {
         for event in events {
+            let audience = self.db.audience(&event.run).unwrap_or_default();
             let text = serde_json::to_string(&event).unwrap_or_default();
             // Without listeners there is no error.
             let _ = self.news.send(Arc::new(Message {
-                owner,
+                audience,
                 id: Some(event.id),
                 run: event.run,
                 text,

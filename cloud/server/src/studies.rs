@@ -13,7 +13,7 @@ use cloud_api::answers::{
     ResultColumn, StudyChecked, StudyList, StudyRow, StudyRun, StudySubmitted, StudyTable,
 };
 use cloud_api::problem::SceneProblem;
-use cloud_api::requests::Study;
+use cloud_api::requests::{Role, Study};
 use cloud_api::{RunId, RunState};
 use rusqlite::{OptionalExtension, params};
 use serde::{Deserialize, Serialize};
@@ -22,7 +22,8 @@ use serde_json::{Value, json};
 use crate::access::Fail;
 use crate::check::{LARGEST_SCENE, inspect, lay_out, solve};
 use crate::content::Content;
-use crate::db::{MOST_ROWS, NewRun, NewStudy};
+use crate::db::{MOST_ROWS, NewRun, NewStudy, Of};
+use crate::projects;
 use crate::runs::{Ready, blocking, expected_bytes, label, ready, title, within_quota, write};
 use crate::secrets::{self, User};
 use crate::state::App;
@@ -273,6 +274,9 @@ pub(crate) async fn submit(
             return Err(Fail::scene(problems));
         }
         let base = &study.base;
+        if let Some(project) = &base.project {
+            projects::need(&app, &user, project, Role::Member)?;
+        }
         let bytes: f64 = plan.runs.iter().map(|run| expected_bytes(&run.needs)).sum();
         within_quota(&app, &user, base.threads, bytes)?;
         let id = secrets::run_id()?.to_string();
@@ -309,6 +313,7 @@ pub(crate) async fn submit(
                 memory: run.spec.memory,
                 of_steps: run.steps,
                 study: Some(&id),
+                project: base.project.as_deref(),
             })
             .collect();
         let plan = serde_json::to_string(&plan).map_err(Fail::inner)?;
@@ -318,9 +323,10 @@ pub(crate) async fn submit(
             key: key.as_deref().map(|key| (key, body.as_str())),
             title: &called,
             plan: &plan,
+            project: base.project.as_deref(),
         };
         match app.db.insert(&new, Some(&row)) {
-            Ok(events) => app.tell(user.id, events),
+            Ok(events) => app.tell(events),
             // Two requests with one key at once: the other one was faster.
             Err(error) => {
                 for name in &ids {
@@ -401,13 +407,14 @@ fn known(
 }
 
 /// A page of studies, newest first.
-pub(crate) fn list(app: &App, user: &User, after: Option<&str>) -> Result<StudyList, Fail> {
+pub(crate) fn list(app: &App, of: Of, after: Option<&str>) -> Result<StudyList, Fail> {
     let connection = app.db.lock();
-    let mut query = connection.prepare_cached(
-        "SELECT id, title, created FROM studies WHERE owner = ?1
+    let (column, value) = of.column();
+    let mut query = connection.prepare_cached(&format!(
+        "SELECT id, title, created FROM studies WHERE {column} = ?1
          AND (?2 IS NULL OR number < (SELECT number FROM studies WHERE id = ?2)) ORDER BY number DESC LIMIT ?3",
-    )?;
-    let rows = query.query_map(params![user.id, after, MOST_ROWS as i64 + 1], |row| {
+    ))?;
+    let rows = query.query_map(params![value, after, MOST_ROWS as i64 + 1], |row| {
         Ok(StudyRow {
             id: row.get(0)?,
             title: row.get(1)?,
@@ -448,7 +455,8 @@ pub(crate) fn table(app: &App, user: &User, id: &str) -> Result<StudyTable, Fail
         .db
         .lock()
         .query_row(
-            "SELECT title, created, plan FROM studies WHERE id = ?1 AND owner = ?2",
+            "SELECT title, created, plan FROM studies WHERE id = ?1
+               AND (owner = ?2 OR project IN (SELECT project FROM members WHERE user = ?2))",
             params![id, user.id],
             |row| {
                 Ok((

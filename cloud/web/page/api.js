@@ -37,6 +37,10 @@ async function request(method, path, body, more = {}) {
 export const get = async (path, more) => (await request("GET", path, undefined, more)).json();
 /** @param {string} path @param {any} body @param {RequestInit} [more] @returns {Promise<any>} */
 export const post = async (path, body, more) => (await request("POST", path, body, more)).json();
+/** @param {string} path @param {any} body */
+export const put = (path, body) => request("PUT", path, body);
+/** @param {string} path @param {any} body @returns {Promise<any>} */
+export const patch = async (path, body) => (await request("PATCH", path, body)).json();
 /** @param {string} path */
 export const remove = (path) => request("DELETE", path);
 /** @param {string} path @param {RequestInit} [more] */

@@ -5,6 +5,7 @@ import { showList } from "./list.js";
 import { showNew } from "./new.js";
 import { showRun } from "./run.js";
 import { showCompare } from "./compare.js";
+import { showProjects } from "./projects.js";
 import { showStudies, showStudy } from "./studies.js";
 
 const main = /** @type {HTMLElement} */ (document.getElementById("main"));
@@ -34,6 +35,7 @@ async function show() {
     if (run) leave = await showRun(main, run[1]);
     else if (pathname === "/studies") leave = await showStudies(main, searchParams);
     else if (study) leave = await showStudy(main, study[1]);
+    else if (pathname === "/projects") leave = await showProjects(main);
     else if (pathname === "/new") leave = await showNew(main, searchParams.get("from"));
     else if (pathname === "/compare") leave = await showCompare(main, (searchParams.get("runs") ?? "").split(",").filter(Boolean));
     else leave = await showList(main, searchParams);

@@ -2,6 +2,7 @@
 import { get, listen, post, remove } from "./api.js";
 import { ago, ask, duration, el, number, put, state, toast } from "./dom.js";
 import { go } from "./app.js";
+import { selection } from "./projects.js";
 
 const LIVE = ["queued", "running", "stopping"];
 
@@ -22,12 +23,14 @@ export async function showList(main, wanted) {
     ["queued", "running", "stopping", "stopped", "finished", "failed", "cancelled"].map((word) => el("option", { value: word }, word)));
   only.value = wanted.get("state") ?? "";
   const label = wanted.get("label");
+  const project = await selection("My runs");
+  if (project) project.value = wanted.get("project") ?? "";
   /** @type {Map<string, {run: any, row: HTMLElement}>} */
   const shown = new Map();
 
   put(main,
     el("div", { class: "row spread" }, el("h1", {}, label ? `Runs of ${label}` : "Runs"), el("a", { class: "button main", href: "/new" }, "New run")),
-    el("div", { class: "card" }, el("div", { class: "row" }, text, only, actions), counts,
+    el("div", { class: "card" }, el("div", { class: "row" }, text, only, project, actions), counts,
       el("div", { class: "scroll" }, el("table", {}, el("thead", {}, el("tr", {},
         el("td"), el("th", {}, "Run"), el("th", {}, "State"), el("th", { class: "wide" }, "Progress"), el("th", { class: "number wide" }, "Attempts"), el("th", { class: "number wide" }, "Submitted"))), rows)), more));
 
@@ -59,7 +62,7 @@ export async function showList(main, wanted) {
     return [
       el("td", {}, box),
       el("td", {}, el("a", { href: `/runs/${run.id}` }, run.title), el("div", { class: "small quiet" },
-        run.label && el("a", { href: `/?label=${encodeURIComponent(run.label)}` }, run.label), run.label && " ", el("span", { class: "code" }, run.id.slice(0, 8)))),
+        run.label && el("a", { href: `/?label=${encodeURIComponent(run.label)}` }, run.label), run.label && " ", el("span", { class: "code" }, run.id.slice(0, 8)), project?.value && ` ${run.owner}`)),
       el("td", {}, state(run), run.cause && run.cause !== run.state && run.cause !== "user" && el("div", { class: "small quiet" }, run.cause)),
       el("td", { class: "wide" }, share !== null && run.state !== "finished" && el("progress", { max: 1, value: share, "aria-label": "Progress" }),
         el("div", { class: "small quiet" }, `${number(run.time)} s`, run.seconds_left && live ? ` · ${duration(run.seconds_left)} left` : "")),
@@ -78,7 +81,7 @@ export async function showList(main, wanted) {
   let after = "";
   const load = async () => {
     const query = new URLSearchParams();
-    for (const [name, value] of [["text", text.value], ["state", only.value], ["label", label ?? ""], ["after", after]]) if (value) query.set(name, value);
+    for (const [name, value] of [["text", text.value], ["state", only.value], ["label", label ?? ""], ["project", project?.value ?? ""], ["after", after]]) if (value) query.set(name, value);
     const page = await get(`/runs?${query}`);
     if (!after) { shown.clear(); put(rows); }
     for (const run of page.runs) {
@@ -99,6 +102,7 @@ export async function showList(main, wanted) {
   let typing;
   text.oninput = () => { clearTimeout(typing); typing = setTimeout(load, 250); };
   only.onchange = load;
+  if (project) project.onchange = load;
   await load();
   const end = listen([], (news) => {
     const known = shown.get(news.run);

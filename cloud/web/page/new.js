@@ -2,6 +2,8 @@
 import { get, post, Problem, upload } from "./api.js";
 import { duration, el, put, size, toast, whole } from "./dom.js";
 import { go } from "./app.js";
+import { price } from "./money.js";
+import { selection, takes } from "./projects.js";
 import { Viewer } from "./viewer.js";
 
 /**
@@ -12,6 +14,8 @@ import { Viewer } from "./viewer.js";
 export async function showNew(main, from) {
   document.title = "New run · Mercury";
   const templates = await get("/templates");
+  const session = await get("/session");
+  const project = await selection("none", takes);
   let name = "scene.toml";
   /** @type {Record<string, string>} */
   let files = {};
@@ -57,7 +61,7 @@ export async function showNew(main, from) {
     el("div", { class: "columns" },
       el("div", {}, el("div", { class: "editor" }, gutter, text), problems, el("p", {}), drop),
       el("div", {}, el("div", { class: "card" },
-        el("h2", {}, "Submit"), el("div", { class: "form" }, el("label", {}, "Title", title), el("label", {}, "Label", label), el("label", {}, "Threads", threads)),
+        el("h2", {}, "Submit"), el("div", { class: "form" }, el("label", {}, "Title", title), el("label", {}, "Label", label), el("label", {}, "Threads", threads), project && el("label", {}, "Project", project)),
         study,
         el("div", { class: "row" }, submit, el("button", { onclick: trial }, "How long?"))), facts,
       el("div", { class: "card" }, el("h2", {}, "Preview"), preview))));
@@ -246,7 +250,8 @@ export async function showNew(main, from) {
         el("dt", {}, "Time step"), el("dd", {}, plan.time ? `${plan.time.step.toPrecision(3)} s` : "–"),
         el("dt", {}, "Memory"), el("dd", {}, size(plan.memory?.at_most)),
         el("dt", {}, "Disk"), el("dd", {}, size(plan.disk?.bytes)),
-        time && el("dt", {}, "Time"), time && el("dd", {}, duration(time[0]) === duration(time[1]) ? duration(time[0]) : `${duration(time[0])} to ${duration(time[1])}`)),
+        time && el("dt", {}, "Time"), time && el("dd", {}, duration(time[0]) === duration(time[1]) ? duration(time[0]) : `${duration(time[0])} to ${duration(time[1])}`),
+        time && session.price && [el("dt", {}, "Cost"), el("dd", {}, `about ${price(time[1] * (Number(threads.value) || 1), session.price)} at the most`)]),
       plan.warnings?.length > 0 && el("ul", { class: "warn-text" }, ...plan.warnings.map((/** @type {any} */ warning) => el("li", {}, typeof warning === "string" ? warning : warning.message ?? JSON.stringify(warning)))));
   }
 
@@ -268,6 +273,7 @@ export async function showNew(main, from) {
     const body = { scene: scene(), threads: Number(threads.value) || 1 };
     if (title.value.trim()) body.title = title.value.trim();
     if (label.value.trim()) body.label = label.value.trim();
+    if (project?.value) body.project = project.value;
     const many = asked();
     try {
       if (many) {
@@ -294,6 +300,7 @@ export async function showNew(main, from) {
     text.value = submitted.scene.text;
     title.value = submitted.title ?? "";
     label.value = submitted.label ?? "";
+    if (project) project.value = submitted.project ?? "";
     threads.value = String(submitted.threads);
     if (submitted.scene.set.length) text.value += `\n# The run was submitted with --set ${submitted.scene.set.join(" --set ")}\n`;
     named();

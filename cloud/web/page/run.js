@@ -1,8 +1,10 @@
 // The page of one run: progress, particles, charts, log, attempts, files; what can be done with it.
-import { get, listen, post, remove } from "./api.js";
+import { get, listen, patch, post, remove } from "./api.js";
 import { box, draw } from "./chart.js";
 import { ago, ask, duration, el, number, put, size, state, toast, whole } from "./dom.js";
 import { go } from "./app.js";
+import { money, price } from "./money.js";
+import { selection, takes } from "./projects.js";
 import { Player } from "./player.js";
 
 const LIVE = ["queued", "running", "stopping"];
@@ -18,6 +20,12 @@ const CAUSES = /** @type {Record<string, string>} */ ({
  */
 export async function showRun(main, id) {
   let run = await get(`/runs/${id}`);
+  const session = await get("/session");
+  const projects = session.user === run.owner && run.writable ? await selection("none", takes) : null;
+  if (projects) {
+    projects.value = run.project ?? "";
+    projects.onchange = () => patch(`/runs/${id}`, { project: projects.value }).then((found) => { run = { ...run, ...found }; }, (error) => toast(error.message, true));
+  }
   document.title = `${run.title} · Mercury`;
   const head = el("div", { class: "card" });
   const panes = /** @type {Record<string, HTMLElement>} */ ({});
@@ -48,7 +56,7 @@ export async function showRun(main, id) {
   put(panes.Overview, el("div", { class: "columns" }, stage, el("div", {}, facts, el("div", { class: "card" }, chartBox))), pictures);
   put(panes.Charts, el("div", { class: "card" }, el("div", { class: "row" }, el("label", {}, "Column", chooser)), extra));
   put(panes.Log, el("div", { class: "card" }, log));
-  put(panes.Attempts, el("div", { class: "card scroll" }, el("table", {}, el("thead", {}, el("tr", {}, ["Number", "Began", "Lasted", "Machine", "Why it ended", "Step"].map((text) => el("th", {}, text)))), attempts)));
+  put(panes.Attempts, el("div", { class: "card scroll" }, el("table", {}, el("thead", {}, el("tr", {}, ["Number", "Began", "Lasted", "Machine", "Why it ended", "Step", session.price && "Cost"].filter(Boolean).map((text) => el("th", {}, text)))), attempts)));
   put(panes.Files, el("div", { class: "card" }, el("div", { class: "row spread" }, el("h2", {}, "Files"), el("a", { class: "button", href: `/api/v1/runs/${id}/archive`, download: "" }, "Download all (.zip)")),
     el("div", { class: "scroll" }, el("table", {}, el("thead", {}, el("tr", {}, el("th", {}, "Name"), el("th", { class: "number" }, "Size"))), files))));
   put(panes.Scene, el("div", { class: "card" }, run.spec.set.length > 0 && el("p", {}, "Set beside it: ", run.spec.set.map((/** @type {string} */ one) => el("code", { class: "chip" }, one))), el("pre", { tabindex: "0" }, run.scene)));
@@ -110,7 +118,11 @@ export async function showRun(main, id) {
       run.beat?.rate && live && [el("dt", {}, "Speed"), el("dd", {}, `${whole(Math.round(run.beat.rate))} particle steps/s`)],
       el("dt", {}, "Attempts"), el("dd", {}, run.epoch),
       el("dt", {}, "Threads"), el("dd", {}, run.spec.threads),
-      run.core_seconds > 0 && [el("dt", {}, "Spent"), el("dd", {}, `${duration(run.core_seconds)} of a core`)],
+      run.core_seconds > 0 && [el("dt", {}, "Spent"), el("dd", {}, `${duration(run.core_seconds)} of a core`, run.cost != null && `, ${money(run.cost, session.price)}`)],
+      run.saved > 0 && [el("dt", {}, "Saved"), el("dd", {}, `${money(run.saved, session.price)} against the full price`)],
+      run.seconds_left && live && session.price && [el("dt", {}, "Still to pay"), el("dd", {}, `about ${price(run.seconds_left * run.spec.threads, session.price)}`)],
+      session.user !== run.owner && [el("dt", {}, "Owner"), el("dd", {}, run.owner)],
+      projects && [el("dt", {}, "Project"), el("dd", {}, projects)],
       el("dt", {}, "Solver"), el("dd", {}, run.spec.solver)),
     bad.length > 0 && el("ul", { class: "problems" }, ...bad.map((/** @type {any} */ note) => el("li", {}, note.text))));
   }
@@ -175,8 +187,8 @@ export async function showRun(main, id) {
   async function showAttempts() {
     const all = await get(`/runs/${id}/attempts`);
     put(attempts, ...all.map((/** @type {any} */ one) => el("tr", {}, el("td", {}, one.epoch), el("td", {}, new Date(one.started * 1000).toLocaleString()), el("td", {}, duration((one.ended ?? Date.now() / 1000) - one.started)),
-      el("td", {}, one.machine || one.engine), el("td", {}, one.cause ? CAUSES[one.cause] ?? one.cause : "on its way", one.code ? ` (exit code ${one.code})` : "", one.message && el("div", { class: "small quiet" }, one.message)), el("td", { class: "number" }, one.step != null ? whole(one.step) : ""))));
-    if (!all.length) put(attempts, el("tr", {}, el("td", { colspan: "6", class: "quiet" }, "None yet.")));
+      el("td", {}, one.machine || one.engine), el("td", {}, one.cause ? CAUSES[one.cause] ?? one.cause : "on its way", one.code ? ` (exit code ${one.code})` : "", one.message && el("div", { class: "small quiet" }, one.message)), el("td", { class: "number" }, one.step != null ? whole(one.step) : ""), session.price && el("td", { class: "number" }, one.cost != null ? money(one.cost, session.price) : ""))));
+    if (!all.length) put(attempts, el("tr", {}, el("td", { colspan: "7", class: "quiet" }, "None yet.")));
   }
 
   async function showFiles() {

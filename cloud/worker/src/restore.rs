@@ -5,7 +5,7 @@ use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
-use cloud_api::names::{Growth, check_name, growth};
+use cloud_api::names::{Growth, check_input, growth};
 use cloud_api::{Checkpoint, Spec, Stream};
 use cloud_store::frames::MARKER;
 
@@ -99,8 +99,12 @@ pub(crate) fn restore(attempt: &Attempt, held: &mut Held, spec: &Spec) -> Result
 
 fn inputs(attempt: &Attempt, spec: &Spec, place: &Place) -> Result<()> {
     for (name, input) in &spec.files {
-        check_name(name).with_context(|| format!("input {name:?}"))?;
-        let mut file = File::create_new(place.folder.join(name))?;
+        check_input(name).with_context(|| format!("input {name:?}"))?;
+        let path = place.folder.join(name);
+        if let Some(parent) = path.parent() {
+            fs::create_dir_all(parent)?;
+        }
+        let mut file = File::create_new(path)?;
         let key = format!("inputs/{}", input.sha256);
         let got = attempt.store.get_into(&key, &mut file)?;
         ensure!(
