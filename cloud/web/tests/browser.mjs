@@ -1,6 +1,6 @@
 // A headless Chromium, driven by its DevTools protocol. Node's own WebSocket and fetch; nothing from npm.
 import { spawn, spawnSync } from "node:child_process";
-import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { mkdirSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
@@ -93,6 +93,7 @@ export class Browser {
     const folder = process.env.PICTURES;
     if (!folder) return;
     const { data } = await this.send("Page.captureScreenshot", { format: "png", captureBeyondViewport: false });
+    mkdirSync(folder, { recursive: true });
     writeFileSync(join(folder, name), Buffer.from(data, "base64"));
   }
 

@@ -4,7 +4,8 @@ import { Browser, sleep } from "./browser.mjs";
 
 const link = process.argv[2] ?? process.env.MERCURY_CLOUD_LINK;
 if (!link) throw new Error("newcomer.mjs LINK: the link that `mercury-cloud serve` prints");
-const end = process.env.NEWCOMER_END ?? "0.4";
+// Long enough that the run still goes on when the slowest browser has drawn its first pictures.
+const end = process.env.NEWCOMER_END ?? "1.2";
 const browser = await Browser.start();
 const began = Date.now();
 const said = (text) => console.log(`${((Date.now() - began) / 1000).toFixed(1)} s  ${text}`);
@@ -79,7 +80,24 @@ try {
   must(zip[0] > 10000 && zip[1] === 0x50 && zip[2] === 0x4b, `no archive: ${zip}`);
   said(`downloaded ${zip[0]} bytes`);
   await browser.picture("files.png");
-  await browser.click("Overview");
+  await browser.click("Projects");
+  await browser.until(`document.querySelector("[aria-label='Name of a new project']")`, "no page of projects");
+  await browser.run(`document.querySelector("[aria-label='Name of a new project']").value = "Drums"`);
+  await browser.click("New project");
+  await browser.until(`document.body.innerText.includes("0 runs")`, "no project");
+  await browser.open(`${new URL(link).origin}/runs/${run}`);
+  await browser.until(`document.querySelector("select[aria-label=Project]")`, "no choice of a project");
+  await browser.run(`(() => { const choice = document.querySelector("select[aria-label=Project]"); choice.selectedIndex = 1; choice.dispatchEvent(new Event("change")); })()`);
+  await browser.click("Projects");
+  await browser.until(`document.body.innerText.includes("1 run")`, "the run is not in the project");
+  await browser.picture("projects.png");
+  await browser.click("1 run");
+  await browser.until(`document.querySelectorAll("tbody tr").length === 1`, "the project lists no run");
+  await browser.picture("project-runs.png");
+  said("the run is in a project");
+  await browser.open(`${new URL(link).origin}/runs/${run}`);
+  await browser.until(`document.querySelector(".chart canvas")`, "no chart");
+  await sleep(2500);
   await browser.look(390, 844, false, true);
   await browser.picture("phone.png");
   await browser.look(1280, 900, true);
