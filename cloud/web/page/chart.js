@@ -4,8 +4,15 @@ import uPlot from "./vendor/uPlot.esm.js";
 
 const COLOURS = ["#2f7fb8", "#d98a2b", "#3c9a67", "#c0504d", "#8064a2", "#6b8e23", "#008b8b", "#b8860b"];
 
-/** Few digits where few tell values apart. @param {any} _ @param {number[]} values */
-const ticks = (_, values) => values.map((value) => (value === 0 ? "0" : Math.abs(value) >= 1e5 || Math.abs(value) < 1e-3 ? value.toExponential(1).replace("e+", "e") : String(Number(value.toPrecision(4)))));
+/** As many digits as tell neighbours apart. @param {any} _ @param {number[]} values */
+const ticks = (_, values) => {
+  const step = values.length > 1 ? Math.abs(values[1] - values[0]) : Math.abs(values[0] ?? 1) || 1;
+  const largest = Math.max(...values.map(Math.abs));
+  const decimals = Math.max(0, Math.ceil(-Math.log10(step) - 1e-6));
+  const digits = Math.max(0, Math.ceil(Math.log10(largest / step) - 1e-6));
+  const plain = largest < 1e5 && largest >= 1e-3;
+  return values.map((value) => (Math.abs(value) < 1e-9 * step ? "0" : plain ? String(Number(value.toFixed(decimals + 1))) : value.toExponential(Math.min(digits, 8)).replace("e+", "e")));
+};
 
 /** @typedef {{label: string, chart: {time: number[], min: (number | null)[], max: (number | null)[]}}} Curve */
 
