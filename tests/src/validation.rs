@@ -21,7 +21,7 @@ use crate::shapes::{self, Shapes};
 /// Names of all checks but the contact cases, one in each line.
 const FROZEN: &str = include_str!("validation/checks.txt");
 /// Names of all contact cases.
-const FROZEN_CASES: &str = include_str!("../tests/contacts/contact_cases.txt");
+const FROZEN_CASES: &str = include_str!("../tests/validation/contact_cases.txt");
 
 /// All results.
 #[derive(Debug, Clone, PartialEq)]

@@ -35,7 +35,7 @@ fn vector(
     name: &str,
     source: &'static str,
     expected: DVec3,
-    measured: impl Fn() -> DVec3 + Copy + 'static,
+    measured: impl Fn() -> DVec3 + Copy + Send + Sync + 'static,
 ) {
     for (axis, letter) in ["x", "y", "z"].into_iter().enumerate() {
         let tolerance = if expected[axis] == 0.0 {

@@ -233,17 +233,19 @@ fn damped() -> Vec<Case> {
         let law = AnyNormal::Hertz(Hertz::new(MODULUS, hertz_damping(restitution)));
         let head_on = HeadOn::equal(law, RADIUS, MASS, SPEED, duration / STEPS);
         let error = lag(damping_ratio(restitution), STEPS);
-        let mut row =
-            |name: &str, expected: f64, digit: f64, pick: Box<dyn Fn(Collision) -> f64>| {
-                let tolerance = Absolute(error * expected + digit);
-                cases.push(Case::new(
-                    format!("T5 engine: e = {restitution}, {name}"),
-                    expected,
-                    tolerance,
-                    SOURCE,
-                    move || pick(head_on.run()),
-                ));
-            };
+        let mut row = |name: &str,
+                       expected: f64,
+                       digit: f64,
+                       pick: Box<dyn Fn(Collision) -> f64 + Send + Sync>| {
+            let tolerance = Absolute(error * expected + digit);
+            cases.push(Case::new(
+                format!("T5 engine: e = {restitution}, {name}"),
+                expected,
+                tolerance,
+                SOURCE,
+                move || pick(head_on.run()),
+            ));
+        };
         row("restitution", restitution, 0.0, Box::new(|c| c.restitution));
         row(
             "duration over elastic",

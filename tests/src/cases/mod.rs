@@ -2,7 +2,7 @@
 //!
 //! A row names its case (T1 to T24, by the physics it tests), what is measured, the expected value, how near the solver must
 //! come and why that is fair (the tolerances are derived beside the rows). *law* in a name: one law was evaluated on its own;
-//! *engine*: the whole engine ran the scene. The test `contact_cases` runs all rows; the validation page prints them.
+//! *engine*: the whole engine ran the scene. Each row is a test of its own (`cargo test -p mercury-tests --test validation`); the validation page prints them.
 
 mod collision;
 mod decay;
@@ -56,7 +56,7 @@ pub struct Case {
     /// How near the solver must come.
     pub tolerance: Tolerance,
     /// Computes the value with the solver.
-    pub measured: Box<dyn Fn() -> f64>,
+    pub measured: Box<dyn Fn() -> f64 + Send + Sync>,
     /// Where the expected value comes from.
     pub source: &'static str,
 }
@@ -102,7 +102,7 @@ impl Case {
         expected: f64,
         tolerance: Tolerance,
         source: &'static str,
-        measured: impl Fn() -> f64 + 'static,
+        measured: impl Fn() -> f64 + Send + Sync + 'static,
     ) -> Self {
         Self {
             name: name.into(),

@@ -125,7 +125,7 @@ pub(super) fn cases(published: &Published) -> Result<Vec<Case>> {
     const SOURCE_5: &str = "curve of Chung & Ooi 2011, steel, as digitised by Kratos; Kratos' limit 2 %, where it slides";
     const SOURCE_6: &str = "curve of Chung & Ooi 2011, aluminium, as digitised by Kratos; Kratos' limit 3 %, where it slides";
     let mut cases = Vec::new();
-    let mut row = |name: String, allowed, source, measured: Box<dyn Fn() -> f64>| {
+    let mut row = |name: String, allowed, source, measured: Box<dyn Fn() -> f64 + Send + Sync>| {
         let name = format!("Chung & Ooi {name}");
         cases.push(Case::new(name, 0.0, Absolute(allowed), source, measured));
     };

@@ -1,7 +1,6 @@
 //! Tests DEM01 to DEM05 of MFiX 21.3.2. DEM06, a sphere in a gas that flows upwards, needs a drag law and is not run.
 
-use std::cell::OnceCell;
-use std::rc::Rc;
+use std::sync::{Arc, OnceLock};
 
 use anyhow::{Context, Result};
 use glam::{DVec3, dvec3};
@@ -375,7 +374,7 @@ fn slip_to_roll() -> Vec<Case> {
     let mut cases = Vec::new();
     for tenth in 2..=10 {
         let friction = f64::from(tenth) / 10.0;
-        let told = Rc::new(OnceCell::new());
+        let measured = Arc::new(OnceLock::new());
         // The lever is short by half the overlap (5e-6), and the spring needs a way of mu m g/k_t to load (2e-6 of that of the
         // sliding at mu = 1); it holds when k u < gamma du/dt, 1e-7 s early; twice the sum. Friction begins within a step.
         let near = 2e-5;
@@ -394,8 +393,8 @@ fn slip_to_roll() -> Vec<Case> {
                 Relative(if k == 0 { near + begins } else { near }),
                 "rigid sphere with Coulomb friction, as in MFiX's DEM04 (2/7 and 5/7)",
                 {
-                    let told = Rc::clone(&told);
-                    move || told.get_or_init(|| rolling_begins(friction))[k]
+                    let measured = Arc::clone(&measured);
+                    move || measured.get_or_init(|| rolling_begins(friction))[k]
                 },
             ));
         }

@@ -134,7 +134,7 @@ fn throws(file: &ClumpFile, index: u64) -> Vec<Rest> {
 const STABLE: &str =
     "height over the table in 60,000 directions: one basin, at +z of the file's frame";
 
-fn upright(name: String, measured: impl Fn() -> f64 + 'static) -> Case {
+fn upright(name: String, measured: impl Fn() -> f64 + Send + Sync + 'static) -> Case {
     // The basin's floor: within 0.002 in height, n.z is above 0.9; every other pit but the tiny ones lies below 0.7.
     Case::new(name, 1.0, Absolute(0.1), STABLE, measured)
 }

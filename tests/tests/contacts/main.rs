@@ -1,7 +1,6 @@
 //! Contacts: laws alone and mixed, friction, adhesion, liquid, energies.
 
 mod adhesion;
-mod contact_cases;
 mod contact_set;
 mod coulomb;
 mod energy_audit;

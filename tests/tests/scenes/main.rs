@@ -3,5 +3,4 @@
 mod example_scenes;
 mod frozen_scenes;
 mod plain_english;
-mod scene_checks;
 mod stress;

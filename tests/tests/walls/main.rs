@@ -1,7 +1,6 @@
 //! Walls: shapes, meshes, motion, servos, loads, wear.
 
 mod periodic_meshes;
-mod reference_shapes;
 mod servos;
 mod travelling_walls;
 mod triangle_loads;
