@@ -1,0 +1,282 @@
+//! The last stage: everything that was resolved, as one plan.
+
+use std::sync::Arc;
+
+use mercury_common::scene::{ClumpMass, ClumpsAs, Scene, stem};
+
+use super::laws::Laws;
+use super::{Findings, Parts};
+use crate::boundaries::InsertionPlan;
+use crate::contact::registry::LawTable;
+use crate::liquid::{LiquidPlan, Weight};
+use crate::plan::closing;
+use crate::plan::doubtful::{Doubt, doubts};
+use crate::plan::meshes;
+use crate::plan::particles::StartingParticles;
+use crate::plan::sleeping::Sleeping;
+use crate::plan::start_from_run::{Earlier, Here, carried};
+use crate::plan::time_step::{StepPlan, steps};
+use crate::plan::wall_films::wall_films;
+use crate::plan::wear::wear;
+use crate::plan::{Counted, Guard, Material, Notes, OutputPlan, Outputs, Physics, Plan};
+use crate::spray::SprayPlan;
+use crate::walls::Wall;
+
+/// What the stages before have found.
+pub(super) struct Resolved {
+    pub(super) parts: Parts,
+    pub(super) laws: Laws,
+    pub(super) counted: Counted,
+    pub(super) sleeping: Option<Sleeping>,
+    /// s
+    pub(super) time_step: f64,
+    pub(super) step: StepPlan,
+}
+
+/// The plan of a scene in which nothing is wrong.
+pub(super) fn assemble(scene: &Scene, resolved: Resolved, mut found: Findings) -> Plan {
+    let Resolved {
+        parts,
+        laws,
+        counted,
+        sleeping,
+        time_step,
+        step: step_plan,
+    } = resolved;
+    let Parts {
+        dimensions,
+        walls,
+        clumps,
+        mut start,
+        insertions,
+        sprays,
+        regions,
+        deletions,
+        fluxes,
+        fields,
+        sheets,
+        sizes,
+        ..
+    } = parts;
+    let track: Vec<(String, u32)> = scene
+        .output
+        .track
+        .iter()
+        .filter_map(|name| start.named.iter().find(|(known, _)| *known == name.value))
+        .cloned()
+        .collect();
+    let track_insertions: Vec<(String, usize)> = scene
+        .output
+        .track
+        .iter()
+        .filter_map(|name| {
+            let mut insertions = scene.insertions.iter();
+            let index = insertions.position(|insertion| insertion.name.value == name.value)?;
+            Some((name.value.clone(), index))
+        })
+        .collect();
+    let (laws, pairs) = laws.into_table(scene.materials.len());
+    let here = Here {
+        particles: start.particles.len(),
+        bodies: &start.bodies,
+        clumps: &clumps,
+        walls: &walls,
+        laws: &laws,
+    };
+    let carried = carried(&start.earlier, &here, &mut found.remarks);
+    let started_from = start.earlier.iter().map(Earlier::started_from).collect();
+    let domain = (*scene.domain.min, *scene.domain.max);
+    meshes::remarks(
+        scene,
+        &walls,
+        domain,
+        &mut found.warnings,
+        &mut found.remarks,
+    );
+    let triangle_loads = meshes::has_triangle_loads(&walls, &scene.output, &mut found.warnings);
+    ignored_keys(scene, &mut found.warnings);
+    let wear = wear(scene, &walls);
+    let liquid = liquid(
+        scene,
+        &walls,
+        &laws,
+        sprays.as_ref(),
+        &insertions,
+        &mut start,
+        time_step,
+    );
+    let mut plan = Plan {
+        physics: Physics {
+            seed: scene.seed,
+            gravity: *scene.gravity,
+            dimensions,
+            time_step,
+            steps: steps(*scene.time.end, time_step) as u64,
+            until_at_rest: *scene.time.until_at_rest,
+            domain_min: *scene.domain.min,
+            domain_max: *scene.domain.max,
+            periodic: scene.domain.periodic,
+            materials: scene
+                .materials
+                .iter()
+                .map(|material| Material {
+                    name: material.name.value.clone(),
+                    density: *material.density,
+                })
+                .collect(),
+            laws,
+            sliding_normal: scene.contact.sliding_normal,
+            wall_curvature: scene.contact.wall_curvature,
+            startup_increment: scene.contact.startup_increment,
+            contact_point_mass: scene.contact.clump_mass == ClumpMass::ContactPoint,
+            guard: Guard {
+                policy: scene.guard.policy,
+                overlap: *scene.guard.overlap,
+                way: *scene.guard.way,
+            },
+            sleeping,
+            liquid,
+            sprays,
+            walls,
+            wear,
+            surfaces: sheets.surfaces,
+            membranes: sheets.membranes,
+            particles: start.particles,
+            clumps,
+            bodies: start.bodies,
+            carried: carried.map(Arc::new),
+            insertions,
+            deletions,
+            smallest_radius: sizes.smallest,
+            mean_radius: sizes.mean,
+            largest_radius: sizes.largest,
+            orientations: scene.output.data
+                || *scene.output.vtk
+                || !track.is_empty()
+                || !track_insertions.is_empty(),
+            energy_budget: scene.output.energy_budget,
+        },
+        outputs: Outputs {
+            title: scene.title.clone(),
+            prefix: stem(&scene.path),
+            files: OutputPlan {
+                interval: *scene.output.interval,
+                fstat_interval: *scene.output.fstat_interval,
+                vtk_interval: *scene.output.vtk_interval,
+                restart_interval: scene.output.restart_interval.as_deref().copied(),
+                data: scene.output.data,
+                ene: scene.output.ene,
+                fstat: scene.output.fstat,
+                vtk: *scene.output.vtk,
+                frames: scene.output.frames,
+                walls: scene.output.walls,
+                triangle_loads,
+                liquid: scene.output.liquid,
+                droplets: scene.output.droplets,
+                pictures: scene.output.pictures,
+                pebbles: scene.output.clumps_as == ClumpsAs::Pebbles,
+                track,
+                track_insertions,
+                track_every: scene
+                    .output
+                    .track_every
+                    .as_deref()
+                    .map_or(1, |every| *every),
+                track_interval: *scene.output.track_interval,
+                fields,
+                digits: scene.output.digits.as_ref().map(|digits| **digits as u8),
+            },
+            regions,
+            fluxes,
+        },
+        notes: Notes {
+            counted,
+            pairs,
+            step: step_plan,
+            warnings: found.warnings,
+            remarks: found.remarks,
+            started_from,
+        },
+    };
+    note_doubts(&mut plan);
+    plan
+}
+
+/// Films, bridges and droplets; `None` in scenes without liquid. It takes the films of the start.
+fn liquid(
+    scene: &Scene,
+    walls: &[Wall],
+    laws: &LawTable,
+    sprays: Option<&SprayPlan>,
+    insertions: &[InsertionPlan],
+    start: &mut StartingParticles,
+    time_step: f64,
+) -> Option<LiquidPlan> {
+    let wall_films = wall_films(scene, walls);
+    let has_liquid = !wall_films.is_empty()
+        || laws.has_liquid()
+        || sprays.is_some()
+        || !start.films.is_empty()
+        || !start.films_of_bodies.is_empty()
+        || (insertions.iter().flat_map(|insertion| &insertion.mixture))
+            .any(|part| part.film_volume > 0.0);
+    has_liquid.then(|| LiquidPlan {
+        films: std::mem::take(&mut start.films),
+        films_of_bodies: std::mem::take(&mut start.films_of_bodies),
+        neighbours: scene.liquid.neighbours,
+        bridges_form: scene.liquid.bridges_form,
+        evaporation: *scene.liquid.evaporation,
+        weight: sprays
+            .and_then(|sprays| sprays.nozzles.iter().find(|nozzle| nozzle.mass))
+            .map(|nozzle| Weight {
+                density: nozzle.liquid_density,
+                gravity: *scene.gravity,
+                lag: 0.5 * time_step,
+            }),
+        wall_films,
+    })
+}
+
+/// Adds what is doubtful about a plan to its notes, and to its insertions the walls that move into their regions.
+fn note_doubts(plan: &mut Plan) {
+    let closing = closing::closing_walls(plan);
+    for (insertion, walls) in plan.physics.insertions.iter_mut().zip(closing) {
+        insertion.closing = walls;
+    }
+    let doubts: Vec<Doubt> = doubts(plan).collect();
+    for doubt in doubts {
+        match doubt {
+            Doubt::Warning(text) => plan.notes.warnings.push(text),
+            Doubt::Remark(text) => plan.notes.remarks.push(text),
+        }
+    }
+}
+
+/// Warns of keys of `[output]` that change nothing.
+fn ignored_keys(scene: &Scene, warnings: &mut Vec<String>) {
+    let output = &scene.output;
+    for (interval, is_written, what) in [
+        (&output.fstat_interval, output.fstat, "fstat"),
+        (&output.vtk_interval, *output.vtk, "vtk"),
+    ] {
+        let key = format!("output.{what}_interval");
+        // A default keeps the place of `interval`.
+        if interval.place.key() == key && !is_written {
+            warnings.push(format!(
+                "{key}: nothing is written at these times, as output.{what} is false; set {what} = true or leave the key out"
+            ));
+        }
+    }
+    let every = output.track_every.as_ref().map(|every| &every.place);
+    for place in [Some(&output.track_interval.place), every]
+        .into_iter()
+        .flatten()
+    {
+        let key = place.key();
+        if key.starts_with("output.track_") && output.track.is_empty() {
+            warnings.push(format!(
+                "{key}: nothing is followed, as output.track is empty; name particles or insertions in it, or leave the key out"
+            ));
+        }
+    }
+}

@@ -1,0 +1,216 @@
+//! `[[insertions]]` and `[[deletions]]` as the engine's plans.
+
+mod expected;
+mod quota;
+mod rate_table;
+mod region;
+mod space;
+
+use mercury_common::error::FormatError;
+use mercury_common::scene::{
+    Body, Component, Insertion, Located, Method, Psd, Quantity, Rate as SceneRate, Scene,
+    SceneError, SizeLaw, Total,
+};
+use mercury_common::sizes::{SizeDistribution, SizeError};
+
+use crate::bodies::Clump;
+use crate::boundaries::{DeletionPlan, Ingredient, InsertionPlan, Rate, Space};
+use crate::state::MaterialIndex;
+
+pub use expected::expected_number;
+pub(crate) use expected::mean_volume;
+pub(super) use expected::{expected_inserted, grains_per_unit};
+pub(super) use region::region;
+pub(super) use space::check_among_walls;
+
+use quota::wrong_quota;
+use rate_table::read_rate_table;
+use space::{ALMOST_ALL, check_large, check_room, spheres};
+
+/// All insertions that can be planned, in the order of the file. No `clumps`: they could not be read.
+pub(super) fn insertions(
+    scene: &Scene,
+    clumps: Option<&[Clump]>,
+    dimensions: u8,
+    errors: &mut Vec<SceneError>,
+) -> Vec<InsertionPlan> {
+    scene
+        .insertions
+        .iter()
+        .filter_map(|insertion| plan_one(scene, insertion, clumps, dimensions, errors))
+        .collect()
+}
+
+/// All deletions, in the order of the file.
+pub(super) fn deletions(scene: &Scene, errors: &mut Vec<SceneError>) -> Vec<DeletionPlan> {
+    scene
+        .deletions
+        .iter()
+        .filter_map(|deletion| {
+            Some(DeletionPlan {
+                name: deletion.name.value.clone(),
+                region: region(&deletion.region, errors)?,
+            })
+        })
+        .collect()
+}
+
+fn plan_one(
+    scene: &Scene,
+    insertion: &Insertion,
+    clumps: Option<&[Clump]>,
+    dimensions: u8,
+    errors: &mut Vec<SceneError>,
+) -> Option<InsertionPlan> {
+    let before = errors.len();
+    let mut mixture = Vec::new();
+    for component in &insertion.mixture {
+        let (material, clump) = match &component.body {
+            Body::Sphere(material) => (material.value, None),
+            // The scene is refused already.
+            Body::Clump(_) if clumps.is_none() => return None,
+            Body::Clump(clump) => {
+                let template = scene.clumps.get(clump.value.0)?;
+                (template.material.value, Some(clump.value.0 as u32))
+            }
+        };
+        let own = clump.and_then(|index| clumps?.get(index as usize));
+        let sizes = match sizes(component, own) {
+            Ok(sizes) => sizes,
+            Err(error) => {
+                errors.push(error);
+                continue;
+            }
+        };
+        if component.share > 0.0
+            && let Some(fines) = sizes.warning_of_fines()
+        {
+            let place = component
+                .psd
+                .as_ref()
+                .map_or(&component.place, |psd| &psd.place);
+            errors.push(
+                place
+                    .error("has no smallest particle, so that no time step is short enough")
+                    .with_help(fines),
+            );
+            continue;
+        }
+        let mean_volume = mean_volume(&sizes, dimensions);
+        // A share of mass or volume is turned into a number of particles by their mean size.
+        let per_particle = match insertion.share_by {
+            Quantity::Number => 1.0,
+            Quantity::Volume => mean_volume,
+            Quantity::Mass => mean_volume * *scene.materials.get(material.0)?.density,
+        };
+        mixture.push(Ingredient {
+            material: MaterialIndex::new(material.0 as u32),
+            clump,
+            sizes,
+            share: component.share / per_particle,
+            film_volume: *component.film_volume,
+        });
+    }
+    let sum: f64 = mixture.iter().map(|ingredient| ingredient.share).sum();
+    for ingredient in &mut mixture {
+        ingredient.share /= sum;
+    }
+    let total = insertion.total.as_ref().map(|total| total.value);
+    let rate = insertion.rate.as_ref().and_then(|rate| {
+        let steady = |quantity, per_second| {
+            Some(Rate::Steady {
+                quantity,
+                per_second,
+            })
+        };
+        match &rate.value {
+            SceneRate::Number(per_second) => steady(Quantity::Number, *per_second),
+            SceneRate::Mass(per_second) => steady(Quantity::Mass, *per_second),
+            SceneRate::Volume(per_second) => steady(Quantity::Volume, *per_second),
+            SceneRate::Table(file) => match read_rate_table(file) {
+                // The table counts what the total counts.
+                Ok(rows) => Some(Rate::Table {
+                    quantity: match total {
+                        Some(Total::Number(_)) => Quantity::Number,
+                        Some(Total::Volume(_)) => Quantity::Volume,
+                        _ => Quantity::Mass,
+                    },
+                    rows,
+                }),
+                Err(message) => {
+                    errors.push(rate.error(message));
+                    None
+                }
+            },
+        }
+    });
+    let region = region(&insertion.region, errors)?;
+    if errors.len() == before {
+        let space = Space {
+            domain: (*scene.domain.min, *scene.domain.max),
+            periodic: scene.domain.periodic,
+            dimensions,
+        };
+        let clumps = clumps.unwrap_or_default();
+        let name = &insertion.name.value;
+        let smallest = spheres(&mixture, clumps, SizeDistribution::smallest).fold(
+            (f64::INFINITY, false),
+            |least, next| {
+                if next.0 < least.0 { next } else { least }
+            },
+        );
+        let large = spheres(&mixture, clumps, |sizes| sizes.sample_diameter(ALMOST_ALL)).fold(
+            (0.0, false),
+            |most, next| if next.0 > most.0 { next } else { most },
+        );
+        let room = check_room(name, &region, smallest, space)
+            .and_then(|()| check_large(name, &region, large, space));
+        if let Err((message, help)) = room {
+            errors.push(insertion.region.error(message).with_help(help));
+        }
+    }
+    let by_quota = insertion.method.value == Method::Quota;
+    if errors.len() == before && by_quota {
+        errors.extend(wrong_quota(scene, insertion, &mixture, total, dimensions));
+    }
+    (errors.len() == before).then(|| InsertionPlan {
+        name: insertion.name.value.clone(),
+        region,
+        mixture,
+        by_quota,
+        total,
+        rate,
+        velocity_mean: *insertion.velocity_mean,
+        velocity_spread: *insertion.velocity_spread,
+        from: *insertion.from,
+        until: insertion.until.as_deref().copied().unwrap_or(f64::INFINITY),
+        attempts: (*insertion.attempts).max(1),
+        closing: Vec::new(),
+    })
+}
+
+/// The sizes of a component; a clump without a distribution has its own size.
+fn sizes(component: &Component, clump: Option<&Clump>) -> Result<SizeDistribution, SceneError> {
+    let Some(psd) = &component.psd else {
+        let own = clump.and_then(|clump| SizeDistribution::single(clump.equal_volume_diameter()));
+        return own.ok_or_else(|| component.place.error("the size of the clump is not known"));
+    };
+    SizeDistribution::from_scene(psd).map_err(|error| match error {
+        SizeError::Improper(error) => error,
+        SizeError::File(error) => of_file(psd, error),
+        error @ SizeError::Law(_) => psd.error(error.to_string()),
+    })
+}
+
+/// The error in the table that a scene names, at the place of the name.
+fn of_file(psd: &Located<Psd>, mut error: FormatError) -> SceneError {
+    let help = error.help.take();
+    let error = match &psd.law {
+        SizeLaw::File { file } => file.error(error.to_string()),
+        _ => psd.error(error.to_string()),
+    };
+    match help {
+        Some(help) => error.with_help(help),
+        None => error,
+    }
+}
