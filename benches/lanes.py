@@ -45,7 +45,7 @@ def main():
     parser.add_argument("--against")
     parser.add_argument("--rounds", type=int, default=3)
     options = parser.parse_args()
-    ways = [(f"{lanes} lanes", options.solver, ["--lanes", str(lanes)]) for lanes in (1, 2, 4, 8)]
+    ways = [(f"{lanes} lanes", options.solver, ["--lanes", str(lanes)]) for lanes in (1, 2, 4)]
     if options.against:
         ways.append(("other program", options.against, []))
     with tempfile.TemporaryDirectory() as name:

@@ -473,7 +473,7 @@ def main():
     parser.add_argument("--states", nargs="+", choices=STATES, default=STATES[:2])
     parser.add_argument("--solver", type=pathlib.Path, default=ROOT / "target" / "release" / "mercury-solve")
     parser.add_argument("--size-levels", type=pathlib.Path, default=ROOT / "target" / "release" / "examples" / "size_levels")
-    parser.add_argument("--lanes", default=[], type=lambda lanes: ["--lanes", lanes], help="callgrind knows no AVX-512: `count` takes 4 unless it is given")
+    parser.add_argument("--lanes", default=[], type=lambda lanes: ["--lanes", lanes], help="`count` takes 4 unless it is given")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--steps", type=int, default=400, help="that are timed")
     parser.add_argument("--seed", type=int, default=1)

@@ -84,7 +84,7 @@ def ways(options, scene):
     path, settings, peer = BENCH / f"{scene}.toml", [], [scene]
     if scene == "drum-soft":
         path, settings, peer = options.drum_soft, SOFT, [str(options.drum_soft), "--steps", str(SOFT_STEPS)]
-    found = {f"{lanes} lanes": lambda lanes=lanes: mercury(options, path, settings, lanes) for lanes in (8, 4)}
+    found = {f"{lanes} lanes": lambda lanes=lanes: mercury(options, path, settings, lanes) for lanes in (4,)}
     return {**found, "liggghts": lambda: liggghts(*peer)}
 
 

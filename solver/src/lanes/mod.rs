@@ -188,7 +188,7 @@ pub trait Real:
 }
 
 /// No [`Real`] has more lanes.
-pub const MOST_LANES: usize = 8;
+pub const MOST_LANES: usize = 4;
 
 /// Yes or no for each lane.
 pub trait Mask:

@@ -1,10 +1,8 @@
-//! Lanes in registers: two in one of SSE2 or NEON, four of AVX2, eight of AVX-512.
+//! Lanes in registers: two in one of SSE2 or NEON, four of AVX2.
 //!
 //! What is `unsafe` here: instructions that a processor may not have. Every x86-64 has SSE2, and every aarch64 has NEON. A `Four`
-//! or an `Eight` is made and used only inside of [`Width::run`](super::Width::run), which first checks the processor.
+//! is made and used only inside of [`Width::run`](super::Width::run), which first checks the processor.
 
-#[cfg(target_arch = "x86_64")]
-mod eight;
 #[cfg(target_arch = "x86_64")]
 mod four;
 #[cfg(target_arch = "aarch64")]
@@ -15,7 +13,7 @@ mod two;
 #[cfg(target_arch = "aarch64")]
 pub(super) use neon::Two;
 #[cfg(target_arch = "x86_64")]
-pub(super) use {eight::Eight, four::Four, two::Two};
+pub(super) use {four::Four, two::Two};
 
 /// One instruction, or some.
 macro_rules! instructions {

@@ -1,10 +1,10 @@
 //! How many lanes, chosen when the program runs.
 
 use super::Real;
+#[cfg(target_arch = "x86_64")]
+use super::registers::Four;
 #[cfg(any(target_arch = "aarch64", target_arch = "x86_64"))]
 use super::registers::Two;
-#[cfg(target_arch = "x86_64")]
-use super::registers::{Eight, Four};
 
 /// Two numbers, where registers hold them without a feature check.
 #[cfg(not(any(target_arch = "aarch64", target_arch = "x86_64")))]
@@ -30,8 +30,6 @@ enum Kind {
     Two,
     #[cfg(target_arch = "x86_64")]
     Four,
-    #[cfg(target_arch = "x86_64")]
-    Eight,
 }
 
 impl Width {
@@ -41,7 +39,7 @@ impl Width {
     /// All widths of this processor, the narrowest first.
     #[must_use]
     pub fn all() -> Vec<Self> {
-        let all = [1, 2, 4, 8].into_iter();
+        let all = [1, 2, 4].into_iter();
         all.filter_map(Self::of).collect()
     }
 
@@ -53,8 +51,6 @@ impl Width {
             2 => Some(Self(Kind::Two)),
             #[cfg(target_arch = "x86_64")]
             4 if has_avx2() => Some(Self(Kind::Four)),
-            #[cfg(target_arch = "x86_64")]
-            8 if has_avx512() => Some(Self(Kind::Eight)),
             _ => None,
         }
     }
@@ -65,15 +61,8 @@ impl Width {
     pub fn fastest() -> Self {
         let two_in_registers = cfg!(any(target_arch = "aarch64", target_arch = "x86_64"));
         let always = if two_in_registers { 2 } else { 1 };
-        let wider = Self::of(8).or(Self::of(4));
-        wider.or(Self::of(always)).unwrap_or(Self::ONE)
-    }
-
-    /// The fastest width for contacts without history: finding them is most of the work then, and eight lanes are no faster at it
-    /// than four (measured).
-    #[must_use]
-    pub fn fastest_without_history() -> Self {
-        Self::of(4).unwrap_or_else(Self::fastest)
+        let widest = Self::of(4).or(Self::of(always));
+        widest.unwrap_or(Self::ONE)
     }
 
     /// Its number of lanes.
@@ -84,8 +73,6 @@ impl Width {
             Kind::Two => 2,
             #[cfg(target_arch = "x86_64")]
             Kind::Four => 4,
-            #[cfg(target_arch = "x86_64")]
-            Kind::Eight => 8,
         }
     }
 
@@ -98,9 +85,6 @@ impl Width {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: only `of` makes a `Width` of this kind, and it has checked that the processor has the features.
             Kind::Four => unsafe { with_avx2(task) },
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: as above.
-            Kind::Eight => unsafe { with_avx512(task) },
         }
     }
 }
@@ -113,20 +97,9 @@ fn has_avx2() -> bool {
         && is_x86_feature_detected!("popcnt")
 }
 
-#[cfg(target_arch = "x86_64")]
-fn has_avx512() -> bool {
-    has_avx2() && is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq")
-}
-
 // Not with fused multiply-add, which would change the bits.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,popcnt")]
 fn with_avx2<T: Task>(task: T) -> T::Output {
     task.run::<Four>()
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi1,bmi2,popcnt,avx512f,avx512dq")]
-fn with_avx512<T: Task>(task: T) -> T::Output {
-    task.run::<Eight>()
 }

@@ -210,13 +210,7 @@ impl Engine {
         );
         boundaries.tell(Arc::clone(&options.stage));
         let sleep = plan.physics().sleeping().map(|_| Sleep::new());
-        let width = options.width.unwrap_or_else(|| {
-            if !forces.contacts.history_columns().is_empty() {
-                Width::fastest()
-            } else {
-                Width::fastest_without_history()
-            }
-        });
+        let width = options.width.unwrap_or_else(Width::fastest);
         Ok(Self {
             boundaries,
             inverse_inertia: inverse_inertia_factor(plan.physics().dimensions()),

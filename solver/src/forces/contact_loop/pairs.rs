@@ -227,7 +227,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 acts |= u32::from(self.acts_apart(a[k], b[k], slot, squared, at)) << k;
             }
         }
-        let places = packed_places(acts).wrapping_add(base as u64 * 0x0101_0101_0101_0101);
+        let places = packed_places(acts).wrapping_add(base as u32 * 0x0101_0101);
         found.numbers.slot[*count % ROOM..][..MOST_LANES].copy_from_slice(&places.to_le_bytes());
         found.numbers.offset[0].put(*count, offset.x.packed(acts));
         found.numbers.offset[1].put(*count, offset.y.packed(acts));
@@ -471,15 +471,16 @@ impl Change {
 
 /// The places of the bits that are set, one after the other from the lowest byte on.
 #[inline(always)]
-fn packed_places(bits: u32) -> u64 {
-    const PLACES: [u64; 256] = {
-        let mut places = [0; 256];
+fn packed_places(bits: u32) -> u32 {
+    const SETS: usize = 1 << MOST_LANES;
+    const PLACES: [u32; SETS] = {
+        let mut places = [0; SETS];
         let mut bits = 0;
-        while bits < 256 {
+        while bits < SETS {
             let (mut place, mut count) = (0, 0);
-            while place < 8 {
+            while place < MOST_LANES {
                 if bits >> place & 1 == 1 {
-                    places[bits] |= place << (8 * count);
+                    places[bits] |= (place as u32) << (8 * count);
                     count += 1;
                 }
                 place += 1;
@@ -488,7 +489,7 @@ fn packed_places(bits: u32) -> u64 {
         }
         places
     };
-    PLACES[bits as usize & 255]
+    PLACES[bits as usize & (SETS - 1)]
 }
 
 /// Writes lane `k` of a vector to `quads[k]`.
