@@ -3,10 +3,14 @@
 //! A file is written under a temporary name beside its place, handed to the disk, and renamed. A reader never meets a part of
 //! it, and neither a program that dies half-way nor a loss of power costs the file that was there before.
 
-use std::ffi::OsStr;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+
+use tempfile::{Builder, NamedTempFile};
+
+/// What follows the name of a file in its temporary name; some letters and digits follow.
+pub const TEMPORARY: &str = ".tmp-";
 
 const WRITE: &str = "the file cannot be written";
 
@@ -59,16 +63,8 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
 /// A file that is written in pieces and gets its name when it is whole. Dropped before, it leaves nothing behind.
 #[derive(Debug)]
 pub struct WholeFile {
-    file: File,
-    name: Name,
-}
-
-/// The temporary name and the one to come.
-#[derive(Debug)]
-struct Name {
     path: PathBuf,
-    temporary: PathBuf,
-    given: bool,
+    file: NamedTempFile,
 }
 
 impl WholeFile {
@@ -79,23 +75,23 @@ impl WholeFile {
     pub fn create(path: impl Into<PathBuf>) -> Result<Self, FileError> {
         let path = path.into();
         // Without a name of its own (`..`, `/`) the path is a folder: renaming would fail after all the work.
-        let temporary = (path.file_name()).map(|name| path.with_file_name(temporary_name(name)));
-        let made = temporary
+        let made = (path.file_name())
             .ok_or_else(|| io::Error::from(io::ErrorKind::IsADirectory))
-            .and_then(|temporary| Ok((File::create(&temporary)?, temporary)));
-        let (file, temporary) = made.map_err(FileError::of(&path, WRITE))?;
-        let name = Name {
-            path,
-            temporary,
-            given: false,
-        };
-        Ok(Self { file, name })
+            .and_then(|name| {
+                let mut prefix = name.to_owned();
+                prefix.push(TEMPORARY);
+                Builder::new()
+                    .prefix(&prefix)
+                    .make_in(folder_of(&path), |path| File::create_new(path))
+            });
+        let file = made.map_err(FileError::of(&path, WRITE))?;
+        Ok(Self { path, file })
     }
 
     /// The name that the file will have.
     #[must_use]
     pub fn path(&self) -> &Path {
-        &self.name.path
+        &self.path
     }
 
     /// Appends bytes. Nothing is buffered: a call should bring many.
@@ -103,8 +99,8 @@ impl WholeFile {
     /// # Errors
     /// If they cannot be written.
     pub fn append(&mut self, bytes: &[u8]) -> Result<(), FileError> {
-        let written = self.file.write_all(bytes);
-        written.map_err(FileError::of(&self.name.path, WRITE))
+        let written = self.file.as_file_mut().write_all(bytes);
+        written.map_err(FileError::of(&self.path, WRITE))
     }
 
     /// A buffered way to append, for encoders that own what they write to. It must have flushed and gone when the file is
@@ -113,9 +109,9 @@ impl WholeFile {
     /// # Errors
     /// If the system has no further handle for the file.
     pub fn writer(&self) -> Result<BufWriter<File>, FileError> {
-        let file = self.file.try_clone();
+        let file = self.file.as_file().try_clone();
         Ok(BufWriter::new(
-            file.map_err(FileError::of(&self.name.path, WRITE))?,
+            file.map_err(FileError::of(&self.path, WRITE))?,
         ))
     }
 
@@ -124,42 +120,40 @@ impl WholeFile {
     /// # Errors
     /// If the disk does not take it.
     pub fn sync(&self) -> Result<(), FileError> {
-        let synced = self.file.sync_all();
-        synced.map_err(FileError::of(&self.name.path, WRITE))
+        let synced = self.file.as_file().sync_all();
+        synced.map_err(FileError::of(&self.path, WRITE))
     }
 
     /// Hands the file to the disk and gives it its name. Returns the open file, so that writing can continue.
     ///
     /// # Errors
     /// If the disk does not take it, or it cannot be renamed; a file that was there before is still there then.
-    pub fn finish(mut self) -> Result<File, FileError> {
+    pub fn finish(self) -> Result<File, FileError> {
         // The name must not reach the disk before what it stands for.
         self.sync()?;
-        let renamed = fs::rename(&self.name.temporary, &self.name.path);
-        renamed.map_err(FileError::of(&self.name.path, WRITE))?;
-        self.name.given = true;
-        Ok(self.file)
+        let renamed = self.file.persist(&self.path);
+        let file = renamed.map_err(|error| FileError::of(&self.path, WRITE)(error.error))?;
+        // The name reaches the disk with its folder. Not every file system can do that, and the file is whole without it.
+        #[cfg(unix)]
+        let _ = File::open(folder_of(&self.path)).and_then(|folder| folder.sync_all());
+        Ok(file)
     }
 }
 
-impl Drop for Name {
-    fn drop(&mut self) {
-        if !self.given {
-            // The caller stopped half-way and has an error to report already.
-            let _ = fs::remove_file(&self.temporary);
-        }
+/// The folder of a file. A temporary file is made in it, because a rename is atomic only inside one file system.
+fn folder_of(path: &Path) -> &Path {
+    let parent = path.parent().unwrap_or(Path::new(""));
+    if parent.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        parent
     }
-}
-
-/// `<name>.tmp-<process>`; in the folder of the file, because a rename is atomic only inside one file system.
-fn temporary_name(name: &OsStr) -> std::ffi::OsString {
-    let mut name = name.to_owned();
-    name.push(format!(".tmp-{}", std::process::id()));
-    name
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     fn names(folder: &Path) -> Vec<String> {

@@ -1,11 +1,12 @@
 //! Files of blocks, as they come.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use mercury_common::formats::number::NumberStyle;
 use mercury_common::formats::vtu::{PvdEntry, PvdWriter};
+use mercury_common::whole_file::{WholeFile, write_whole};
 
 use super::stat::StatTime;
 use super::{chart, csv, stat, vti};
@@ -64,10 +65,19 @@ pub struct Writer {
     succession: Succession,
     /// While a run is followed, what is there can be read at any time; otherwise the file appears when it is complete.
     live: bool,
-    file: Option<(PathBuf, File)>,
+    file: Option<Growing>,
     list: Option<PvdWriter>,
     blocks: usize,
     style: NumberStyle,
+}
+
+/// The file of a series of blocks.
+#[derive(Debug)]
+enum Growing {
+    /// It has its name from the beginning.
+    Live(File),
+    /// It gets its name when it is complete.
+    Whole(WholeFile),
 }
 
 fn failed(path: &Path) -> impl FnOnce(std::io::Error) -> CgError + use<> {
@@ -184,32 +194,20 @@ impl Writer {
         }
         self.blocks += 1;
         if !timed {
-            return Self::replace(&self.path, &bytes);
+            return Ok(write_whole(&self.path, &bytes)?);
         }
-        let (_, file) = match &mut self.file {
+        let growing = match &mut self.file {
             Some(open) => open,
-            None => {
-                let path = if self.live {
-                    self.path.clone()
-                } else {
-                    temporary(&self.path)
-                };
-                // The temporary name is not shown to users.
-                let file = File::create(&path).map_err(failed(&self.path))?;
-                self.file.insert((path, file))
-            }
+            None => self.file.insert(if self.live {
+                Growing::Live(File::create(&self.path).map_err(failed(&self.path))?)
+            } else {
+                Growing::Whole(WholeFile::create(&self.path)?)
+            }),
         };
-        file.write_all(&bytes).map_err(failed(&self.path))
-    }
-
-    /// Puts a whole file in the place of what was there.
-    fn replace(path: &Path, bytes: &[u8]) -> Result<(), CgError> {
-        let new = temporary(path);
-        let written = fs::write(&new, bytes).and_then(|()| fs::rename(&new, path));
-        if written.is_err() {
-            let _ = fs::remove_file(&new);
+        match growing {
+            Growing::Live(file) => file.write_all(&bytes).map_err(failed(&self.path)),
+            Growing::Whole(file) => Ok(file.append(&bytes)?),
         }
-        written.map_err(failed(path))
     }
 
     /// A file of its own for each block of a series.
@@ -223,7 +221,7 @@ impl Writer {
             self.list = Some(PvdWriter::create(self.path.with_extension("pvd"))?);
         }
         self.blocks += 1;
-        Self::replace(&path, bytes)?;
+        write_whole(&path, bytes)?;
         if let Some(list) = &mut self.list {
             let file = path
                 .file_name()
@@ -243,31 +241,11 @@ impl Writer {
     /// # Errors
     /// When the system refuses.
     pub fn finish(mut self) -> Result<(PathBuf, usize), CgError> {
-        if let Some((path, file)) = self.file.take() {
-            drop(file);
-            if path != self.path {
-                fs::rename(&path, &self.path).map_err(failed(&self.path))?;
-            }
+        if let Some(Growing::Whole(file)) = self.file.take() {
+            file.finish()?;
         }
         Ok((self.first(), self.blocks))
     }
-}
-
-/// What was begun and did not come to its end is removed.
-impl Drop for Writer {
-    fn drop(&mut self) {
-        if let Some((path, _)) = self.file.take()
-            && path != self.path
-        {
-            let _ = fs::remove_file(path);
-        }
-    }
-}
-
-fn temporary(path: &Path) -> PathBuf {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".tmp-{}", std::process::id()));
-    path.with_file_name(name)
 }
 
 /// Appends a block to a table: its rows, before those of the `first` one the heading. A table that is not `timed` holds one block, and so always a

@@ -1,16 +1,13 @@
 //! One frame as one Arrow IPC message: the flatbuffer head with time and step, then the buffers of the columns.
 //!
-//! Layout: Apache Arrow columnar format 1.x, "Serialization and Interprocess Communication". The few flatbuffer tables that this
-//! needs are spelled here and tested against the crate `arrow-ipc`, whose dependencies made a third of the time of a build.
+//! Layout: Apache Arrow columnar format 1.x, "Serialization and Interprocess Communication". Heads are written and read by the crate
+//! `arrow-ipc`; it cannot put time and step into a message, and makes arrays of all columns, so bodies go from and to the file here.
 
 mod decode;
 mod encode;
-mod flat;
-mod schema;
 
 pub(super) use decode::{Batch, body_length, parse_batch, parse_schema, read_column};
 pub(super) use encode::{encode, encode_schema, write_body};
-pub(super) use schema::{ArrowSchema, Field, FieldType};
 
 /// Closes a stream: the continuation word and a metadata length of zero.
 pub(super) const END_OF_STREAM: [u8; 8] = [0xFF, 0xFF, 0xFF, 0xFF, 0, 0, 0, 0];
@@ -25,14 +22,6 @@ const ALIGNMENT: usize = 64;
 /// Keys of the metadata of a message.
 const TIME_KEY: &str = "time";
 const STEP_KEY: &str = "step";
-
-/// Slots of a record batch.
-mod batch {
-    pub(super) const LENGTH: usize = 0;
-    pub(super) const NODES: usize = 1;
-    pub(super) const BUFFERS: usize = 2;
-    pub(super) const COMPRESSION: usize = 3;
-}
 
 fn padded(length: usize) -> usize {
     length.next_multiple_of(ALIGNMENT)

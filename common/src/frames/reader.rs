@@ -86,8 +86,7 @@ impl FrameReader {
             Err(found) => return Err(wrong(found, expected)),
         };
         let schema = parse_schema(&flatbuffer).map_err(|found| wrong(found, expected))?;
-        let version = schema.metadata.iter().find(|(key, _)| key == VERSION_KEY);
-        if let Some((_, version)) = version
+        if let Some(version) = schema.metadata().get(VERSION_KEY)
             && version != FRAMES_VERSION
         {
             let found = format!("frames of version {version}");
@@ -96,7 +95,7 @@ impl FrameReader {
             return Err(wrong(found, &expected).with_help(help));
         }
         let (schema, kinds, time_field) =
-            FrameSchema::of_arrow(schema).map_err(|[found, expected]| wrong(found, &expected))?;
+            FrameSchema::of_arrow(&schema).map_err(|[found, expected]| wrong(found, &expected))?;
         let mut reader = Self {
             path,
             file,

@@ -2,8 +2,9 @@
 
 use std::collections::{BTreeMap, HashSet};
 
+use arrow_schema::{DataType, Field, Schema};
+
 use super::FRAMES_VERSION;
-use super::message::{ArrowSchema, Field, FieldType};
 
 /// The column that the writer adds in front of all others: the time of the frame, in s, in every row.
 pub(super) const TIME: &str = "time";
@@ -33,33 +34,29 @@ pub enum ColumnKind {
 }
 
 impl ColumnKind {
-    fn field_type(self) -> FieldType {
-        let int = |bits, signed| FieldType::Int { bits, signed };
+    fn data_type(self) -> DataType {
         match self {
-            Self::F64 => FieldType::Double,
-            Self::I32 => int(32, true),
-            Self::U8 => int(8, false),
-            Self::U32 | Self::OptionalU32 => int(32, false),
-            Self::U64 => int(64, false),
-            Self::Text => FieldType::Utf8,
+            Self::F64 => DataType::Float64,
+            Self::I32 => DataType::Int32,
+            Self::U8 => DataType::UInt8,
+            Self::U32 | Self::OptionalU32 => DataType::UInt32,
+            Self::U64 => DataType::UInt64,
+            Self::Text => DataType::Utf8,
         }
     }
 
-    /// Other writers (pandas, polars) mark every column as nullable; only for `u32` does Mercury use that. The error is the name of
-    /// a type that frames do not have.
-    fn of_field(field: &Field<Result<FieldType, String>>) -> Result<Self, String> {
-        match field.kind.clone()? {
-            FieldType::Double => Ok(Self::F64),
-            FieldType::Utf8 => Ok(Self::Text),
-            FieldType::Int { bits, signed } => match (bits, signed) {
-                (32, true) => Ok(Self::I32),
-                (8, false) => Ok(Self::U8),
-                (32, false) if field.nullable => Ok(Self::OptionalU32),
-                (32, false) => Ok(Self::U32),
-                (64, false) => Ok(Self::U64),
-                (bits, true) => Err(format!("int{bits}")),
-                (bits, false) => Err(format!("uint{bits}")),
-            },
+    /// Other writers (pandas, polars) mark every column as nullable; only for `u32` does Mercury use that. `None`: frames do not have
+    /// this type.
+    fn of_field(field: &Field) -> Option<Self> {
+        match field.data_type() {
+            DataType::Float64 => Some(Self::F64),
+            DataType::Int32 => Some(Self::I32),
+            DataType::UInt8 => Some(Self::U8),
+            DataType::UInt32 if field.is_nullable() => Some(Self::OptionalU32),
+            DataType::UInt32 => Some(Self::U32),
+            DataType::UInt64 => Some(Self::U64),
+            DataType::Utf8 => Some(Self::Text),
+            _ => None,
         }
     }
 
@@ -187,46 +184,39 @@ impl FrameSchema {
     }
 
     /// The Arrow schema of the file: `time` first.
-    pub(super) fn to_arrow(&self) -> ArrowSchema<FieldType> {
+    pub(super) fn to_arrow(&self) -> Schema {
         let time = ColumnSpec::new(TIME, ColumnKind::F64, "s").described("time of the frame");
         let fields = std::iter::once(&time).chain(&self.columns).map(|column| {
-            let description = column.description.iter();
-            let described = description.map(|text| (DESCRIPTION.to_owned(), text.clone()));
-            let unit = (UNIT.to_owned(), column.unit.clone());
-            Field {
-                name: column.name.clone(),
-                kind: column.kind.field_type(),
-                nullable: column.kind == ColumnKind::OptionalU32,
-                metadata: described.chain([unit]).collect(),
-            }
+            let mut facts = BTreeMap::from([(UNIT.to_owned(), column.unit.clone())]);
+            let described = column.description.iter();
+            facts.extend(described.map(|text| (DESCRIPTION.to_owned(), text.clone())));
+            let nullable = column.kind == ColumnKind::OptionalU32;
+            Field::new(&column.name, column.kind.data_type(), nullable).with_metadata(facts)
         });
-        ArrowSchema {
-            fields: fields.collect(),
-            metadata: self.metadata.clone().into_iter().collect(),
-        }
+        Schema::new_with_metadata(fields.collect::<Vec<_>>(), self.metadata.clone())
     }
 
     /// Reads an Arrow schema back: the schema, the kinds of all fields in file order, and which of them is `time`.
     /// The error is what was found and what was expected.
-    pub(super) fn of_arrow(
-        schema: ArrowSchema<Result<FieldType, String>>,
-    ) -> Result<(Self, Vec<ColumnKind>, usize), [String; 2]> {
+    pub(super) fn of_arrow(schema: &Schema) -> Result<(Self, Vec<ColumnKind>, usize), [String; 2]> {
         let mut columns = Vec::new();
         let mut kinds = Vec::new();
         let mut time = None;
         let mut names = HashSet::new();
-        for (k, mut field) in schema.fields.into_iter().enumerate() {
-            if let Some((_, now)) = RENAMED.iter().find(|(before, _)| *before == field.name) {
-                field.name = (*now).to_owned();
-            }
-            let kind = ColumnKind::of_field(&field).map_err(|kind| {
+        for (k, field) in schema.fields().iter().enumerate() {
+            let renamed = RENAMED.iter().find(|(before, _)| before == field.name());
+            let name = renamed.map_or(field.name().as_str(), |(_, now)| now);
+            let kind = ColumnKind::of_field(field).ok_or_else(|| {
                 [
-                    format!("column `{}` of type {kind}", field.name),
+                    format!(
+                        "column `{name}` of type {}",
+                        field.data_type().to_string().to_lowercase()
+                    ),
                     "float64, int32, uint8, uint32, uint64 or utf8".to_owned(),
                 ]
             })?;
             kinds.push(kind);
-            if field.name == TIME {
+            if name == TIME {
                 if time.is_some() {
                     return Err(["two columns `time`".to_owned(), "one".to_owned()]);
                 }
@@ -238,23 +228,23 @@ impl FrameSchema {
                 continue;
             }
             // Before anything is made of the field: offsets may lead to the same one over and over.
-            if !names.insert(field.name.clone()) {
-                let found = format!("two columns `{}`", field.name);
+            if !names.insert(name) {
+                let found = format!("two columns `{name}`");
                 return Err([found, "different names".to_owned()]);
             }
-            let mut facts: BTreeMap<String, String> = field.metadata.into_iter().collect();
+            let fact = |key| field.metadata().get(key).cloned();
             columns.push(ColumnSpec {
-                name: field.name,
+                name: name.to_owned(),
                 kind,
-                unit: facts.remove(UNIT).unwrap_or_default(),
-                description: facts.remove(DESCRIPTION),
+                unit: fact(UNIT).unwrap_or_default(),
+                description: fact(DESCRIPTION),
             });
         }
         let time = time.ok_or_else(|| {
             let found = "no column `time`".to_owned();
             [found, "the time of the frame, float64, in s".to_owned()]
         })?;
-        let metadata = schema.metadata.into_iter().collect();
+        let metadata = schema.metadata().clone().into();
         Ok((Self { columns, metadata }, kinds, time))
     }
 }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use mercury_common::paraview::Series;
 use mercury_common::scene::is_json;
-use mercury_common::whole_file::{FileError, write_whole};
+use mercury_common::whole_file::{FileError, TEMPORARY, write_whole};
 
 pub use lock::FolderLock;
 pub use mercury_common::folder_owner::{LOCK, Owner};
@@ -396,14 +396,14 @@ fn remove_unfinished(folder: &Path, prefix: &str) -> Result<(), FolderError> {
                 remove(&entry.path())?;
                 continue;
             }
-            let Some((whole, process)) = name.rsplit_once(".tmp-") else {
+            let Some((whole, mark)) = name.rsplit_once(TEMPORARY) else {
                 continue;
             };
             let is_ours = whole
                 .strip_prefix(prefix)
                 .is_some_and(|rest| rest.starts_with('.'))
                 || FIXED_NAMES.contains(&whole);
-            if is_ours && is_number(process) {
+            if is_ours && mark.bytes().all(|byte| byte.is_ascii_alphanumeric()) {
                 remove(&entry.path())?;
             }
         }
@@ -430,7 +430,7 @@ mod tests {
             "lid.data",
             "lid.budget.csv",
             "lid.1.restart",
-            "lid.particles.arrow.tmp-17",
+            "lid.particles.arrow.tmp-a1B2c3",
             ".mercury-17",
             "vtk/lid.particles.pvd",
             "vtk/lid.particles.0000.vtu",

@@ -157,7 +157,7 @@ fn files_of_other_programs() {
         assert!(table.values::<f64>(name).is_err(), "{name}");
     }
     let error = Table::read(&path("gzip.parquet")).unwrap_err().to_string();
-    let expected = "gzip.parquet: the Parquet file cannot be read: it is compressed by Gzip, not by Snappy or Zstandard\n\
+    let expected = "gzip.parquet: the Parquet file cannot be read: it is compressed by GZIP, not by Snappy or Zstandard\n\
         help: write it by one of them, or uncompressed";
     assert!(error.ends_with(expected), "{error}");
 }

@@ -1,8 +1,11 @@
 //! From the bytes of a message to schema, batch and columns. Nothing in here trusts the bytes.
 
-use super::flat::{Damaged, Flat};
-use super::schema::{RECORD_BATCH, message, metadata_of};
-use super::{ArrowSchema, FieldType, LittleEndian, STEP_KEY, TIME_KEY, batch};
+use arrow_ipc::convert::try_fb_to_schema;
+use arrow_ipc::{Endianness, Message, MessageHeader, root_as_message_with_opts};
+use arrow_schema::Schema;
+use flatbuffers::VerifierOptions;
+
+use super::{LittleEndian, STEP_KEY, TIME_KEY};
 use crate::frames::{Column, ColumnKind};
 
 /// Bytes read at a time when numbers are converted.
@@ -21,18 +24,38 @@ pub(in crate::frames) struct Batch {
     buffers: Vec<(u64, u64)>,
 }
 
+/// A message whose offsets and texts were checked.
+///
+/// Its size with every offset followed is bounded by that of its bytes: without a limit, a small file whose offsets all lead to
+/// one long text would fill the memory.
+fn message(flatbuffer: &[u8]) -> Result<Message<'_>, String> {
+    let options = VerifierOptions {
+        max_apparent_size: flatbuffer.len().saturating_mul(8),
+        ..VerifierOptions::default()
+    };
+    root_as_message_with_opts(&options, flatbuffer).map_err(|_| "no Arrow message".to_owned())
+}
+
 /// The Arrow schema in the first message of a stream.
-pub(in crate::frames) fn parse_schema(
-    flatbuffer: &[u8],
-) -> Result<ArrowSchema<Result<FieldType, String>>, String> {
-    ArrowSchema::decode(flatbuffer)
+pub(in crate::frames) fn parse_schema(flatbuffer: &[u8]) -> Result<Schema, String> {
+    let message = message(flatbuffer)?;
+    if message.header_type() != MessageHeader::Schema {
+        return Err("a first message that is no schema".to_owned());
+    }
+    if message.bodyLength() != 0 {
+        return Err("a schema message with a body".to_owned());
+    }
+    let schema = message.header_as_schema();
+    let schema = schema.ok_or("a schema message without a schema")?;
+    if schema.endianness() != Endianness::Little {
+        return Err("big-endian numbers".to_owned());
+    }
+    try_fb_to_schema(schema).map_err(|error| format!("a damaged schema ({error})"))
 }
 
 /// The length of the body of a message, in bytes; `None` where it is no message.
 pub(in crate::frames) fn body_length(flatbuffer: &[u8]) -> Option<u64> {
-    let flat = Flat::new(flatbuffer);
-    let length = flat.root().and_then(|root| root.long(message::BODY_LENGTH));
-    u64::try_from(length.ok()?).ok()
+    u64::try_from(message(flatbuffer).ok()?.bodyLength()).ok()
 }
 
 /// Reads the head of a record batch whose columns have these kinds.
@@ -40,26 +63,22 @@ pub(in crate::frames) fn parse_batch(
     flatbuffer: &[u8],
     kinds: &[ColumnKind],
 ) -> Result<Batch, String> {
-    let damaged = |Damaged| "no Arrow message".to_owned();
-    let flat = Flat::new(flatbuffer);
-    let root = flat.root().map_err(damaged)?;
-    let kind = root.byte(message::KIND).map_err(damaged)?;
-    if kind != RECORD_BATCH {
+    let message = message(flatbuffer)?;
+    let kind = message.header_type();
+    if kind != MessageHeader::RecordBatch {
         return Err(format!(
-            "an Arrow message of type {kind} in place of a record batch"
+            "an Arrow message of type {kind:?} in place of a record batch"
         ));
     }
-    let header = root.table(message::HEADER).map_err(damaged)?;
+    let header = message.header_as_record_batch();
     let header = header.ok_or("a message without a record batch")?;
-    if header.table(batch::COMPRESSION).map_err(damaged)?.is_some() {
+    if header.compression().is_some() {
         return Err("a compressed record batch, which this reader cannot open".to_owned());
     }
-    let body_length = root.long(message::BODY_LENGTH).map_err(damaged)?;
-    let body_length = u64::try_from(body_length).map_err(|_| "a negative body length")?;
-    let length = header.long(batch::LENGTH).map_err(damaged)?;
+    let body_length = u64::try_from(message.bodyLength()).map_err(|_| "a negative body length")?;
+    let length = header.length();
     let rows = usize::try_from(length).map_err(|_| "a negative number of rows")?;
-    let nodes = header.pairs(batch::NODES).map_err(damaged)?;
-    let nodes = nodes.ok_or("a batch without columns")?;
+    let nodes = header.nodes().ok_or("a batch without columns")?;
     if nodes.len() != kinds.len() {
         return Err(format!(
             "a batch of {} columns in place of {}",
@@ -67,19 +86,22 @@ pub(in crate::frames) fn parse_batch(
             kinds.len()
         ));
     }
-    if let Some([other, _]) = nodes.iter().find(|[other, _]| *other != length) {
+    if let Some(other) = nodes.iter().find(|node| node.length() != length) {
+        let other = other.length();
         return Err(format!("a column of {other} rows in place of {rows}"));
     }
-    let stored = header.pairs(batch::BUFFERS).map_err(damaged)?;
-    let stored = stored.ok_or("a batch without buffers")?;
+    let stored = header.buffers().ok_or("a batch without buffers")?;
     if stored.len() != kinds.iter().map(|k| k.buffers()).sum::<usize>() {
         return Err(format!("a batch with {} buffers", stored.len()));
     }
     let mut buffers = Vec::with_capacity(stored.len());
     // Buffers that lie over each other would let a small file fill the memory.
     let mut left = body_length;
-    for [offset, length] in stored {
-        let inside = match (u64::try_from(offset), u64::try_from(length)) {
+    for buffer in stored {
+        let inside = match (
+            u64::try_from(buffer.offset()),
+            u64::try_from(buffer.length()),
+        ) {
             (Ok(offset), Ok(length)) => offset
                 .checked_add(length)
                 .filter(|&end| end <= body_length)
@@ -92,10 +114,9 @@ pub(in crate::frames) fn parse_batch(
         buffers.push((offset, length));
     }
 
-    let metadata = metadata_of(&root, message::METADATA).map_err(damaged)?;
     let value_of = |key: &str| {
-        let entry = metadata.iter().find(|(own, _)| own == key);
-        entry.map(|(_, value)| &value[..])
+        let mut entries = message.custom_metadata()?.iter();
+        entries.find(|entry| entry.key() == Some(key))?.value()
     };
     let time = match value_of(TIME_KEY) {
         None => None,
@@ -201,4 +222,75 @@ pub(in crate::frames) fn read_column(
             })
         }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use arrow_ipc::{FieldBuilder, KeyValueBuilder, MessageBuilder, SchemaBuilder};
+    use arrow_schema::{DataType, Field};
+    use flatbuffers::FlatBufferBuilder;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::frames::Frame;
+    use crate::frames::message::{END_OF_STREAM, encode, encode_schema};
+
+    /// A message with a schema of so many fields, which are all the same one, with a text in its metadata.
+    fn repeated(text: &str, times: usize) -> Vec<u8> {
+        let mut builder = FlatBufferBuilder::new();
+        let value = builder.create_string(text);
+        let mut entry = KeyValueBuilder::new(&mut builder);
+        entry.add_key(value);
+        entry.add_value(value);
+        let entry = entry.finish();
+        let metadata = builder.create_vector(&[entry]);
+        let mut field = FieldBuilder::new(&mut builder);
+        field.add_custom_metadata(metadata);
+        let field = field.finish();
+        let fields = builder.create_vector(&vec![field; times]);
+        let mut schema = SchemaBuilder::new(&mut builder);
+        schema.add_fields(fields);
+        let schema = schema.finish();
+        let mut message = MessageBuilder::new(&mut builder);
+        message.add_header_type(MessageHeader::Schema);
+        message.add_header(schema.as_union_value());
+        let message = message.finish();
+        builder.finish(message, None);
+        builder.finished_data().to_vec()
+    }
+
+    #[test]
+    fn one_text_behind_many_offsets_does_not_fill_the_memory() {
+        // 10 kB of text behind a thousand fields: 20 MB of texts in a file of 15 kB.
+        let refused = parse_schema(&repeated(&"x".repeat(10_000), 1000));
+        assert_eq!(refused.unwrap_err(), "no Arrow message");
+        // A field without a type.
+        let refused = parse_schema(&repeated("unit", 1)).unwrap_err();
+        assert!(refused.starts_with("a damaged schema ("), "{refused}");
+    }
+
+    proptest! {
+        #[test]
+        fn no_damage_panics(
+            changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..6),
+            length in any::<prop::sample::Index>(),
+            cut in any::<bool>(),
+        ) {
+            let fields: Vec<Field> = (0..5).map(|k| Field::new(format!("x{k}"), DataType::Float64, true)).collect();
+            let schema = encode_schema(&Schema::new(fields)).unwrap();
+            let columns = vec![Column::F64(vec![1.0; 3]); 4];
+            let batch = encode(&Frame { time: 0.5, step: 7, columns }).unwrap().head;
+            for file in [&schema[..schema.len() - END_OF_STREAM.len()], &batch] {
+                let mut bytes = file[8..].to_vec();
+                for (place, byte) in &changes {
+                    let place = place.index(bytes.len());
+                    bytes[place] = *byte;
+                }
+                if cut {
+                    bytes.truncate(length.index(bytes.len()));
+                }
+                let _ = (parse_schema(&bytes), parse_batch(&bytes, &[ColumnKind::F64; 5]));
+            }
+        }
+    }
 }

@@ -2,13 +2,15 @@
 
 use std::io::{self, Write};
 
-use flatbuffers::{FlatBufferBuilder, WIPOffset};
-
-use super::schema::{RECORD_BATCH, VERSION, Written, entry, message, put_metadata};
-use super::{
-    ALIGNMENT, ArrowSchema, CONTINUATION, END_OF_STREAM, FieldType, LittleEndian, STEP_KEY,
-    TIME_KEY, batch, padded,
+use arrow_ipc::convert::metadata_to_fb;
+use arrow_ipc::writer::StreamWriter;
+use arrow_ipc::{
+    Buffer, FieldNode, MessageBuilder, MessageHeader, MetadataVersion, RecordBatchBuilder,
 };
+use arrow_schema::{Metadata, Schema};
+use flatbuffers::FlatBufferBuilder;
+
+use super::{ALIGNMENT, CONTINUATION, LittleEndian, STEP_KEY, TIME_KEY, padded};
 use crate::frames::{Column, Frame};
 
 /// Values converted at a time; the bytes of a chunk stay in the first-level cache.
@@ -35,19 +37,9 @@ fn head_of(flatbuffer: &[u8]) -> Option<Vec<u8>> {
 }
 
 /// The schema message and the end-of-stream marker: a whole file without frames; `None` if there are too many columns for the format.
-pub(in crate::frames) fn encode_schema(schema: &ArrowSchema<FieldType>) -> Option<Vec<u8>> {
-    let mut file = head_of(&schema.encode())?;
-    file.extend_from_slice(&END_OF_STREAM);
-    Some(file)
-}
-
-/// Writes a vector of pairs of 64-bit numbers, which is what structs of two such numbers are.
-fn put_pairs(builder: &mut FlatBufferBuilder<'_>, pairs: &[[i64; 2]]) -> Written {
-    builder.start_vector::<i64>(2 * pairs.len());
-    for number in pairs.as_flattened().iter().rev() {
-        builder.push(*number);
-    }
-    WIPOffset::new(builder.end_vector::<i64>(pairs.len()).value())
+pub(in crate::frames) fn encode_schema(schema: &Schema) -> Option<Vec<u8>> {
+    let writer = StreamWriter::try_new(Vec::new(), schema).ok()?;
+    writer.into_inner().ok()
 }
 
 /// Lengths of the buffers of a column, without padding, in the order of the file; `None` when text is too long.
@@ -78,18 +70,18 @@ fn missing(column: &Column) -> usize {
 /// The head of the message of a frame. `Err` says what does not fit into the format.
 pub(in crate::frames) fn encode(frame: &Frame) -> Result<Encoded, String> {
     let rows = frame.rows();
-    let mut nodes = vec![[rows as i64, 0]];
+    let mut nodes = vec![FieldNode::new(rows as i64, 0)];
     let mut lengths = vec![0, rows * 8];
     for column in &frame.columns {
-        nodes.push([rows as i64, missing(column) as i64]);
+        nodes.push(FieldNode::new(rows as i64, missing(column) as i64));
         let text_too_long = "a text column of more than 2 GiB in one frame";
         lengths.extend(buffer_lengths(column).ok_or(text_too_long)?);
     }
     let mut body_length = 0;
-    let buffers: Vec<[i64; 2]> = lengths
+    let buffers: Vec<Buffer> = lengths
         .into_iter()
         .map(|length| {
-            let buffer = [body_length as i64, length as i64];
+            let buffer = Buffer::new(body_length as i64, length as i64);
             body_length += padded(length);
             buffer
         })
@@ -98,21 +90,22 @@ pub(in crate::frames) fn encode(frame: &Frame) -> Result<Encoded, String> {
     let mut builder = FlatBufferBuilder::new();
     // Debug prints the shortest decimals that read back exactly, with an exponent where the number is long.
     let (step, time) = (frame.step.to_string(), format!("{:?}", frame.time));
-    let metadata = put_metadata(&mut builder, [(STEP_KEY, &step[..]), (TIME_KEY, &time)]);
-    let nodes = put_pairs(&mut builder, &nodes);
-    let buffers = put_pairs(&mut builder, &buffers);
-    let table = builder.start_table();
-    builder.push_slot::<i64>(entry(batch::LENGTH), rows as i64, 0);
-    builder.push_slot_always(entry(batch::NODES), nodes);
-    builder.push_slot_always(entry(batch::BUFFERS), buffers);
-    let batch = builder.end_table(table);
-    let table = builder.start_table();
-    builder.push_slot(entry(message::VERSION), VERSION, 0);
-    builder.push_slot(entry(message::KIND), RECORD_BATCH, 0);
-    builder.push_slot_always(entry(message::HEADER), batch);
-    builder.push_slot::<i64>(entry(message::BODY_LENGTH), body_length as i64, 0);
-    builder.push_slot_always(entry(message::METADATA), metadata);
-    let message = builder.end_table(table);
+    let metadata = Metadata::from([(STEP_KEY, step), (TIME_KEY, time)]);
+    let metadata = metadata_to_fb(&mut builder, &metadata);
+    let nodes = builder.create_vector(&nodes);
+    let buffers = builder.create_vector(&buffers);
+    let mut batch = RecordBatchBuilder::new(&mut builder);
+    batch.add_length(rows as i64);
+    batch.add_nodes(nodes);
+    batch.add_buffers(buffers);
+    let batch = batch.finish();
+    let mut message = MessageBuilder::new(&mut builder);
+    message.add_version(MetadataVersion::V5);
+    message.add_header_type(MessageHeader::RecordBatch);
+    message.add_header(batch.as_union_value());
+    message.add_bodyLength(body_length as i64);
+    message.add_custom_metadata(metadata);
+    let message = message.finish();
     builder.finish(message, None);
     Ok(Encoded {
         head: head_of(builder.finished_data()).ok_or("too many columns")?,
