@@ -11,6 +11,7 @@ pub mod scene_checks;
 pub mod scenes;
 pub mod selftests;
 pub mod shapes;
+pub mod sheet_at_rest;
 pub mod sleeping_scenes;
 pub mod stress;
 pub mod three_beads;

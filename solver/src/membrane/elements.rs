@@ -167,38 +167,48 @@ impl Fold {
     /// Of four corners and the area vectors of the two triangles (normal times area, m^2).
     #[must_use]
     pub fn new(corners: [DVec3; 4], area1: DVec3, area2: DVec3) -> Self {
-        let length = (corners[3] - corners[2]).length();
-        let side = |area: DVec3| (area, area.length().recip());
-        Self::of_sides(corners, length, side(area1), side(area2))
+        let edge = corners[3] - corners[2];
+        let length = edge.length();
+        let side = |area: DVec3| {
+            let inverse = area.length().recip();
+            (area * inverse, inverse)
+        };
+        let (side1, side2) = (side(area1), side(area2));
+        Self {
+            u: Self::slopes(corners, length, side1, side2),
+            half_sine: Self::half_sine(side1.0, side2.0, edge),
+            length,
+        }
     }
 
-    /// The same with what neighbours share: the length of the edge, m, and of each triangle the inverse of the area, 1/m^2, beside the area vector.
+    /// Minus twice the gradient of the angle with respect to the corners, 1/m: with the length of the edge, m, and of each triangle its normal and the
+    /// inverse of its area, 1/m^2.
     #[inline]
     #[must_use]
-    pub fn of_sides(
+    pub fn slopes(
         [x1, x2, x3, x4]: [DVec3; 4],
         length: f64,
-        (area1, inverse1): (DVec3, f64),
-        (area2, inverse2): (DVec3, f64),
-    ) -> Self {
-        let edge = x4 - x3;
-        let (n1, n2) = (area1 * inverse1, area2 * inverse2);
+        (normal1, inverse1): (DVec3, f64),
+        (normal2, inverse2): (DVec3, f64),
+    ) -> [DVec3; 4] {
         // n/A of both triangles.
-        let (over1, over2) = (n1 * inverse1, n2 * inverse2);
-        let direction = edge * length.recip();
-        let u = [
+        let (over1, over2) = (normal1 * inverse1, normal2 * inverse2);
+        let direction = (x4 - x3) * length.recip();
+        [
             over1 * length,
             over2 * length,
             over1 * (x1 - x4).dot(direction) + over2 * (x2 - x4).dot(direction),
             -(over1 * (x1 - x3).dot(direction) + over2 * (x2 - x3).dot(direction)),
-        ];
-        let half = 0.5 * (n1 - n2).length();
-        let sign = n1.cross(n2).dot(edge);
-        Self {
-            u,
-            half_sine: if sign < 0.0 { -half } else { half },
-            length,
-        }
+        ]
+    }
+
+    /// Sine of half the angle between two normals at an edge.
+    #[inline(always)]
+    #[must_use]
+    pub fn half_sine(normal1: DVec3, normal2: DVec3, edge: DVec3) -> f64 {
+        let half = 0.5 * (normal1 - normal2).length();
+        let sign = normal1.cross(normal2).dot(edge);
+        if sign < 0.0 { -half } else { half }
     }
 
     /// The angle, between -pi and pi.

@@ -1,4 +1,8 @@
-//! Forces of a sheet on its vertices, in one pass over its elements and one over its vertices.
+//! Forces of a sheet on its vertices: normals of the triangles, then two numbers of each edge, then three forces of each triangle, then their sums.
+//!
+//! What a hinge exerts on the corners of one of its triangles is along the normal of that triangle. With the moment m = factor (sin(theta/2) -
+//! sin(theta0/2)) of the hinge, its edge d and the opposite corner p, the corners p, start and end of the edge get m/|d| times d.d, (p - end).d and
+//! -(p - start).d along n/A ([`Fold`]). So a triangle needs one number of each of its hinges, and the sheet three forces of each triangle.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -17,10 +21,30 @@ const CHUNK: usize = 1024;
 pub struct Workspace {
     /// Normal times area of each triangle, m^2, as of the last evaluation.
     pub areas: Vec<DVec3>,
-    /// Inverse of each area, 1/m^2; of sheets with hinges alone.
-    inverses: Vec<f64>,
-    slots: Vec<DVec3>,
+    /// Of each triangle; of sheets with hinges alone.
+    faces: Vec<Face>,
+    /// Of each edge.
+    pulls: Vec<Pull>,
+    /// Forces on the three corners of each triangle, N.
+    slots: Vec<[DVec3; 3]>,
     sums: Vec<Powers>,
+}
+
+/// A triangle where it is now.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Face {
+    normal: DVec3,
+    /// Over its area, 1/m^2.
+    inverse: f64,
+}
+
+/// What an edge exerts on each of its triangles.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Pull {
+    /// Tension over length, N/m: half of it where there are two triangles.
+    tension: f64,
+    /// Moment of the hinge over length, N.
+    moment: f64,
 }
 
 /// Results of an evaluation beside the forces: the loss of the dashpots, and the stretch of the edges.
@@ -83,43 +107,44 @@ impl Sheet {
         work: &mut Workspace,
         forces: &mut [DVec3],
     ) -> Powers {
-        let turned_over = self.areas(at, &mut work.areas);
-        let inverse = |area: &DVec3| area.length().recip();
-        work.inverses.clear();
-        if self.stride == 4 {
-            work.inverses.extend(work.areas.iter().map(inverse));
+        let (triangles, edges) = (self.triangles.len(), self.topology.edges().len());
+        work.areas.resize(triangles, DVec3::ZERO);
+        if self.law.bending.is_some() {
+            work.faces.resize(triangles, Face::default());
         }
-        let edges = self.topology.edges();
-        let first_of_triangles = self.stride * edges.len();
-        let chunks = edges.len().div_ceil(CHUNK);
-        // Slots that are never written belong to no vertex.
-        let slots = first_of_triangles + 3 * self.triangles.len();
-        work.slots.resize(slots, DVec3::ZERO);
+        work.pulls.resize(edges, Pull::default());
+        work.slots.resize(triangles, [DVec3::ZERO; 3]);
         work.sums.clear();
-        work.sums.resize(chunks, Powers::default());
-        let (of_edges, of_triangles) = work.slots.split_at_mut(first_of_triangles);
-        let areas = &work.areas;
-        let sides = (areas.as_slice(), work.inverses.as_slice());
-        let edge_chunk = |(chunk, (slots, sum)): (usize, (&mut [DVec3], &mut Powers))| {
-            *sum = self.edge_forces(chunk * CHUNK, at, sides, slots);
+        work.sums.resize(edges.div_ceil(CHUNK), Powers::default());
+        let turned_over = self.faces(at, work);
+        let Workspace {
+            areas,
+            faces,
+            pulls,
+            slots,
+            sums,
+        } = work;
+        let edge_chunk = |(chunk, (pulls, sum)): (usize, (&mut [Pull], &mut Powers))| {
+            *sum = self.pulls(chunk * CHUNK, at, faces, pulls);
         };
-        let triangle_chunk = |(chunk, slots): (usize, &mut [DVec3])| {
-            self.triangle_forces(chunk * CHUNK, at, areas, slots);
-        };
-        let slots_of_edges = CHUNK * self.stride;
         if at.is_parallel {
-            let slots = of_edges.par_chunks_mut(slots_of_edges);
-            let sums = work.sums.par_iter_mut();
-            slots.zip(sums).enumerate().for_each(edge_chunk);
-            let slots = of_triangles.par_chunks_mut(3 * CHUNK);
+            let pulls = pulls.par_chunks_mut(CHUNK).zip(sums.par_iter_mut());
+            pulls.enumerate().for_each(edge_chunk);
+        } else {
+            let pulls = pulls.chunks_mut(CHUNK).zip(sums.iter_mut());
+            pulls.enumerate().for_each(edge_chunk);
+        }
+        let sides = (areas.as_slice(), faces.as_slice(), pulls.as_slice());
+        let triangle_chunk = |(chunk, slots): (usize, &mut [[DVec3; 3]])| {
+            self.triangle_forces(chunk * CHUNK, at, sides, slots);
+        };
+        if at.is_parallel {
+            let slots = slots.par_chunks_mut(CHUNK);
             slots.enumerate().for_each(triangle_chunk);
         } else {
-            let slots = of_edges.chunks_mut(slots_of_edges);
-            slots.zip(&mut work.sums).enumerate().for_each(edge_chunk);
-            let slots = of_triangles.chunks_mut(3 * CHUNK);
-            slots.enumerate().for_each(triangle_chunk);
+            slots.chunks_mut(CHUNK).enumerate().for_each(triangle_chunk);
         }
-        let slots = &work.slots;
+        let slots = slots.as_flattened();
         let gather = |(chunk, forces): (usize, &mut [DVec3])| {
             for (offset, force) in forces.iter_mut().enumerate() {
                 let vertex = chunk * CHUNK + offset;
@@ -141,7 +166,7 @@ impl Sheet {
             turned_over,
             ..Powers::default()
         };
-        for sum in &work.sums {
+        for sum in sums {
             powers.edges += sum.edges;
             powers.hinges += sum.hinges;
             powers.stretch(sum.stretches);
@@ -159,46 +184,76 @@ impl Sheet {
         }));
     }
 
-    /// Normal times area of each triangle, and the first of them that turned over since the evaluation before.
-    fn areas(&self, at: &Evaluation<'_>, areas: &mut Vec<DVec3>) -> Option<u32> {
+    /// Normals and areas of the triangles, and the first of them that turned over since the evaluation before.
+    fn faces(&self, at: &Evaluation<'_>, work: &mut Workspace) -> Option<u32> {
         let triangles = self.topology.triangles();
-        areas.resize(triangles.len(), DVec3::ZERO);
         // The least number is the same whatever thread finds it first.
         let turned = AtomicU32::new(NONE);
-        let one = |(index, (area, corners)): (usize, (&mut DVec3, &[u32; 3]))| {
-            let [a, b, c] = corners.map(|k| at.positions[k as usize]);
+        let new_area = |index: usize, area: &mut DVec3| {
+            let [a, b, c] = triangles[index].map(|k| at.positions[k as usize]);
             let now = 0.5 * (b - a).cross(c - a);
             if now.dot(*area) < 0.0 {
                 turned.fetch_min(index as u32, Ordering::Relaxed);
             }
             *area = now;
+            now
         };
-        if at.is_parallel {
-            let all = areas.par_iter_mut().zip(triangles).enumerate();
-            all.with_min_len(CHUNK).for_each(one);
-        } else {
-            areas.iter_mut().zip(triangles).enumerate().for_each(one);
+        let new_face = |index: usize, area: &mut DVec3, face: &mut Face| {
+            let now = new_area(index, area);
+            let inverse = now.length().recip();
+            *face = Face {
+                normal: now * inverse,
+                inverse,
+            };
+        };
+        let (areas, faces) = (&mut work.areas, &mut work.faces);
+        let has_hinges = self.law.bending.is_some();
+        match (at.is_parallel, has_hinges) {
+            (true, true) => {
+                let all = areas.par_iter_mut().zip(faces).enumerate();
+                let all = all.with_min_len(CHUNK);
+                all.for_each(|(index, (area, face))| new_face(index, area, face));
+            }
+            (true, false) => {
+                let all = areas.par_iter_mut().enumerate().with_min_len(CHUNK);
+                all.for_each(|(index, area)| {
+                    new_area(index, area);
+                });
+            }
+            (false, true) => {
+                for (index, (area, face)) in areas.iter_mut().zip(faces).enumerate() {
+                    new_face(index, area, face);
+                }
+            }
+            (false, false) => {
+                for (index, area) in areas.iter_mut().enumerate() {
+                    new_area(index, area);
+                }
+            }
         }
         Some(turned.into_inner()).filter(|&triangle| triangle != NONE)
     }
 
-    fn edge_forces(
+    /// What edges exert, from the edge `first` on.
+    fn pulls(
         &self,
         first: usize,
         at: &Evaluation<'_>,
-        sides: (&[DVec3], &[f64]),
-        slots: &mut [DVec3],
+        faces: &[Face],
+        pulls: &mut [Pull],
     ) -> Powers {
         let has_springs = self.law.elasticity == Elasticity::Springs;
         let has_dashpots = self.law.damping_ratio > 0.0;
+        let damping = self.law.bending.map_or(0.0, |bending| bending.damping);
         let mut lost = Powers::default();
-        for (offset, slots) in slots.chunks_exact_mut(self.stride).enumerate() {
+        let edges = &self.topology.edges()[first..];
+        for (offset, (pull, edge)) in pulls.iter_mut().zip(edges).enumerate() {
             let index = first + offset;
-            let edge = &self.topology.edges()[index];
             let [a, b] = edge.ends.map(|k| at.positions[k as usize]);
             let rest = &self.edges[index];
             let branch = b - a;
             let length = branch.length();
+            let inverse = length.recip();
             let stretch = length / rest.length;
             lost.stretch([stretch, stretch]);
             let mut tension = 0.0;
@@ -207,83 +262,98 @@ impl Sheet {
             }
             if has_dashpots {
                 let [va, vb] = edge.ends.map(|k| at.velocities[k as usize]);
-                let rate = (vb - va).dot(branch) / length;
+                let rate = (vb - va).dot(branch) * inverse;
                 let dashpot = at.dashpots[index] * rate;
                 tension += dashpot;
                 lost.edges += dashpot * rate;
             }
-            let force = branch * (tension / length);
-            slots[0] = force;
-            slots[1] = -force;
-            if edge.triangles[1] != NONE && self.stride == 4 {
-                lost.hinges += self.hinge_forces((index, length), edge, at, sides, slots);
+            tension *= inverse;
+            if edge.triangles[1] == NONE {
+                *pull = Pull {
+                    tension,
+                    moment: 0.0,
+                };
+                continue;
             }
+            let mut moment = 0.0;
+            if let Some(hinge) = self.hinges.get(index) {
+                let [one, other] = edge.triangles.map(|triangle| &faces[triangle as usize]);
+                let half_sine = Fold::half_sine(one.normal, other.normal, branch);
+                moment = hinge.factor * (half_sine - hinge.half_sine);
+                if damping > 0.0 {
+                    let rate = self.hinge_rate(edge, length, at, [one, other]);
+                    let dashpot = damping * length * rate;
+                    moment -= dashpot;
+                    lost.hinges += dashpot * rate;
+                }
+            }
+            *pull = Pull {
+                tension: 0.5 * tension,
+                moment: moment * inverse,
+            };
         }
         lost
     }
 
-    /// Adds the forces of a hinge: on the ends of the edge, then on the corners beside it. Returns what its dashpot loses, W.
-    #[inline]
-    fn hinge_forces(
-        &self,
-        (index, length): (usize, f64),
-        edge: &Edge,
-        at: &Evaluation<'_>,
-        (areas, inverses): (&[DVec3], &[f64]),
-        slots: &mut [DVec3],
-    ) -> f64 {
+    /// Sum of u . v over the corners of a hinge, 1/s: minus twice the rate of its angle.
+    fn hinge_rate(&self, edge: &Edge, length: f64, at: &Evaluation<'_>, sides: [&Face; 2]) -> f64 {
         let corners = [
             edge.opposite[0],
             edge.opposite[1],
             edge.ends[0],
             edge.ends[1],
         ];
-        let [side1, side2] = edge.triangles.map(|triangle| {
-            let triangle = triangle as usize;
-            (areas[triangle], inverses[triangle])
-        });
         let places = corners.map(|k| at.positions[k as usize]);
-        let fold = Fold::of_sides(places, length, side1, side2);
-        let rest = &self.hinges[index];
-        let mut factor = rest.factor * (fold.half_sine - rest.half_sine);
-        let damping = self.law.bending.map_or(0.0, |bending| bending.damping);
-        let mut lost = 0.0;
-        if damping > 0.0 {
-            let rate: f64 = (0..4)
-                .map(|k| fold.u[k].dot(at.velocities[corners[k] as usize]))
-                .sum();
-            let dashpot = damping * fold.length * rate;
-            factor -= dashpot;
-            lost = dashpot * rate;
-        }
-        slots[0] += factor * fold.u[2];
-        slots[1] += factor * fold.u[3];
-        slots[2] = factor * fold.u[0];
-        slots[3] = factor * fold.u[1];
-        lost
+        let [one, other] = sides.map(|face| (face.normal, face.inverse));
+        let u = Fold::slopes(places, length, one, other);
+        let velocities = corners.map(|k| at.velocities[k as usize]);
+        u.into_iter().zip(velocities).map(|(u, v)| u.dot(v)).sum()
     }
 
     fn triangle_forces(
         &self,
         first: usize,
         at: &Evaluation<'_>,
-        areas: &[DVec3],
-        slots: &mut [DVec3],
+        (areas, faces, pulls): (&[DVec3], &[Face], &[Pull]),
+        slots: &mut [[DVec3; 3]],
     ) {
         let stiffness = self.law.stiffness();
-        for (offset, slots) in slots.chunks_exact_mut(3).enumerate() {
+        let has_hinges = self.law.bending.is_some();
+        for (offset, slots) in slots.iter_mut().enumerate() {
             let index = first + offset;
-            let pushed = areas[index] * (at.pressure / 3.0);
-            slots.fill(pushed);
-            if let Elasticity::Continuum { poisson_ratio } = self.law.elasticity {
-                let corners = self.topology.triangles()[index];
-                let [a, b, c] = corners.map(|k| at.positions[k as usize]);
-                let strained = &self.triangles[index].strained;
-                let [on_b, on_c] = strained.forces(b - a, c - a, stiffness, poisson_ratio);
-                slots[0] -= on_b + on_c;
-                slots[1] += on_b;
-                slots[2] += on_c;
+            let corners = self.topology.triangles()[index];
+            let [a, b, c] = corners.map(|k| at.positions[k as usize]);
+            let [ab, bc, ca] = [b - a, c - b, a - c];
+            let [pull_ab, pull_bc, pull_ca] = self.edges_of[index].map(|edge| pulls[edge as usize]);
+            let [on_a, on_b, on_c] = [
+                ab * pull_ab.tension,
+                bc * pull_bc.tension,
+                ca * pull_ca.tension,
+            ];
+            let [mut force_a, mut force_b, mut force_c] = [on_a - on_c, on_b - on_a, on_c - on_b];
+            if at.pressure != 0.0 {
+                let pushed = areas[index] * (at.pressure / 3.0);
+                force_a += pushed;
+                force_b += pushed;
+                force_c += pushed;
             }
+            if has_hinges {
+                let [at_a, at_b, at_c] = [ca.dot(ab), ab.dot(bc), bc.dot(ca)];
+                let [q_ab, q_bc, q_ca] = [pull_ab.moment, pull_bc.moment, pull_ca.moment];
+                let face = &faces[index];
+                let over = face.normal * face.inverse;
+                force_a += over * (q_bc * bc.length_squared() + q_ab * at_b + q_ca * at_c);
+                force_b += over * (q_ca * ca.length_squared() + q_ab * at_a + q_bc * at_c);
+                force_c += over * (q_ab * ab.length_squared() + q_bc * at_b + q_ca * at_a);
+            }
+            if let Elasticity::Continuum { poisson_ratio } = self.law.elasticity {
+                let strained = &self.triangles[index].strained;
+                let [on_b, on_c] = strained.forces(ab, -ca, stiffness, poisson_ratio);
+                force_a -= on_b + on_c;
+                force_b += on_b;
+                force_c += on_c;
+            }
+            *slots = [force_a, force_b, force_c];
         }
     }
 }

@@ -120,10 +120,10 @@ pub struct Sheet {
     masses: Vec<f64>,
     /// Where the entries of each vertex begin in `gathered`, and the end.
     pub(super) gather_start: Vec<u32>,
-    /// Slots of forces that each vertex adds up, in this order.
+    /// Corners of triangles whose forces each vertex adds up, in this order: three times the triangle, plus the place of the corner.
     pub(super) gathered: Vec<u32>,
-    /// Slots of each edge: its ends, and with bending the corners beside it.
-    pub(super) stride: usize,
+    /// The edges of each triangle, from its first, second and third corner on.
+    pub(super) edges_of: Vec<[u32; 3]>,
 }
 
 impl Sheet {
@@ -160,7 +160,7 @@ impl Sheet {
             masses,
             gather_start: Vec::new(),
             gathered: Vec::new(),
-            stride: if law.bending.is_some() { 4 } else { 2 },
+            edges_of: Vec::new(),
             topology,
             law,
         };
@@ -239,25 +239,23 @@ impl Sheet {
             .collect();
     }
 
-    /// For each vertex the slots that it adds up: of edges first, then of triangles.
+    /// The edges of each triangle, and for each vertex the corners of triangles that it adds up.
     fn find_gathers(&mut self) {
-        let stride = self.stride;
-        let first_of_triangles = stride * self.topology.edges().len();
-        let mut pairs: Vec<(u32, u32)> = Vec::new();
-        for (index, edge) in self.topology.edges().iter().enumerate() {
-            let slot = (stride * index) as u32;
-            pairs.push((edge.ends[0], slot));
-            pairs.push((edge.ends[1], slot + 1));
-            if stride == 4 && edge.triangles[1] != NONE {
-                pairs.push((edge.opposite[0], slot + 2));
-                pairs.push((edge.opposite[1], slot + 3));
+        let triangles = self.topology.triangles();
+        self.edges_of = vec![[NONE; 3]; triangles.len()];
+        for (index, edge) in (0u32..).zip(self.topology.edges()) {
+            for triangle in edge.triangles.into_iter().filter(|&k| k != NONE) {
+                let corners = triangles[triangle as usize];
+                for k in 0..3 {
+                    let side = [corners[k], corners[(k + 1) % 3]];
+                    if side == edge.ends || side == [edge.ends[1], edge.ends[0]] {
+                        self.edges_of[triangle as usize][k] = index;
+                    }
+                }
             }
         }
-        for (index, corners) in self.topology.triangles().iter().enumerate() {
-            for (k, &corner) in corners.iter().enumerate() {
-                pairs.push((corner, (first_of_triangles + 3 * index + k) as u32));
-            }
-        }
+        let corners = triangles.as_flattened().iter().zip(0u32..);
+        let mut pairs: Vec<(u32, u32)> = corners.map(|(&vertex, slot)| (vertex, slot)).collect();
         pairs.sort_unstable();
         self.gather_start = vec![0; self.topology.vertices() + 1];
         for &(vertex, _) in &pairs {

@@ -7,12 +7,15 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::common::{errors as told, facts, results, signal};
 
+use mercury_solver::forces::Watch;
 use mercury_solver::plan::{plan, read_scene};
 use mercury_solver::run::checkpoint;
+use mercury_solver::step::Engine;
 
 /// Kills in one run of this test; `MERCURY_KILLS` sets more.
 const KILLS: usize = 200;
@@ -106,75 +109,86 @@ impl Random {
     }
 }
 
+/// A run of this case that is interrupted so many times by KILL or TERM, at random, with one to three threads, against one that is not: the same
+/// bytes. Returns how often it was killed and how often it was stopped.
+fn interrupted(case: &Case, interruptions: usize, random: &mut Random) -> [usize; 2] {
+    let [mut killed, mut stopped] = [0; 2];
+    let place = tempfile::tempdir().unwrap();
+    let (straight, resumed) = (place.path().join("straight"), place.path().join("resumed"));
+    let begun = Instant::now();
+    let run = |folder: &Path, more: &[&str]| case.command(folder, more).output().unwrap();
+    let output = run(&straight, &["--threads", "1"]);
+    assert!(
+        output.status.success(),
+        "{}: {}",
+        case.name(),
+        told(&output)
+    );
+    let length = begun.elapsed();
+    let mut left = interruptions;
+    let mut tries = 0;
+    while left > 0 && tries < 100 * interruptions {
+        tries += 1;
+        let threads = (1 + random.below(3)).to_string();
+        let arguments = [
+            "--resume",
+            "--checkpoint-every",
+            "0.01s",
+            "--fixed-threads",
+            "--threads",
+            &threads,
+        ];
+        let mut child = case.command(&resumed, &arguments).spawn().unwrap();
+        let wait = random.below(length.as_micros() as u64);
+        std::thread::sleep(Duration::from_micros(wait));
+        let kills_it = random.below(2) == 0;
+        signal(&child, if kills_it { "KILL" } else { "TERM" });
+        let status = child.wait().unwrap();
+        match status.code() {
+            // Before signals are caught it ends as any process.
+            None => killed += 1,
+            Some(75) => stopped += 1,
+            // It had come to its end before; from now on there is nothing to interrupt.
+            Some(0) => {
+                let _ = fs::remove_dir_all(&resumed);
+                continue;
+            }
+            Some(code) => panic!("{}: ended with {code}", case.name()),
+        }
+        left -= 1;
+    }
+    let output = run(&resumed, &["--resume", "--threads", "2", "--fixed-threads"]);
+    assert!(
+        output.status.success(),
+        "{}: {}",
+        case.name(),
+        told(&output)
+    );
+    let (one, other) = (
+        results(&straight, &case.name()),
+        results(&resumed, &case.name()),
+    );
+    let names = |files: &BTreeMap<String, Vec<u8>>| files.keys().cloned().collect::<Vec<_>>();
+    assert_eq!(names(&one), names(&other), "{}", case.name());
+    for (name, bytes) in &one {
+        assert!(*bytes == other[name], "{}: {name} differs", case.name());
+    }
+    assert_eq!(facts(&straight), facts(&resumed), "{}", case.name());
+    [killed, stopped]
+}
+
 #[test]
 fn interrupted_runs_of_all_scenes_end_with_the_same_bytes() {
     let kills = std::env::var("MERCURY_KILLS").map_or(KILLS, |text| text.parse().unwrap());
     let cases: Vec<Case> = scenes().into_iter().map(Case::new).collect();
     let mut random = Random(0x9e37_79b9_7f4a_7c15);
-    let (mut killed, mut stopped) = (0, 0);
+    let [mut killed, mut stopped] = [0; 2];
     for (number, case) in cases.iter().enumerate() {
-        let place = tempfile::tempdir().unwrap();
-        let (straight, resumed) = (place.path().join("straight"), place.path().join("resumed"));
-        let begun = Instant::now();
-        let run = |folder: &Path, more: &[&str]| case.command(folder, more).output().unwrap();
-        let output = run(&straight, &["--threads", "1"]);
-        assert!(
-            output.status.success(),
-            "{}: {}",
-            case.name(),
-            told(&output)
-        );
-        let length = begun.elapsed();
-        // The rest of the kills is shared out evenly.
-        let mut left = kills * (number + 1) / cases.len() - kills * number / cases.len();
-        let mut tries = 0;
-        while left > 0 && tries < 20 * kills {
-            tries += 1;
-            let threads = (1 + random.below(3)).to_string();
-            let arguments = [
-                "--resume",
-                "--checkpoint-every",
-                "0.01s",
-                "--fixed-threads",
-                "--threads",
-                &threads,
-            ];
-            let mut child = case.command(&resumed, &arguments).spawn().unwrap();
-            let wait = random.below(length.as_micros() as u64);
-            std::thread::sleep(Duration::from_micros(wait));
-            let kills_it = random.below(2) == 0;
-            signal(&child, if kills_it { "KILL" } else { "TERM" });
-            let status = child.wait().unwrap();
-            match status.code() {
-                // Before signals are caught it ends as any process.
-                None => killed += 1,
-                Some(75) => stopped += 1,
-                // It had come to its end before; from now on there is nothing to interrupt.
-                Some(0) => {
-                    let _ = fs::remove_dir_all(&resumed);
-                    continue;
-                }
-                Some(code) => panic!("{}: ended with {code}", case.name()),
-            }
-            left -= 1;
-        }
-        let output = run(&resumed, &["--resume", "--threads", "2", "--fixed-threads"]);
-        assert!(
-            output.status.success(),
-            "{}: {}",
-            case.name(),
-            told(&output)
-        );
-        let (one, other) = (
-            results(&straight, &case.name()),
-            results(&resumed, &case.name()),
-        );
-        let names = |files: &BTreeMap<String, Vec<u8>>| files.keys().cloned().collect::<Vec<_>>();
-        assert_eq!(names(&one), names(&other), "{}", case.name());
-        for (name, bytes) in &one {
-            assert!(*bytes == other[name], "{}: {name} differs", case.name());
-        }
-        assert_eq!(facts(&straight), facts(&resumed), "{}", case.name());
+        // They are shared out evenly.
+        let own = kills * (number + 1) / cases.len() - kills * number / cases.len();
+        let [killed_here, stopped_here] = interrupted(case, own, &mut random);
+        killed += killed_here;
+        stopped += stopped_here;
     }
     assert!(
         killed + stopped >= kills,
@@ -184,6 +198,61 @@ fn interrupted_runs_of_all_scenes_end_with_the_same_bytes() {
         killed > kills / 4 && stopped > kills / 8,
         "{killed} killed, {stopped} stopped"
     );
+}
+
+/// A ball around which a sheet bends, so that it has several contacts with it that join, with springs of friction and rolling.
+const BENT: &str = r#"
+time = { end = 0.012, step = 1e-5 }
+domain = { min = [-0.2, -0.2, -0.2], max = [0.2, 0.2, 0.4] }
+output = { interval = 1e-3, fstat = true, pictures = false }
+[materials.m]
+density = 1000.0
+normal = { law = "linear", stiffness = 500.0, restitution = 0.6 }
+tangential = { law = "linear", stiffness_ratio = 0.2857, friction = 0.5 }
+rolling = { law = "luding", friction = 0.1, dissipation = 1e-3 }
+torsion = { law = "luding", friction = 0.1, dissipation = 1e-3 }
+[[particles]]
+material = "m"
+radius = 0.1
+position = [0.001, 0.002, 0.101]
+velocity = [0.1, 0.0, -2.0]
+angular_velocity = [3.0, 1.0, 0.0]
+[[membranes]]
+name = "sheet"
+shape = "disc"
+axis = [0.0, 0.0, 1.0]
+origin = [0.0, 0.0, 0.0]
+radius = 0.05
+edge = 0.01
+material = "m"
+thickness = 3e-4
+youngs_modulus = 1e5
+"#;
+
+#[test]
+fn contacts_that_join_go_on_with_the_same_bytes() {
+    let place = tempfile::tempdir().unwrap();
+    let scene = place.path().join("bent.toml");
+    fs::write(&scene, BENT).unwrap();
+    let planned = Arc::new(plan(&read_scene(&scene, &[]).unwrap()).unwrap());
+    let mut engine = Engine::new(Arc::clone(&planned), 1).unwrap();
+    let watch = Watch {
+        records: true,
+        audit: None,
+    };
+    let mut most = 0;
+    for _ in 0..planned.physics().steps() / 50 {
+        engine.steps_at_once(50, Some(watch)).unwrap();
+        most = most.max(engine.observation().records.len());
+    }
+    assert!(most > 3, "{most} contacts at most");
+    let case = Case {
+        scene,
+        settings: Vec::new(),
+    };
+    let mut random = Random(0x2545_f491_4f6c_dd1d);
+    let [killed, stopped] = interrupted(&case, 12, &mut random);
+    assert!(killed > 0 && stopped > 0, "{killed}, {stopped}");
 }
 
 /// Spheres that fall on each other; by default for seconds.

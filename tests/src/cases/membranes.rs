@@ -1,6 +1,7 @@
 //! T24: elastic sheets in the whole engine. Statics of the sheet alone are tested beside its code.
 
 use std::path::Path;
+use std::sync::OnceLock;
 
 use glam::{DVec3, dvec3};
 use mercury_common::scene::Files;
@@ -10,6 +11,7 @@ use mercury_solver::step::Engine;
 use super::Case;
 use super::Tolerance::{Absolute, Relative};
 use crate::scenes::{advance, start_planned};
+use crate::sheet_at_rest::SheetAtRest;
 
 /// A scene of membranes alone, or with what `more` adds.
 fn engine(gravity: f64, (end, step): (f64, f64), more: &str) -> Engine {
@@ -117,22 +119,64 @@ fn free_corner(part: f64, damping_ratio: f64, drag: f64) -> f64 {
     far / edge
 }
 
-/// A ball at rest on a sheet whose rim is fixed: force on the rim over the weights of ball and sheet.
-fn ball_on_a_sheet() -> f64 {
+/// A ball at rest on a sheet whose rim is fixed, over what an independent energy says.
+struct BallOnSheet {
+    /// Largest distance of the ball's centre, and of a vertex, from where the energy is least, over the sag.
+    ball: f64,
+    shape: f64,
+    /// Force on the rim over the weights of ball and sheet.
+    rim: f64,
+}
+
+/// It is computed once for all that is measured of it.
+fn ball_on_a_sheet() -> &'static BallOnSheet {
+    static RESULT: OnceLock<BallOnSheet> = OnceLock::new();
+    RESULT.get_or_init(ball_at_rest)
+}
+
+fn ball_at_rest() -> BallOnSheet {
+    let (density, radius, stiffness, bending) = (4000.0, 0.01, 200.0, 1e-4);
     let more = format!(
-        "[[particles]]\nname = \"ball\"\nmaterial = \"rubber\"\nradius = 0.01\nposition = [0.0, 0.0, 0.0101]\n\
-         [[membranes]]\nname = \"sheet\"\nshape = \"disc\"\naxis = [0.0, 0.0, 1.0]\norigin = [0.0, 0.0, 0.0]\nradius = {RADIUS:?}\nedge = 0.01\nmaterial = \"rubber\"\nthickness = {THICKNESS:?}\nyoungs_modulus = {MODULUS:?}\ndrag = 500.0\ndamping_ratio = 0.3\nbending = {{ law = \"bridson\", stiffness = \"plate\" }}\nfixed = \"rim\"\n"
+        "[materials.soft]\ndensity = {density:?}\nnormal = {{ law = \"linear\", stiffness = {stiffness:?}, restitution = 0.3 }}\n\
+         [[particles]]\nname = \"ball\"\nmaterial = \"soft\"\nradius = {radius:?}\nposition = [0.002, 0.001, 0.0101]\n\
+         [[membranes]]\nname = \"sheet\"\nshape = \"disc\"\naxis = [0.0, 0.0, 1.0]\norigin = [0.0, 0.0, 0.0]\nradius = {RADIUS:?}\nedge = 0.01\nmaterial = \"soft\"\nthickness = {THICKNESS:?}\nyoungs_modulus = {MODULUS:?}\ndrag = 500.0\ndamping_ratio = 0.3\nbending = {{ law = \"bridson\", stiffness = {bending:?} }}\nfixed = \"rim\"\n"
     );
-    let mut engine = engine(-GRAVITY, (1.0, 2e-5), &more);
-    run(&mut engine);
+    let mut engine = engine(-GRAVITY, (4.5, 1e-4), &more);
+    let surface = &engine.surfaces()[0];
     let membrane = &engine.membranes()[0];
-    let sheet: f64 = engine.plan().physics().membranes()[0]
-        .sheet
-        .masses()
-        .iter()
-        .sum();
-    let ball = engine.particles.masses[0];
-    -membrane.hold_loads[0].force.z / ((ball + sheet) * GRAVITY)
+    let mass = engine.particles.masses[0];
+    let sheet = SheetAtRest {
+        vertices: surface.positions.clone(),
+        triangles: surface.triangles().to_vec(),
+        is_held: (0..surface.positions.len())
+            .map(|vertex| membrane.is_held(vertex))
+            .collect(),
+        prestrain: 0.0,
+        thickness: THICKNESS,
+        youngs_modulus: MODULUS,
+        density,
+        bending,
+        radius,
+        mass,
+        stiffness,
+        gravity: GRAVITY,
+    };
+    run(&mut engine);
+    let surface = &engine.surfaces()[0];
+    let centre = engine.particles.records[0].position;
+    // From the flat sheet, the ball above it.
+    let least = sheet.least(dvec3(centre.x, centre.y, radius));
+    let sag = radius - centre.z;
+    let (last, vertices) = least.split_last().expect("the ball is the last");
+    let apart = surface.positions.iter().zip(vertices);
+    let shape = apart.map(|(one, other)| one.distance(*other));
+    let masses = engine.plan().physics().membranes()[0].sheet.masses();
+    let weight = (mass + masses.iter().sum::<f64>()) * GRAVITY;
+    BallOnSheet {
+        ball: centre.distance(*last) / sag,
+        shape: shape.fold(0.0, f64::max) / sag,
+        rim: -engine.membranes()[0].hold_loads[0].force.z / weight,
+    }
 }
 
 pub(super) fn cases() -> Vec<Case> {
@@ -180,17 +224,131 @@ pub(super) fn cases() -> Vec<Case> {
             || free_corner(130.0, 0.0, 100.0),
         ),
         Case::new(
+            "T24 engine: a ball at rest on a sheet, distance of its centre from where the energy is least, over the sag",
+            0.0,
+            Absolute(5e-4),
+            LEAST,
+            || ball_on_a_sheet().ball,
+        ),
+        Case::new(
+            "T24 engine: a ball at rest on a sheet, largest distance of a vertex from where the energy is least, over the sag",
+            0.0,
+            Absolute(5e-4),
+            LEAST,
+            || ball_on_a_sheet().shape,
+        ),
+        Case::new(
             "T24 engine: a ball at rest on a sheet, force on the fixed rim over all weights",
             1.0,
             Absolute(1e-5),
             "balance of forces",
-            ball_on_a_sheet,
+            || ball_on_a_sheet().rim,
         ),
     ];
     cases.extend(budgets());
+    for (name, pressure, law) in [
+        (
+            "gas",
+            "{ gas = 1.02e5, ambient = 1e5, exponent = 1.4 }",
+            GAS,
+        ),
+        (
+            "fluid",
+            "{ fluid = 2e3, bulk_modulus = 1e6, ambient = 0.0 }",
+            FLUID,
+        ),
+    ] {
+        cases.push(Case::new(
+            format!("T24 engine: a balloon with {name} in it, largest error of its pressure in 200 steps (Pa)"),
+            0.0,
+            Absolute(1e-6),
+            "law of the enclosed volume",
+            move || enclosed(pressure, law),
+        ));
+    }
+    for (kind, quantity) in ["momentum", "angular momentum"].into_iter().enumerate() {
+        cases.push(Case::new(
+            format!("T24 engine: a ball thrown at a free sheet with friction, rolling and torsion, largest change of {quantity} in any step over the sum of its sizes"),
+            0.0,
+            Absolute(1e-11),
+            "action and reaction",
+            move || thrown()[kind],
+        ));
+    }
     cases
 }
 
+/// Pressure (Pa) by the volume over the first one.
+type PressureLaw = fn(f64) -> f64;
+const GAS: PressureLaw = |ratio| 1.02e5 * ratio.powf(-1.4) - 1e5;
+const FLUID: PressureLaw = |ratio| 2e3 + 1e6 * (1.0 - ratio);
+
+/// The largest error of the pressure in a balloon that moves under it, Pa.
+fn enclosed(pressure: &str, law: PressureLaw) -> f64 {
+    let more = format!(
+        "[[membranes]]\nname = \"balloon\"\nshape = \"sphere\"\norigin = [0.0, 0.0, 0.0]\nradius = {RADIUS:?}\nedge = 0.02\nmaterial = \"rubber\"\nthickness = {THICKNESS:?}\nyoungs_modulus = {MODULUS:?}\npressure = {pressure}\n"
+    );
+    let mut engine = engine(0.0, (2e-3, 1e-5), &more);
+    let plan = engine.plan().physics().membranes()[0].clone();
+    let mut most = 0.0f64;
+    for _ in 0..200 {
+        engine.step(None).expect("the motion stays finite");
+        let volume = plan.sheet.enclosed(&engine.surfaces()[0].positions).volume;
+        let expected = law(volume / plan.first_volume);
+        most = most.max((engine.membranes()[0].pressure - expected).abs());
+    }
+    most
+}
+
+/// A ball thrown at a free sheet: the largest change of momentum and of angular momentum, over the sum of the sizes of their parts.
+fn thrown() -> [f64; 2] {
+    let more = format!(
+        "[materials.rough]\ndensity = 1000.0\nnormal = {{ law = \"linear\", stiffness = 500.0, restitution = 0.6 }}\n\
+         tangential = {{ law = \"linear\", stiffness_ratio = 0.2857, friction = 0.5 }}\n\
+         rolling = {{ law = \"luding\", friction = 0.1, dissipation = 1e-3 }}\ntorsion = {{ law = \"luding\", friction = 0.1, dissipation = 1e-3 }}\n\
+         [[particles]]\nname = \"ball\"\nmaterial = \"rough\"\nradius = 0.02\nposition = [0.003, 0.002, 0.021]\nvelocity = [0.3, -0.2, -1.0]\nangular_velocity = [40.0, -60.0, 30.0]\n\
+         [[membranes]]\nname = \"sheet\"\nshape = \"disc\"\naxis = [0.0, 0.0, 1.0]\norigin = [0.0, 0.0, 0.0]\nradius = {RADIUS:?}\nedge = 0.01\nmaterial = \"rough\"\nthickness = {THICKNESS:?}\nyoungs_modulus = {MODULUS:?}\ndamping_ratio = 0.1\nbending = {{ law = \"bridson\", stiffness = \"plate\" }}\n"
+    );
+    let mut engine = engine(0.0, (0.02, 1e-5), &more);
+    let sums = |engine: &Engine| {
+        let ball = &engine.particles.records[0];
+        let mass = ball.inverse_mass.recip();
+        let spin = 0.4 * mass * ball.radius * ball.radius * ball.angular_velocity;
+        let surface = &engine.surfaces()[0];
+        let masses = engine.plan().physics().membranes()[0].sheet.masses();
+        let mut parts = vec![[
+            ball.velocity * mass,
+            ball.position.cross(ball.velocity * mass) + spin,
+        ]];
+        let vertices = surface
+            .positions
+            .iter()
+            .zip(&surface.velocities)
+            .zip(masses);
+        parts.extend(vertices.map(|((x, v), mass)| [*v * *mass, x.cross(*v * *mass)]));
+        [0, 1].map(|kind| {
+            let all = parts.iter().map(|part| part[kind]);
+            (
+                all.clone().sum::<DVec3>(),
+                all.map(|part| part.length()).sum::<f64>(),
+            )
+        })
+    };
+    let first = sums(&engine);
+    let mut most = [0.0f64; 2];
+    for _ in 0..2000 {
+        engine.step(None).expect("the motion stays finite");
+        let now = sums(&engine);
+        for kind in 0..2 {
+            let change = now[kind].0.distance(first[kind].0) / now[kind].1.max(first[kind].1);
+            most[kind] = most[kind].max(change);
+        }
+    }
+    most
+}
+
+const LEAST: &str =
+    "least energy of springs, hinges, weights and the contact, by a quasi-Newton method of its own";
 const PATH: &str =
     "equation of motion, integrated by Runge and Kutta's method with steps a twentieth as long";
 

@@ -18,6 +18,7 @@ mod mindlin_paths;
 mod mixing;
 mod normal;
 pub(crate) mod oblique;
+mod sheets_alone;
 mod slope;
 mod squeezed;
 mod three_beads;
@@ -142,6 +143,7 @@ pub fn all() -> Vec<Case> {
     cases.extend(decay::cases());
     cases.extend(three_beads::cases());
     cases.extend(wear::cases());
+    cases.extend(sheets_alone::cases());
     cases.extend(membranes::cases());
     cases.extend(wet::cases());
     cases

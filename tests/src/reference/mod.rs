@@ -20,6 +20,8 @@ pub mod state;
 mod triangles;
 pub mod walls;
 
+pub(crate) use triangles::nearest_point;
+
 #[cfg(test)]
 mod tests;
 

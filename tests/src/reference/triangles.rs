@@ -131,7 +131,7 @@ pub(super) fn share_foot(one: [DVec3; 3], other: [DVec3; 3], centre: DVec3) -> b
 
 /// The point of a triangle that is nearest to `x`: the foot of the perpendicular if it falls inside, else the nearest point of
 /// the sides.
-fn nearest_point([a, b, c]: [DVec3; 3], x: DVec3) -> DVec3 {
+pub(crate) fn nearest_point([a, b, c]: [DVec3; 3], x: DVec3) -> DVec3 {
     let normal = (b - a).cross(c - a).normalize();
     let foot = x - normal * (x - a).dot(normal);
     let is_left_of = |p: DVec3, q: DVec3| (q - p).cross(foot - p).dot(normal) >= 0.0;

@@ -168,7 +168,7 @@ pub(super) const SUBJECTS: &[Subject] = &[
         title: "Elastic sheets",
         about: "",
         sections: &[Section {
-            about: "Sheets of rubber of 0.3 mm with E = 1.25 MPa in the whole engine ([theory](theory/membranes.md)). Uniform strains, bent sheets, balloons, laws of gas and fluid and the largest stable step are tested beside the code of the sheet.",
+            about: "The mechanics of a sheet alone, and sheets of rubber of 0.3 mm with E = 1.25 MPa in the whole engine ([theory](theory/membranes.md)).",
             ..section("T24 ", "Sheets under loads")
         }],
     },
