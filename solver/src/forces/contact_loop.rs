@@ -33,7 +33,7 @@ use crate::contact::{
     RollingLaw, TangentialLaw,
 };
 use crate::neighbours::CandidateList;
-use crate::state::{Load, Particle, Particles, Pieces, Row, WallIndex};
+use crate::state::{Load, Particle, Particles, Pieces, Plain, Row, WallIndex};
 use crate::surface::SurfaceLoad;
 use block::Block;
 use contact_batch::Numbers;
@@ -154,6 +154,36 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
                 Block::empty(rows)
             })
             .collect();
+    }
+
+    fn restore_pairs(&mut self, rows: usize, pairs: &SavedSlots) {
+        self.cut(rows);
+        let mut pairs = pairs.iter().peekable();
+        for block in &mut self.blocks {
+            for (owner, row) in block.rows.clone().enumerate() {
+                while let Some(saved) = pairs.next_if(|saved| saved.row as usize == row) {
+                    block.slots.push(Slot::new(
+                        owner,
+                        saved.partner,
+                        saved.image,
+                        saved.state.bits(),
+                        <Histories<N, T, R, A>>::read(saved.history),
+                    ));
+                }
+            }
+            block.note_targets(self.block_size);
+        }
+        self.link();
+    }
+
+    /// Into blocks that are cut.
+    fn restore_near_walls(&mut self, walls: &SavedSlots) {
+        let mut walls = walls.iter().peekable();
+        for block in &mut self.blocks {
+            while let Some(saved) = walls.next_if(|saved| (saved.row as usize) < block.rows.end) {
+                block.push_saved_at_wall(&saved, <Histories<N, T, R, A>>::read(saved.history));
+            }
+        }
     }
 
     /// Notes which block reaches into which, once the targets of all blocks are known.
@@ -434,7 +464,18 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         self.of_sheets.iter().map(saved).collect()
     }
 
-    fn restore_vertices(&mut self, saved: &[SavedSlots]) {
+    fn take_vertices(
+        &mut self,
+        (vertices, walls): (&[usize], usize),
+        bytes: &mut &[u8],
+    ) -> Result<(), String> {
+        let saved: Vec<SavedSlots> = Plain::take(bytes)?;
+        if saved.len() > vertices.len() {
+            return Err("it has contacts of sheets that are not there".to_owned());
+        }
+        for (slots, &vertices) in saved.iter().zip(vertices) {
+            slots.check_at_walls(self.saved_numbers(), vertices, walls)?;
+        }
         let restored = |slots: &SavedSlots| {
             let mut block = Block::empty(0..0);
             for saved in slots.iter() {
@@ -443,6 +484,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
             block
         };
         self.of_sheets = saved.iter().map(restored).collect();
+        Ok(())
     }
 
     fn listed(&self) -> usize {
@@ -456,19 +498,6 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
     fn touching(&self) -> usize {
         let slots = self.blocks.iter().flat_map(|block| &block.slots);
         slots.filter(|slot| slot.state & WITH_HISTORY != 0).count()
-    }
-
-    fn save(&self) -> (SavedSlots, SavedSlots) {
-        let nothing = Self::nothing();
-        let (mut pairs, mut walls) = (SavedSlots::new(nothing.clone()), SavedSlots::new(nothing));
-        pairs.reserve(self.listed());
-        for (slot, history) in Self::saved_pairs(&self.blocks) {
-            pairs.push(slot, history, Histories::<N, T, R, A>::write);
-        }
-        for (slot, history) in self.saved_near_walls() {
-            walls.push(slot, history, Histories::<N, T, R, A>::write);
-        }
-        (pairs, walls)
     }
 
     fn put_pairs(&self, pieces: &mut Pieces, pool: Option<&rayon::ThreadPool>) {
@@ -493,6 +522,13 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         put_stretches(pieces, &nothing, stretches);
     }
 
+    fn take_pairs(&mut self, rows: usize, bytes: &mut &[u8]) -> Result<(), String> {
+        let pairs = SavedSlots::take(bytes)?;
+        pairs.check_pairs(self.saved_numbers(), rows)?;
+        self.restore_pairs(rows, &pairs);
+        Ok(())
+    }
+
     fn put_near_walls(&self, pieces: &mut Pieces) {
         let nothing = Self::nothing();
         let mut stretch = Stretch::reusing(pieces.memory(), pieces.memory());
@@ -504,32 +540,25 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         put_stretches(pieces, &nothing, vec![stretch]);
     }
 
+    fn take_near_walls(
+        &mut self,
+        (rows, walls): (usize, usize),
+        bytes: &mut &[u8],
+    ) -> Result<(), String> {
+        let near_walls = SavedSlots::take(bytes)?;
+        near_walls.check_at_walls(self.saved_numbers(), rows, walls)?;
+        self.restore_near_walls(&near_walls);
+        Ok(())
+    }
+
     fn saved_bytes(&self, rows: f64, slots: f64, remembering: f64) -> f64 {
         let history = <Histories<N, T, R, A>>::LENGTH * size_of::<f64>();
         most_bytes_of_pairs(slots as usize, rows as usize) as f64 + remembering * history as f64
     }
 
     fn restore(&mut self, rows: usize, pairs: &SavedSlots, walls: &SavedSlots) {
-        self.cut(rows);
-        let (mut pairs, mut walls) = (pairs.iter().peekable(), walls.iter().peekable());
-        for block in &mut self.blocks {
-            for (owner, row) in block.rows.clone().enumerate() {
-                while let Some(saved) = pairs.next_if(|saved| saved.row as usize == row) {
-                    block.slots.push(Slot::new(
-                        owner,
-                        saved.partner,
-                        saved.image,
-                        saved.state.bits(),
-                        <Histories<N, T, R, A>>::read(saved.history),
-                    ));
-                }
-            }
-            while let Some(saved) = walls.next_if(|saved| (saved.row as usize) < block.rows.end) {
-                block.push_saved_at_wall(&saved, <Histories<N, T, R, A>>::read(saved.history));
-            }
-            block.note_targets(self.block_size);
-        }
-        self.link();
+        self.restore_pairs(rows, pairs);
+        self.restore_near_walls(walls);
     }
 
     fn saved_numbers(&self) -> usize {

@@ -197,7 +197,7 @@ pub trait ContactForces: Send {
     /// The held load of each row.
     fn save_held(&self) -> Vec<Load>;
 
-    /// Restores what [`ContactForces::save_held`] returned; called after [`ContactForces::restore`].
+    /// Restores what [`ContactForces::save_held`] returned; called when pairs are restored.
     fn restore_held(&mut self, particles: &Particles, held: &[Load]);
 
     /// The events of contacts since the last call, block by block; they are removed from here. None where no law requests them.
@@ -227,7 +227,7 @@ pub trait ContactForces: Send {
     /// The same as they lie in the blocks, for restarts.
     fn save_feature_loads(&self) -> Vec<SavedLoads>;
 
-    /// Restores what [`ContactForces::save_feature_loads`] returned; called after [`ContactForces::restore`].
+    /// Restores what [`ContactForces::save_feature_loads`] returned; called when pairs are restored.
     fn restore_feature_loads(&mut self, saved: &[SavedLoads]);
 
     /// Appends the contacts with walls that wear of the last evaluation, block by block; they are removed from here.
@@ -253,8 +253,12 @@ pub trait ContactForces: Send {
     /// What contacts of vertices with walls remember, sheet by sheet.
     fn save_vertices(&self) -> Vec<SavedSlots>;
 
-    /// Takes back what [`ContactForces::save_vertices`] gave.
-    fn restore_vertices(&mut self, saved: &[SavedSlots]);
+    /// Takes back what [`ContactForces::save_vertices`] gave, for sheets of so many vertices among so many walls.
+    ///
+    /// # Errors
+    /// If it cannot be of these.
+    fn take_vertices(&mut self, counts: (&[usize], usize), bytes: &mut &[u8])
+    -> Result<(), String>;
 
     /// Listed pairs.
     fn listed(&self) -> usize;
@@ -262,14 +266,23 @@ pub trait ContactForces: Send {
     /// Pairs that touched or were bonded in the last evaluation.
     fn touching(&self) -> usize;
 
-    /// Every slot in order, pairs first, then walls: the state that a restart needs.
-    fn save(&self) -> (SavedSlots, SavedSlots);
-
-    /// Appends the bytes of the first of [`ContactForces::save`], without making it, with the threads of a pool.
+    /// Appends the listed pairs in order, as the bytes of [`SavedSlots`], with the threads of a pool.
     fn put_pairs(&self, pieces: &mut Pieces, pool: Option<&rayon::ThreadPool>);
 
-    /// Appends the bytes of the second.
+    /// Takes back what [`ContactForces::put_pairs`] wrote for so many rows.
+    ///
+    /// # Errors
+    /// If it cannot be of these rows and laws.
+    fn take_pairs(&mut self, rows: usize, bytes: &mut &[u8]) -> Result<(), String>;
+
+    /// Appends the particles near walls in order, likewise.
     fn put_near_walls(&self, pieces: &mut Pieces);
+
+    /// Takes back what [`ContactForces::put_near_walls`] wrote for so many rows and walls, behind the pairs.
+    ///
+    /// # Errors
+    /// If it cannot be of these rows, walls and laws.
+    fn take_near_walls(&mut self, counts: (usize, usize), bytes: &mut &[u8]) -> Result<(), String>;
 
     /// An upper estimate of the bytes of both, for this many slots of this many rows, of which `remembering` have a history.
     fn saved_bytes(&self, rows: f64, slots: f64, remembering: f64) -> f64;
@@ -277,7 +290,7 @@ pub trait ContactForces: Send {
     /// Slots of particles near walls.
     fn listed_at_walls(&self) -> usize;
 
-    /// Restores what [`ContactForces::save`] returned for `rows` particles.
+    /// Begins with these pairs of `rows` particles, and these particles near walls.
     fn restore(&mut self, rows: usize, pairs: &SavedSlots, walls: &SavedSlots);
 
     /// The length of [`SavedSlot::history`]. A loop that chooses the law at each contact saves more than it shows.

@@ -118,6 +118,14 @@ impl Forces {
         &self.others
     }
 
+    /// What the passes beside the contact loop remember, by their names.
+    #[must_use]
+    pub fn saved_others(&self) -> Vec<(String, Vec<u8>)> {
+        (self.others.iter())
+            .map(|pass| (pass.name().to_owned(), pass.save()))
+            .collect()
+    }
+
     /// Restores the passes beside the contact loop from their saved bytes, by their names.
     ///
     /// # Errors If these are not the same passes, or one of them cannot read its bytes.

@@ -78,10 +78,16 @@ impl Liquids {
         }
     }
 
-    /// Goes on from a checkpoint; whether its walls are those of the plan.
-    pub fn restore(&mut self, saved: &SavedLiquid) -> bool {
+    /// Goes on from a checkpoint.
+    ///
+    /// # Errors
+    /// If its walls are not those of the plan.
+    pub fn restore(&mut self, saved: &SavedLiquid) -> Result<(), String> {
         self.balance = saved.balance;
-        self.walls.restore(&saved.walls)
+        if self.walls.restore(&saved.walls) {
+            return Ok(());
+        }
+        Err("its films on walls are not those of the plan".to_owned())
     }
 
     /// Puts the films of the plan on the particles at the start.

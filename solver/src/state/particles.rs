@@ -307,6 +307,21 @@ impl Particles {
             && (self.bodies.as_ref()).is_none_or(|bodies| bodies.is_consistent(rows))
     }
 
+    /// Whether it can be of a run with so many materials.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub fn check(&self, materials: usize) -> Result<(), String> {
+        if !self.is_consistent() {
+            return Err("columns differ in length, or a row index is out of range".to_owned());
+        }
+        let is_there = |record: &Particle| record.material.index() < materials;
+        if !self.records.iter().all(is_there) {
+            return Err("it has particles of materials that are not there".to_owned());
+        }
+        Ok(())
+    }
+
     /// Rows in order of their ids: the order of every output.
     #[must_use]
     pub fn rows_by_id(&self) -> Vec<u32> {

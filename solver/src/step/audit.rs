@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::Engine;
 use crate::bodies::{angular_velocity, constrained_spin};
 use crate::forces::{Exchange, FIRST_VERTEX, Observation, Partner, SpringEnergy};
-use crate::state::{ASLEEP, Body, FIXED, Load, PrescribedBody, Row};
+use crate::state::{ASLEEP, Body, FIXED, Load, Plain, PrescribedBody, Row};
 use crate::walls::{RigidVelocity, ServoState, WallNow};
 
 /// What happened to the energy since the start, J; filled only in audited runs.
@@ -64,7 +64,7 @@ impl AuditedContact {
     }
 
     /// Whether it can be one of so many particles and walls.
-    pub(super) fn leads_somewhere(&self, rows: usize, walls: usize) -> bool {
+    fn leads_somewhere(&self, rows: usize, walls: usize) -> bool {
         // A contact of a vertex never leaves, and is only asked whether its wall is there.
         let rows = if self.row >= FIRST_VERTEX {
             usize::MAX
@@ -202,6 +202,19 @@ impl Engine {
         self.audited.clear();
         let contacts = observation.exchanges.iter().map(AuditedContact::of);
         self.audited.extend(contacts);
+    }
+
+    /// Takes back what a checkpoint holds.
+    pub(super) fn take_audit(&mut self, bytes: &mut &[u8]) -> Result<(), String> {
+        self.audit = Plain::take(bytes)?;
+        self.audited = Plain::take(bytes)?;
+        let (rows, walls) = (self.particles.len(), self.walls.len());
+        let leads_somewhere = |contact: &AuditedContact| contact.leads_somewhere(rows, walls);
+        if !self.audited.iter().all(leads_somewhere) {
+            let reason = "it has audited contacts of particles or walls that are not there";
+            return Err(reason.to_owned());
+        }
+        Ok(())
     }
 
     /// Particles were removed since the last forces, and no list was built yet: what their contacts stored leaves with them.

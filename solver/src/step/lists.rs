@@ -1,5 +1,6 @@
 //! The candidate lists: whether they still hold all contacts, and how they are built.
 
+use super::snapshot::MOST_STEPS;
 use super::{Engine, RunError};
 use crate::forces::{MotionBound, NewList, find_near_walls};
 use crate::memory::{MANY, give_back};
@@ -36,6 +37,23 @@ impl Lists {
             rows_changed: true,
             rebuilds: 0,
         }
+    }
+
+    /// Whether it can be of so many rows.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub(super) fn check(&self, rows: usize) -> Result<(), String> {
+        if !(self.skin.is_possible() && self.half_skins.is_possible()) {
+            return Err("a skin that cannot be".to_owned());
+        }
+        if self.rebuilds.max(self.validity.steps) > MOST_STEPS {
+            return Err("more steps than a run can make".to_owned());
+        }
+        if ![0, rows].contains(&self.extra_skin.len()) {
+            return Err("the extra skins do not match the particles".to_owned());
+        }
+        Ok(())
     }
 }
 

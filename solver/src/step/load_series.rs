@@ -1,6 +1,7 @@
 //! Loads on the triangles of meshes, summed from one file to the next.
 
 use super::Engine;
+use super::snapshot::MOST_STEPS;
 use crate::forces::LoadSums;
 
 /// Sums since each series of files was written last: frames and files for ParaView have intervals of their own.
@@ -13,10 +14,16 @@ pub struct LoadSeries {
 }
 
 impl LoadSeries {
-    /// The largest of its counts.
-    pub(super) fn most_evaluations(&self) -> u64 {
+    /// Whether a run can have counted so many evaluations.
+    ///
+    /// # Errors
+    /// If not.
+    pub(super) fn check(&self) -> Result<(), String> {
         let series = self.frames.evaluations.max(self.vtk.evaluations);
-        series.max(self.pending)
+        if series.max(self.pending) > MOST_STEPS {
+            return Err("more steps than a run can make".to_owned());
+        }
+        Ok(())
     }
 
     /// A force evaluation was made.

@@ -15,7 +15,9 @@ use crate::bodies::BodyStep;
 use crate::forces::MotionBound;
 use crate::lanes::Width;
 use crate::plan::Sleeping;
-use crate::state::{ASLEEP, FIXED, Load, PEBBLE, PRESCRIBED, Particle, Particles, ROUSED, Row};
+use crate::state::{
+    ASLEEP, FIXED, Load, PEBBLE, PRESCRIBED, Particle, Particles, Pieces, Plain, ROUSED, Row,
+};
 use crate::walls::{Pose, Shape, WallNow};
 
 /// To fall asleep, this part of the imbalance that wakes is allowed: round-off must not wake a particle that was just put to
@@ -472,21 +474,26 @@ impl Engine {
         }
     }
 
-    /// What a checkpoint holds of sleepers.
-    pub(super) fn saved_sleep(&self) -> Option<SavedSleep> {
-        let sleep = self.sleep.as_ref()?;
-        Some(SavedSleep {
+    /// Appends what a checkpoint holds of sleepers.
+    pub(super) fn put_sleep(&self, pieces: &mut Pieces) {
+        let Some(sleep) = &self.sleep else { return };
+        let saved = SavedSleep {
             seen_at: sleep.seen_at.clone(),
             counts: sleep.counts,
             tests_all: sleep.tests_all,
             rouses_all: sleep.rouses_all,
             stirs: sleep.stirs.clone(),
             held: self.forces.contacts.save_held(),
-        })
+        };
+        saved.put(pieces.end());
     }
 
-    /// Takes back what [`Engine::saved_sleep`] gave; everything else has its state back.
-    pub(super) fn restore_sleep(&mut self, saved: SavedSleep) {
+    /// Takes back what [`Engine::put_sleep`] wrote; particles, contacts and walls have their state back.
+    pub(super) fn take_sleep(&mut self, bytes: &mut &[u8]) -> Result<(), String> {
+        let saved = SavedSleep::take(bytes)?;
+        if !saved.fits(self.particles.len()) {
+            return Err("the positions of sleepers do not match the particles".to_owned());
+        }
         let contacts = &mut self.forces.contacts;
         contacts.restore_held(&self.particles, &saved.held);
         let records = (0..).zip(&self.particles.records);
@@ -503,6 +510,7 @@ impl Engine {
             settled_at: self.lists.rebuilds,
             ..Sleep::new()
         });
+        Ok(())
     }
 }
 

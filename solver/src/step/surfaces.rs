@@ -325,20 +325,20 @@ impl Engine {
         self.membranes.iter().map(MembraneNow::save).collect()
     }
 
-    pub(super) fn restore_membranes(&mut self, saved: &[SavedMembrane]) -> Result<(), RunError> {
+    pub(super) fn restore_membranes(&mut self, saved: &[SavedMembrane]) -> Result<(), String> {
         if saved.len() != self.membranes.len() {
-            return Err(RunError::OtherPlan(format!(
+            return Err(format!(
                 "it has the mechanics of {} membranes, the plan of {}",
                 saved.len(),
                 self.membranes.len()
-            )));
+            ));
         }
         let plans = self.plan.physics().membranes().iter();
         for (((plan, surface), membrane), saved) in (plans.zip(&self.surfaces))
             .zip(&mut self.membranes)
             .zip(saved)
         {
-            (membrane.restore(plan, surface, saved)).map_err(RunError::OtherPlan)?;
+            membrane.restore(plan, surface, saved)?;
         }
         Ok(())
     }
@@ -353,26 +353,22 @@ impl Engine {
         self.surfaces.iter().map(Surface::save).collect()
     }
 
-    pub(super) fn restore_surfaces(&mut self, saved: &[SavedSurface]) -> Result<(), RunError> {
+    pub(super) fn restore_surfaces(&mut self, saved: &[SavedSurface]) -> Result<(), String> {
         let first = self.plan.physics().walls().len();
         if saved.len() != self.surfaces.len() {
-            return Err(RunError::OtherPlan(format!(
+            return Err(format!(
                 "it has {} membranes, the plan {}",
                 saved.len(),
                 self.surfaces.len()
-            )));
+            ));
         }
         let surfaces = self.surfaces.iter_mut().zip(&mut self.walls[first..]);
         for ((number, saved), (surface, wall)) in saved.iter().enumerate().zip(surfaces) {
-            surface.restore(saved).map_err(RunError::OtherPlan)?;
+            surface.restore(saved)?;
             let way = surface.way_since_listed();
             let followed = wall.follow_anew(&surface.corners(), way, &self.images);
-            followed.map_err(|error| RunError::Surface {
-                surface: self.plan.physics().surfaces()[number].name.clone(),
-                step: self.step,
-                time: self.step as f64 * self.plan.physics().time_step(),
-                error,
-            })?;
+            let name = &self.plan.physics().surfaces()[number].name;
+            followed.map_err(|error| format!("membranes.{name}: {error}"))?;
         }
         Ok(())
     }

@@ -11,7 +11,7 @@ use mercury_common::scene::Files;
 use crate::forces::{Partner, Watch};
 use crate::lanes::Width;
 use crate::plan::{Plan, parse_scene, plan};
-use crate::state::{ASLEEP, FIXED, PEBBLE, ROUSED, WallIndex};
+use crate::state::{ASLEEP, FIXED, PEBBLE, Particles, ROUSED, WallIndex};
 use crate::step::{Engine, Snapshot, StartOptions};
 use crate::walls::{Plane, Shape};
 
@@ -122,9 +122,9 @@ fn sleepers_carry_what_lies_above_them() {
         assert!((load.force.z - weight).abs() < 0.05 * weight);
     }
     let after = engine.snapshot();
-    assert_eq!(after.pairs, before.pairs);
-    assert_eq!(after.near_walls, before.near_walls);
-    assert_eq!(after.particles, before.particles);
+    assert_eq!(after.pairs(), before.pairs());
+    assert_eq!(after.near_walls(), before.near_walls());
+    assert_eq!(after.particles(), before.particles());
     engine.complete_step().unwrap();
     let at_rest = |record: &crate::state::Particle| record.velocity.length() == 0.0;
     assert!(engine.particles.records.iter().all(at_rest));
@@ -208,7 +208,7 @@ fn a_floor_that_is_exchanged_wakes_its_sleepers() {
     let saved = engine.snapshot();
     assert!(Snapshot::decode(&saved.encode()).is_ok_and(|read| read == saved));
     let is_roused = |record: &crate::state::Particle| record.flags & ROUSED != 0;
-    assert!(!saved.particles.records.iter().any(is_roused));
+    assert!(!engine.particles.records.iter().any(is_roused));
     let dt = plan.physics().time_step();
     engine.steps_at_once(1, None).unwrap();
     assert_eq!(asleep(&engine), 0);
@@ -494,22 +494,23 @@ fn who_turns_does_not_sleep() {
 /// particle just woken, a pebble alone.
 #[test]
 fn nobody_sleeps_in_a_checkpoint_who_cannot() {
-    let refused = |plan: Arc<Plan>, change: &dyn Fn(&mut Snapshot)| {
-        let mut engine = Engine::new(plan, 1).unwrap();
+    let refused = |plan: Arc<Plan>, change: &dyn Fn(&mut Particles)| {
+        let mut engine = Engine::new(Arc::clone(&plan), 1).unwrap();
         advance(&mut engine, 0.02);
-        let mut saved = engine.snapshot();
-        assert!(Snapshot::decode(&saved.encode()).is_ok());
-        change(&mut saved);
-        Snapshot::decode(&saved.encode()).unwrap_err().to_string()
+        let saved = engine.snapshot();
+        assert!(Engine::restore(Arc::clone(&plan), saved.clone(), 1).is_ok());
+        let changed = saved.edited("particles", change).unwrap();
+        let error = Engine::restore(plan, changed, 1).err().unwrap();
+        error.to_string()
     };
     let message = "a particle sleeps that cannot sleep";
-    let first = |flags| move |saved: &mut Snapshot| saved.particles.records[0].flags |= flags;
+    let first = |flags| move |particles: &mut Particles| particles.records[0].flags |= flags;
     assert!(refused(column(2, "", "", ""), &first(ASLEEP)).contains(message));
     let sleeping = || column(2, "sleeping = {}", "", "");
     assert!(refused(sleeping(), &first(ASLEEP | FIXED)).contains(message));
     assert!(refused(sleeping(), &first(ASLEEP | ROUSED)).contains(message));
-    let pebble = |saved: &mut Snapshot| {
-        let records = saved.particles.records.iter_mut();
+    let pebble = |particles: &mut Particles| {
+        let records = particles.records.iter_mut();
         let pebbles = records.filter(|record| record.flags & PEBBLE != 0);
         pebbles.take(1).for_each(|record| record.flags |= ASLEEP);
     };
