@@ -12,8 +12,8 @@ mod contact_loop;
 mod events;
 mod feature_loads;
 mod near_walls;
+mod needs;
 mod observation;
-mod passes;
 mod rubs;
 mod saved;
 
@@ -24,8 +24,8 @@ pub use contact_loop::ContactLoop;
 pub use events::{Bond, BondPlace, ContactEvent};
 pub use feature_loads::{FeatureKey, FeatureLoad, FeatureLoads, LoadSums};
 pub use near_walls::{NearWall, find_near_walls, near_walls_of_vertices};
+pub use needs::{Needs, NewList};
 pub use observation::{ContactRecord, Exchange, Observation, Partner, SpringEnergy, Watch};
-pub use passes::{ForcePass, Forces, Needs, NewList};
 pub use rubs::{Impact, Rub};
 pub use saved::{SavedSlot, SavedSlots};
 

@@ -247,12 +247,11 @@ pub(super) fn report(
     let mut warnings = Vec::from_iter(all_left(engine));
     warnings.extend_from_slice(plan.notes().warnings());
     let boundaries = engine.boundaries().state();
-    warnings.extend(engine.guard_warnings());
     let have_places = engine.have_places();
     warnings.extend(shortfalls(plan, &boundaries, &have_places, engine.time()));
     warnings.extend(insertions::behind(plan, engine.boundaries()));
     warnings.extend(servos::missed(engine));
-    warnings.extend(engine.wear_warnings());
+    warnings.extend(engine.warnings());
     warnings.extend(engine.membrane_warnings());
     if written.deep_frames > 0 {
         warnings.push(format!(

@@ -15,6 +15,7 @@ mod flight;
 mod grains;
 mod hits;
 mod nozzle;
+mod part;
 
 pub use crate::liquid::Sum;
 use crate::liquid::Weight;

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use mercury_common::readable::rounded;
 
-use super::Engine;
+use super::Core;
 use crate::contact::parameter::short;
 use crate::spray::TooMany;
 use crate::state::Particle;
@@ -126,7 +126,7 @@ impl RunError {
     }
 }
 
-impl Engine {
+impl Core {
     /// The first particle whose motion is not a number, or so large that its square is none.
     pub(super) fn not_finite(&self) -> RunError {
         let lost = |record: &Particle| {

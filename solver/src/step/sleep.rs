@@ -9,14 +9,15 @@ use std::slice::{from_mut, from_ref};
 
 use glam::DVec3;
 
-use super::Engine;
+use super::forces::unobserved;
 use super::motion::turn_orientations;
+use super::{Core, Engine, Part, RunError};
 use crate::bodies::BodyStep;
-use crate::forces::MotionBound;
+use crate::forces::{MotionBound, NewList};
 use crate::lanes::Width;
 use crate::plan::Sleeping;
 use crate::state::{
-    ASLEEP, FIXED, Load, PEBBLE, PRESCRIBED, Particle, Particles, Pieces, Plain, ROUSED, Row,
+    ASLEEP, FIXED, Load, PEBBLE, PRESCRIBED, Particle, Particles, Pieces, Plain, ROUSED,
 };
 use crate::walls::{Pose, Shape, WallNow};
 
@@ -66,6 +67,7 @@ impl Asleep {
 /// The sleeping particles, and the data needed to put them to rest and to wake them.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Sleep {
+    plan: Sleeping,
     /// Positions at the last check of the particles that were slow then, m. By row.
     seen_at: Vec<DVec3>,
     /// What happened so far.
@@ -75,8 +77,6 @@ pub(super) struct Sleep {
     /// All sleepers are to be tested, not only those beside an awake particle: the lists are new, and particles may be gone, or a
     /// particle fell asleep.
     tests_all: bool,
-    /// All sleepers are to be woken in the next step, after a change that no other test covers.
-    rouses_all: bool,
 
     // What follows from the rest of the state.
     /// Which walls disturbed in the last step.
@@ -129,20 +129,20 @@ impl SavedSleep {
     }
 
     /// Whether it can be of so many rows.
-    pub(super) fn fits(&self, rows: usize) -> bool {
+    fn fits(&self, rows: usize) -> bool {
         self.seen_at.len() == rows && self.held.len() == rows
     }
 }
 
 impl Sleep {
     /// No sleepers yet.
-    pub(super) fn new() -> Self {
+    fn new(plan: Sleeping) -> Self {
         Self {
+            plan,
             seen_at: Vec::new(),
             counts: SleepCounts::default(),
             asleep: Asleep::default(),
             tests_all: false,
-            rouses_all: false,
             stirs: Vec::new(),
             walls: Vec::new(),
             settled_at: 0,
@@ -151,14 +151,9 @@ impl Sleep {
         }
     }
 
-    /// Takes the rows of a new list: `new_row[old]` says where each of the last one went.
-    pub(super) fn follow(&mut self, new_row: &[Option<Row>], rows: usize) {
-        let before = std::mem::replace(&mut self.seen_at, vec![NOWHERE; rows]);
-        for (place, row) in before.into_iter().zip(new_row) {
-            if let Some(row) = row {
-                self.seen_at[row.index()] = place;
-            }
-        }
+    /// In scenes with `[sleeping]`.
+    pub(super) fn of(core: &Core) -> Option<Self> {
+        core.plan.physics().sleeping().map(Self::new)
     }
 
     /// Wakes a sleeper; of a body all pebbles.
@@ -220,169 +215,231 @@ fn is_slow(record: &Particle, speed: f64) -> bool {
     record.velocity.length() <= speed && spin <= speed
 }
 
-impl Engine {
-    /// Wakes particles that are out of balance or disturbed, and, when a check is due, puts calm ones to rest. Walls have moved;
-    /// no particle has come or gone. `fastest`: the largest speed in this step, m/s; the maximum of this and the speeds of the
-    /// woken ones is returned.
-    pub(super) fn rouse_and_put_to_rest(&mut self, fastest: MotionBound) -> MotionBound {
-        let (Some(mut sleep), Some(plan)) = (self.sleep.take(), self.plan.physics().sleeping())
-        else {
-            return fastest;
-        };
-        let was_disturbed = self.note_walls(&mut sleep);
-        let rouses_all = std::mem::take(&mut sleep.rouses_all);
-        if sleep.asleep.rows > 0 {
-            if rouses_all {
-                self.rouse(&mut sleep, |_| true);
-            } else if was_disturbed {
-                self.rouse_disturbed(&mut sleep);
-            }
-            self.rouse_unbalanced(&mut sleep, &plan);
-        }
-        let fastest = fastest.merge(self.set_off(&mut sleep));
-        if self.step.is_multiple_of(plan.every) {
-            self.put_to_rest(&mut sleep, &plan);
-        }
-        self.sleep = Some(sleep);
-        fastest
+impl Part for Sleep {
+    fn name(&self) -> &str {
+        "sleep"
     }
 
+    /// Wakes particles that are out of balance or disturbed, and, when a check is due, puts calm ones to rest.
+    fn before_exchange(&mut self, core: &mut Core) {
+        let plan = self.plan;
+        let was_disturbed = self.note_walls(core);
+        let wakes_all = std::mem::take(&mut core.has_new_surface);
+        if self.asleep.rows > 0 {
+            if wakes_all {
+                self.rouse_where(core, |_| true);
+            } else if was_disturbed {
+                self.rouse_disturbed(core);
+            }
+            self.rouse_unbalanced(core);
+        }
+        let woken = self.set_off(core);
+        core.motion = core.motion.merge(woken);
+        if core.step.is_multiple_of(plan.every) {
+            self.put_to_rest(core);
+        }
+    }
+
+    /// Takes the rows of a new list.
+    fn new_list(&mut self, list: &NewList<'_>) {
+        let places = vec![NOWHERE; list.particles.len()];
+        let before = std::mem::replace(&mut self.seen_at, places);
+        for (place, row) in before.into_iter().zip(list.new_row) {
+            if let Some(row) = row {
+                self.seen_at[row.index()] = place;
+            }
+        }
+    }
+
+    fn before_forces(&mut self, core: &mut Core) -> Result<(), RunError> {
+        // The forces before the first step are of all particles.
+        if core.step > 0 {
+            self.settle(core);
+        }
+        Ok(())
+    }
+
+    fn put(&self, core: &Core, pieces: &mut Pieces) {
+        let saved = SavedSleep {
+            seen_at: self.seen_at.clone(),
+            counts: self.counts,
+            tests_all: self.tests_all,
+            rouses_all: core.has_new_surface,
+            stirs: self.stirs.clone(),
+            held: core.contacts.save_held(),
+        };
+        saved.put(pieces.end());
+    }
+
+    fn take(&mut self, core: &mut Core, bytes: &mut &[u8]) -> Result<(), String> {
+        let saved = SavedSleep::take(bytes)?;
+        if !saved.fits(core.particles.len()) {
+            return Err("the positions of sleepers do not match the particles".to_owned());
+        }
+        core.contacts.restore_held(&core.particles, &saved.held);
+        core.has_new_surface = saved.rouses_all;
+        let records = (0..).zip(&core.particles.records);
+        let roused = records.filter(|(_, record)| record.flags & ROUSED != 0);
+        *self = Self {
+            roused: roused.map(|(row, _)| row).collect(),
+            seen_at: saved.seen_at,
+            counts: saved.counts,
+            asleep: Asleep::of(&core.particles),
+            tests_all: saved.tests_all,
+            stirs: saved.stirs,
+            walls: places(&core.walls).collect(),
+            settled_at: core.lists.rebuilds,
+            ..Self::new(self.plan)
+        };
+        Ok(())
+    }
+}
+
+impl Engine {
+    /// How many particles sleep, a clump as one, and the counts of sleepers; `None` where the plan does not enable sleeping.
+    #[must_use]
+    pub fn sleepers(&self) -> Option<(u64, SleepCounts)> {
+        let sleep = self.part::<Sleep>()?;
+        Some((sleep.asleep.particles, sleep.counts))
+    }
+}
+
+impl Sleep {
     /// Subtracts the loads of the woken particles from the held ones, and makes up for the kick and the drift of this step, which
     /// they missed: no part of the forces that wake them is lost. Returns their motion.
-    fn set_off(&mut self, sleep: &mut Sleep) -> MotionBound {
-        if sleep.roused.is_empty() {
+    fn set_off(&mut self, core: &mut Core) -> MotionBound {
+        if self.roused.is_empty() {
             return MotionBound::default();
         }
-        self.hold_contacts(Some(&sleep.roused));
-        let physics = self.plan.physics();
+        hold_contacts(core, Some(&self.roused));
+        let physics = core.plan.physics();
         let (gravity, dt) = (physics.gravity(), physics.time_step());
         let step = BodyStep {
             half: 0.5 * dt,
             drift: dt,
             kicks: 2,
             gravity,
-            skins: self.lists.half_skins,
+            skins: core.lists.half_skins,
         };
         let mut fastest = MotionBound::default();
-        for row in sleep.roused.drain(..) {
-            let record = &mut self.particles.records[row as usize];
+        for row in self.roused.drain(..) {
+            let record = &mut core.particles.records[row as usize];
             record.flags &= !ROUSED;
-            if let Some(bodies) = &mut self.particles.bodies
+            if let Some(bodies) = &mut core.particles.bodies
                 && let Some(pebble) = bodies.of_row[row as usize]
             {
                 let body = bodies.pebbles[pebble.index()].body;
                 if bodies.all[body.index()].first as usize == pebble.index() {
-                    let bound = bodies.advance_one(body, &mut self.particles.records, &step);
+                    let bound = bodies.advance_one(body, &mut core.particles.records, &step);
                     fastest = fastest.merge(bound);
                 }
                 continue;
             }
-            let load = &self.particles.loads[row as usize];
+            let load = &core.particles.loads[row as usize];
             record.velocity += (load.force * record.inverse_mass + gravity) * dt;
             record.position += record.velocity * dt;
-            if self.turns {
+            if core.turns {
                 let squared = record.radius * record.radius;
-                let per_torque = self.inverse_inertia * record.inverse_mass / squared;
+                let per_torque = core.inverse_inertia * record.inverse_mass / squared;
                 record.angular_velocity += load.torque * (per_torque * dt);
             }
-            if let Some(orientations) = &mut self.particles.orientations {
+            if let Some(orientations) = &mut core.particles.orientations {
                 let orientation = &mut orientations[row as usize];
                 turn_orientations(from_mut(orientation), from_ref(record), dt, Width::ONE);
             }
-            fastest = fastest.merge(MotionBound::of(record, &self.lists.half_skins));
+            fastest = fastest.merge(MotionBound::of(record, &core.lists.half_skins));
         }
         fastest
     }
 
     /// Notes which walls disturb in this step; whether there are others than in the last one.
-    fn note_walls(&self, sleep: &mut Sleep) -> bool {
+    fn note_walls(&mut self, core: &Core) -> bool {
         let mut is_new = false;
-        sleep.stirs.resize(self.walls.len(), false);
-        for (index, now) in self.walls.iter().enumerate() {
+        self.stirs.resize(core.walls.len(), false);
+        for (index, now) in core.walls.iter().enumerate() {
             let (pose, present) = (now.state.pose, now.state.present);
             let velocity = now.state.velocity;
             let moves = velocity.velocity != DVec3::ZERO
                 || velocity.angular_velocity != DVec3::ZERO
                 || !now.servos.is_empty();
-            let is_other =
-                (sleep.walls.get(index)).is_some_and(|before| *before != (pose, present));
+            let is_other = (self.walls.get(index)).is_some_and(|before| *before != (pose, present));
             // The loads on triangles are summed up contact by contact, step by step.
             let is_summed =
-                self.plan.outputs().files().triangle_loads && matches!(now.shape(), Shape::Mesh(_));
-            let comes_or_goes = (sleep.walls.get(index)).is_some_and(|before| before.1 != present);
+                core.plan.outputs().files().triangle_loads && matches!(now.shape(), Shape::Mesh(_));
+            let comes_or_goes = (self.walls.get(index)).is_some_and(|before| before.1 != present);
             // Surfaces that follow their wear move a little now and then.
             let follows = now.wears();
             let stirs = comes_or_goes || present && (moves || is_other || is_summed || follows);
-            is_new |= stirs && !sleep.stirs[index];
-            sleep.stirs[index] = stirs;
+            is_new |= stirs && !self.stirs[index];
+            self.stirs[index] = stirs;
         }
-        sleep.walls.clear();
-        sleep.walls.extend(places(&self.walls));
+        self.walls.clear();
+        self.walls.extend(places(&core.walls));
         is_new
     }
 
     /// By rows: whether a particle is near a wall that disturbs, or near a particle whose motion is prescribed.
-    fn disturbed(&self, sleep: &Sleep) -> Vec<bool> {
-        let mut disturbed = vec![false; self.particles.len()];
-        if sleep.stirs.contains(&true) || self.particles.has_prescribed() {
-            let contacts = &self.forces.contacts;
-            contacts.mark_disturbed(&self.particles, &sleep.stirs, &mut disturbed);
+    fn disturbed(&self, core: &Core) -> Vec<bool> {
+        let mut disturbed = vec![false; core.particles.len()];
+        if self.stirs.contains(&true) || core.particles.has_prescribed() {
+            let contacts = &core.contacts;
+            contacts.mark_disturbed(&core.particles, &self.stirs, &mut disturbed);
         }
         disturbed
     }
 
-    fn rouse_disturbed(&mut self, sleep: &mut Sleep) {
-        let disturbed = self.disturbed(sleep);
-        self.rouse(sleep, |row| disturbed[row]);
+    fn rouse_disturbed(&mut self, core: &mut Core) {
+        let disturbed = self.disturbed(core);
+        self.rouse_where(core, |row| disturbed[row]);
     }
 
     /// Wakes those of all sleepers for whose row this is true.
-    fn rouse(&mut self, sleep: &mut Sleep, is_meant: impl Fn(usize) -> bool) {
-        for row in 0..self.particles.len() {
-            if is_meant(row) && self.particles.records[row].flags & ASLEEP != 0 {
-                sleep.rouse(row, &mut self.particles);
+    fn rouse_where(&mut self, core: &mut Core, is_meant: impl Fn(usize) -> bool) {
+        for row in 0..core.particles.len() {
+            if is_meant(row) && core.particles.records[row].flags & ASLEEP != 0 {
+                self.rouse(row, &mut core.particles);
             }
         }
     }
 
-    fn rouse_unbalanced(&mut self, sleep: &mut Sleep, plan: &Sleeping) {
-        let gravity = self.plan.physics().gravity();
-        let particles = &mut self.particles;
-        let tests_all = sleep.tests_all || self.forces.needs().after_contacts;
+    fn rouse_unbalanced(&mut self, core: &mut Core) {
+        let gravity = core.plan.physics().gravity();
+        let particles = &mut core.particles;
+        let tests_all = self.tests_all || core.needs.after_contacts;
         let rows = particles.len();
         let mut test = |row: usize| {
             let is_asleep = particles.records[row].flags & ASLEEP != 0;
-            if is_asleep && imbalance(particles, row, gravity) > plan.imbalance {
-                sleep.rouse(row, particles);
+            if is_asleep && imbalance(particles, row, gravity) > self.plan.imbalance {
+                self.rouse(row, particles);
             }
         };
         if tests_all {
             (0..rows).for_each(&mut test);
         } else {
-            self.forces.contacts.visit_borders(&mut test);
+            core.contacts.visit_borders(&mut test);
         }
     }
 
     /// Puts to rest the particles that were slow at the last check and are slow now, have hardly moved in between, and are in
     /// balance.
-    fn put_to_rest(&mut self, sleep: &mut Sleep, plan: &Sleeping) {
-        let physics = self.plan.physics();
-        let (gravity, per_inertia) = (physics.gravity(), 1.0 / self.inverse_inertia);
-        let way = plan.speed * plan.every as f64 * physics.time_step();
-        let disturbed = self.disturbed(sleep);
-        let particles = &mut self.particles;
+    fn put_to_rest(&mut self, core: &mut Core) {
+        let physics = core.plan.physics();
+        let (gravity, per_inertia) = (physics.gravity(), 1.0 / core.inverse_inertia);
+        let way = self.plan.speed * self.plan.every as f64 * physics.time_step();
+        let disturbed = self.disturbed(core);
+        let particles = &mut core.particles;
         for (row, &is_disturbed) in disturbed.iter().enumerate() {
             let record = particles.records[row];
             if record.flags & (FIXED | PRESCRIBED | PEBBLE | ASLEEP) != 0 {
                 continue;
             }
-            let before = &mut sleep.seen_at[row];
+            let before = &mut self.seen_at[row];
             // A particle that was not slow at the last check is infinitely far from its place then.
-            let is_slow = is_slow(&record, plan.speed);
+            let is_slow = is_slow(&record, self.plan.speed);
             let is_calm = is_slow
                 && record.position.distance(*before) <= way
                 && !is_disturbed
-                && imbalance(particles, row, gravity) <= CALM * plan.imbalance;
+                && imbalance(particles, row, gravity) <= CALM * self.plan.imbalance;
             *before = if is_slow { record.position } else { NOWHERE };
             if is_calm {
                 let record = &mut particles.records[row];
@@ -392,18 +449,18 @@ impl Engine {
                 record.velocity = DVec3::ZERO;
                 record.angular_velocity = DVec3::ZERO;
                 record.flags |= ASLEEP;
-                sleep.count(1, 0.5 * squares / record.inverse_mass);
+                self.count(1, 0.5 * squares / record.inverse_mass);
             }
         }
-        self.put_bodies_to_rest(sleep, plan, &disturbed);
+        self.put_bodies_to_rest(core, &disturbed);
     }
 
     /// The same with bodies, each as a whole.
-    fn put_bodies_to_rest(&mut self, sleep: &mut Sleep, plan: &Sleeping, disturbed: &[bool]) {
-        let physics = self.plan.physics();
-        let way = plan.speed * plan.every as f64 * physics.time_step();
-        for index in 0..self.particles.bodies().len() {
-            let particles = &self.particles;
+    fn put_bodies_to_rest(&mut self, core: &mut Core, disturbed: &[bool]) {
+        let physics = core.plan.physics();
+        let way = self.plan.speed * self.plan.every as f64 * physics.time_step();
+        for index in 0..core.particles.bodies().len() {
+            let particles = &core.particles;
             let Some(bodies) = &particles.bodies else {
                 return;
             };
@@ -411,107 +468,56 @@ impl Engine {
             if body.flags & (FIXED | PRESCRIBED | ASLEEP) != 0 {
                 continue;
             }
-            let is_slow = body.velocity.length() <= plan.speed
-                && body.angular_velocity.length() * body.radius <= plan.speed;
+            let is_slow = body.velocity.length() <= self.plan.speed
+                && body.angular_velocity.length() * body.radius <= self.plan.speed;
             let pebbles = &bodies.pebbles[body.pebbles()];
             let rows = || pebbles.iter().map(|pebble| pebble.row.index());
             let place = |row: usize| particles.records[row].position;
             let is_calm = is_slow
-                && rows().all(|row| place(row).distance(sleep.seen_at[row]) <= way)
+                && rows().all(|row| place(row).distance(self.seen_at[row]) <= way)
                 && !rows().any(|row| disturbed[row])
                 && imbalance(particles, pebbles[0].row.index(), physics.gravity())
-                    <= CALM * plan.imbalance;
+                    <= CALM * self.plan.imbalance;
             for row in rows() {
-                sleep.seen_at[row] = if is_slow { place(row) } else { NOWHERE };
+                self.seen_at[row] = if is_slow { place(row) } else { NOWHERE };
             }
             if is_calm {
                 let energy = 0.5 * body.mass * body.velocity.length_squared();
-                sleep.count(pebbles.len(), energy + body.rotational_energy());
-                self.particles.put_body_to_rest(index);
+                self.count(pebbles.len(), energy + body.rotational_energy());
+                core.particles.put_body_to_rest(index);
             }
         }
     }
 
     /// Updates the sleepers in the contacts, where these or the lists have changed. Lists are valid.
-    pub(super) fn settle(&mut self) {
-        let Some(mut sleep) = self.sleep.take() else {
-            return;
-        };
-        let is_listed_anew = sleep.settled_at != self.lists.rebuilds;
+    fn settle(&mut self, core: &mut Core) {
+        let is_listed_anew = self.settled_at != core.lists.rebuilds;
         // A particle that fell asleep was slow, and dashpots exert no force on it any more: a neighbour that a dashpot held back
         // is out of balance now, and may have no awake neighbour.
-        sleep.tests_all = is_listed_anew || sleep.has_new;
+        self.tests_all = is_listed_anew || self.has_new;
         if is_listed_anew {
-            sleep.settled_at = self.lists.rebuilds;
+            self.settled_at = core.lists.rebuilds;
             // Rows are others, and some sleepers may be gone or near a wall that moves. Of these nothing is held yet.
-            self.rouse_disturbed(&mut sleep);
-            for row in sleep.roused.drain(..) {
-                self.particles.records[row as usize].flags &= !ROUSED;
+            self.rouse_disturbed(core);
+            for row in self.roused.drain(..) {
+                core.particles.records[row as usize].flags &= !ROUSED;
             }
-            sleep.asleep = Asleep::of(&self.particles);
+            self.asleep = Asleep::of(&core.particles);
         }
-        if is_listed_anew || sleep.has_new {
-            self.hold_contacts(None);
-            sleep.has_new = false;
+        if is_listed_anew || self.has_new {
+            hold_contacts(core, None);
+            self.has_new = false;
         }
-        sleep.counts.steps += self.particles.len() as u64;
-        sleep.counts.slept += sleep.asleep.rows;
-        self.sleep = Some(sleep);
+        self.counts.steps += core.particles.len() as u64;
+        self.counts.slept += self.asleep.rows;
     }
+}
 
-    /// How many particles sleep, a clump as one, and the counts of sleepers; `None` where the plan does not enable sleeping.
-    #[must_use]
-    pub fn sleepers(&self) -> Option<(u64, SleepCounts)> {
-        let sleep = self.sleep.as_ref()?;
-        Some((sleep.asleep.particles, sleep.counts))
-    }
-
-    /// Wakes all sleepers in the next step, or in this one if it has not come to that yet, after a change that no other test
-    /// covers.
-    pub(super) fn rouse_all(&mut self) {
-        if let Some(sleep) = &mut self.sleep {
-            sleep.rouses_all = true;
-        }
-    }
-
-    /// Appends what a checkpoint holds of sleepers.
-    pub(super) fn put_sleep(&self, pieces: &mut Pieces) {
-        let Some(sleep) = &self.sleep else { return };
-        let saved = SavedSleep {
-            seen_at: sleep.seen_at.clone(),
-            counts: sleep.counts,
-            tests_all: sleep.tests_all,
-            rouses_all: sleep.rouses_all,
-            stirs: sleep.stirs.clone(),
-            held: self.forces.contacts.save_held(),
-        };
-        saved.put(pieces.end());
-    }
-
-    /// Takes back what [`Engine::put_sleep`] wrote; particles, contacts and walls have their state back.
-    pub(super) fn take_sleep(&mut self, bytes: &mut &[u8]) -> Result<(), String> {
-        let saved = SavedSleep::take(bytes)?;
-        if !saved.fits(self.particles.len()) {
-            return Err("the positions of sleepers do not match the particles".to_owned());
-        }
-        let contacts = &mut self.forces.contacts;
-        contacts.restore_held(&self.particles, &saved.held);
-        let records = (0..).zip(&self.particles.records);
-        let roused = records.filter(|(_, record)| record.flags & ROUSED != 0);
-        self.sleep = Some(Sleep {
-            roused: roused.map(|(row, _)| row).collect(),
-            seen_at: saved.seen_at,
-            counts: saved.counts,
-            asleep: Asleep::of(&self.particles),
-            tests_all: saved.tests_all,
-            rouses_all: saved.rouses_all,
-            stirs: saved.stirs,
-            walls: places(&self.walls).collect(),
-            settled_at: self.lists.rebuilds,
-            ..Sleep::new()
-        });
-        Ok(())
-    }
+/// Sums up the loads among sleepers; `roused`: the rows that were woken, if nothing else changed.
+pub(super) fn hold_contacts(core: &mut Core, roused: Option<&[u32]>) {
+    let around = (&*core.walls, &*core.surfaces);
+    let context = unobserved(core.plan.physics(), &core.images, around, core.width);
+    (core.contacts).settle(&core.particles, &context, core.pool.as_deref(), roused);
 }
 
 /// Where walls stand, and whether they are there.

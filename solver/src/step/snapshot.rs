@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use super::guard::Guard;
-use super::{Engine, Lists, RunError, StartOptions};
+use super::{Core, Engine, Lists, RunError, StartOptions};
 use crate::forces::SavedSlots;
 use crate::plan::Plan;
 use crate::state::{DecodeError, Decoder, Encoder, Particles, Pieces, Plain, Sections, whole};
@@ -16,23 +15,23 @@ use crate::walls::WallNow;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Snapshot(Sections);
 
-/// A part of the engine's state that is written as a section of its own.
+/// A section of a checkpoint that holds something of the core; each part of the step has one more.
 struct Section {
     name: &'static str,
     /// Whether runs of this plan have it.
-    is_there: fn(&Engine) -> bool,
+    is_there: fn(&Core) -> bool,
     /// Appends it.
-    put: fn(&Engine, &mut Pieces),
+    put: fn(&Core, &mut Pieces),
     /// Takes it back. The sections before it are restored already.
-    take: fn(&mut Engine, &mut &[u8]) -> Result<(), String>,
+    take: fn(&mut Core, &mut &[u8]) -> Result<(), String>,
 }
 
-fn always(_: &Engine) -> bool {
+fn always(_: &Core) -> bool {
     true
 }
 
-fn has_surfaces(engine: &Engine) -> bool {
-    !engine.surfaces.is_empty()
+fn has_surfaces(core: &Core) -> bool {
+    !core.surfaces.is_empty()
 }
 
 const CLOCK: &str = "clock";
@@ -44,182 +43,96 @@ const LISTS: &str = "lists";
 /// More steps have no time of their own: above it not every whole number is an `f64`.
 pub(super) const MOST_STEPS: u64 = 1 << 53;
 
-/// All sections, in the order in which they are written and read.
+/// The sections of the core, in the order in which they are written and read; those of the parts follow in theirs.
 const SECTIONS: &[Section] = &[
     Section {
         name: CLOCK,
         is_there: always,
-        put: |engine, pieces| (engine.step, engine.kick_due).put(pieces.end()),
-        take: Engine::take_clock,
+        put: |core, pieces| (core.step, core.kick_due).put(pieces.end()),
+        take: Core::take_clock,
     },
     Section {
         name: PARTICLES,
         is_there: always,
-        put: |engine, pieces| engine.particles.put_pieces(pieces, engine.pool.as_deref()),
-        take: Engine::take_particles,
+        put: |core, pieces| core.particles.put_pieces(pieces, core.pool.as_deref()),
+        take: Core::take_particles,
     },
     Section {
         name: PAIRS,
         is_there: always,
-        put: |engine, pieces| {
-            let pool = engine.pool.as_deref();
-            engine.forces.contacts.put_pairs(pieces, pool);
+        put: |core, pieces| {
+            let pool = core.pool.as_deref();
+            core.contacts.put_pairs(pieces, pool);
         },
-        take: |engine, bytes| {
-            let rows = engine.particles.len();
-            engine.forces.contacts.take_pairs(rows, bytes)
+        take: |core, bytes| {
+            let rows = core.particles.len();
+            core.contacts.take_pairs(rows, bytes)
         },
     },
     Section {
         name: NEAR_WALLS,
         is_there: always,
-        put: |engine, pieces| engine.forces.contacts.put_near_walls(pieces),
-        take: |engine, bytes| {
-            let counts = (engine.particles.len(), engine.walls.len());
-            engine.forces.contacts.take_near_walls(counts, bytes)
-        },
-    },
-    Section {
-        name: "other forces",
-        is_there: always,
-        put: |engine, pieces| engine.forces.saved_others().put(pieces.end()),
-        take: |engine, bytes| {
-            let saved: Vec<(String, Vec<u8>)> = Plain::take(bytes)?;
-            engine.forces.restore_others(&engine.particles, &saved)
+        put: |core, pieces| core.contacts.put_near_walls(pieces),
+        take: |core, bytes| {
+            let counts = (core.particles.len(), core.walls.len());
+            core.contacts.take_near_walls(counts, bytes)
         },
     },
     Section {
         name: LISTS,
         is_there: always,
-        put: |engine, pieces| engine.lists.put(pieces.end()),
-        take: |engine, bytes| {
-            engine.lists = Plain::take(bytes)?;
-            engine.lists.check(engine.particles.len())
+        put: |core, pieces| core.lists.put(pieces.end()),
+        take: |core, bytes| {
+            core.lists = Plain::take(bytes)?;
+            core.lists.check(core.particles.len())
         },
     },
     Section {
         name: "walls",
         is_there: always,
-        put: |engine, pieces| {
-            let saved: Vec<_> = engine.walls().iter().map(WallNow::save).collect();
+        put: |core, pieces| {
+            let saved: Vec<_> = core.walls().iter().map(WallNow::save).collect();
             saved.put(pieces.end());
         },
-        take: Engine::take_walls,
+        take: Core::take_walls,
     },
     Section {
         name: "boundaries",
         is_there: always,
-        put: |engine, pieces| engine.boundaries.state().put(pieces.end()),
-        take: |engine, bytes| {
+        put: |core, pieces| core.boundaries.state().put(pieces.end()),
+        take: |core, bytes| {
             let state = Plain::take(bytes)?;
-            engine.boundaries.restore(&state, &engine.particles)
-        },
-    },
-    Section {
-        name: "audit",
-        is_there: |engine| engine.plan.physics().energy_budget(),
-        put: |engine, pieces| {
-            engine.audit.put(pieces.end());
-            engine.audited.put(pieces.end());
-        },
-        take: Engine::take_audit,
-    },
-    Section {
-        name: "guard",
-        is_there: always,
-        put: |engine, pieces| engine.guard.save().put(pieces.end()),
-        take: |engine, bytes| {
-            engine.guard = Guard::restored(&Vec::take(bytes)?);
-            Ok(())
-        },
-    },
-    Section {
-        name: "feature loads",
-        is_there: |engine| engine.plan.outputs().files().triangle_loads,
-        put: |engine, pieces| {
-            let in_blocks = engine.forces.contacts.save_feature_loads();
-            in_blocks.put(pieces.end());
-            engine.load_series.put(pieces.end());
-        },
-        take: |engine, bytes| {
-            let in_blocks: Vec<_> = Plain::take(bytes)?;
-            engine.forces.contacts.restore_feature_loads(&in_blocks);
-            engine.load_series = Plain::take(bytes)?;
-            engine.load_series.check()
+            core.boundaries.restore(&state, &core.particles)
         },
     },
     Section {
         name: "surfaces",
         is_there: has_surfaces,
-        put: |engine, pieces| engine.saved_surfaces().put(pieces.end()),
-        take: |engine, bytes| {
+        put: |core, pieces| core.saved_surfaces().put(pieces.end()),
+        take: |core, bytes| {
             let saved: Vec<_> = Plain::take(bytes)?;
-            engine.restore_surfaces(&saved)
+            core.restore_surfaces(&saved)
         },
     },
     Section {
         name: "vertices at walls",
         is_there: has_surfaces,
-        put: |engine, pieces| engine.forces.contacts.save_vertices().put(pieces.end()),
-        take: |engine, bytes| {
-            let walls = engine.plan.physics().walls().len();
-            let surfaces = engine.surfaces.iter();
+        put: |core, pieces| core.contacts.save_vertices().put(pieces.end()),
+        take: |core, bytes| {
+            let walls = core.plan.physics().walls().len();
+            let surfaces = core.surfaces.iter();
             let vertices: Vec<usize> = surfaces.map(|of| of.positions.len()).collect();
-            let contacts = &mut engine.forces.contacts;
+            let contacts = &mut core.contacts;
             contacts.take_vertices((&vertices, walls), bytes)
         },
     },
     Section {
         name: "membranes",
-        is_there: |engine| !engine.membranes.is_empty(),
-        put: |engine, pieces| engine.saved_membranes().put(pieces.end()),
-        take: |engine, bytes| {
+        is_there: |core| !core.membranes.is_empty(),
+        put: |core, pieces| core.saved_membranes().put(pieces.end()),
+        take: |core, bytes| {
             let saved: Vec<_> = Plain::take(bytes)?;
-            engine.restore_membranes(&saved)
-        },
-    },
-    Section {
-        name: "sleep",
-        is_there: |engine| engine.sleep.is_some(),
-        put: Engine::put_sleep,
-        take: Engine::take_sleep,
-    },
-    Section {
-        name: "liquid",
-        is_there: |engine| engine.liquid.is_some(),
-        put: |engine, pieces| {
-            let liquid = engine.liquid.iter();
-            liquid.for_each(|liquid| liquid.save().put(pieces.end()));
-        },
-        take: |engine, bytes| {
-            let saved = Plain::take(bytes)?;
-            let mut liquid = engine.liquid.iter_mut();
-            liquid.try_for_each(|liquid| liquid.restore(&saved))
-        },
-    },
-    Section {
-        name: "sprays",
-        is_there: |engine| engine.sprays.is_some(),
-        put: |engine, pieces| {
-            let sprays = engine.sprays.iter();
-            sprays.for_each(|sprays| sprays.state.put(pieces.end()));
-        },
-        take: |engine, bytes| {
-            let mut sprays = engine.sprays.iter_mut();
-            sprays.try_for_each(|sprays| sprays.restore(Plain::take(bytes)?))
-        },
-    },
-    Section {
-        name: "wear",
-        is_there: |engine| engine.wear.is_some(),
-        put: |engine, pieces| {
-            let wear = engine.wear.iter();
-            wear.for_each(|wear| wear.save().put(pieces.end()));
-        },
-        take: |engine, bytes| {
-            let saved = Plain::take(bytes)?;
-            let mut wear = engine.wear.iter_mut();
-            wear.try_for_each(|wear| wear.restore(&saved))
+            core.restore_membranes(&saved)
         },
     },
 ];
@@ -307,18 +220,16 @@ impl Snapshot {
 }
 
 impl Engine {
-    /// What is known of the candidate lists.
-    #[must_use]
-    pub fn lists(&self) -> &Lists {
-        &self.lists
-    }
-
     /// Appends the sections of [`Engine::snapshot`].
     pub fn add_state_to(&self, encoder: &mut Encoder) {
-        let there = SECTIONS.iter().filter(|section| (section.is_there)(self));
+        let core = &self.core;
+        let there = SECTIONS.iter().filter(|section| (section.is_there)(core));
         there.for_each(|section| {
-            encoder.section_by(section.name, |pieces| (section.put)(self, pieces));
+            encoder.section_by(section.name, |pieces| (section.put)(core, pieces));
         });
+        for part in &self.parts {
+            encoder.section_by(part.name(), |pieces| part.put(core, pieces));
+        }
     }
 
     /// The present state.
@@ -352,28 +263,42 @@ impl Engine {
 
     /// An engine that is not started yet, in the state of a snapshot.
     fn restored(mut self, snapshot: &Snapshot) -> Result<Self, RunError> {
+        let Self { core, parts } = &mut self;
         let mut found = snapshot.0.iter();
         for section in SECTIONS {
-            if !(section.is_there)(&self) {
-                continue;
+            if (section.is_there)(core) {
+                let name = section.name;
+                take_section(found.next(), name, |bytes| (section.take)(core, bytes))?;
             }
-            let name = section.name;
-            let content = match found.next() {
-                Some((next, content)) if next == name => content,
-                next => return Err(RunError::other_section(name, next.map(|(name, _)| name))),
-            };
-            let taken = whole(content, |bytes| (section.take)(&mut self, bytes));
-            taken.map_err(|reason| RunError::OtherState {
-                section: name.to_owned(),
-                reason,
-            })?;
+        }
+        for part in parts {
+            let name = part.name().to_owned();
+            take_section(found.next(), &name, |bytes| part.take(core, bytes))?;
         }
         match found.next() {
             Some((name, _)) => Err(RunError::other_section("end", Some(name))),
             None => Ok(self),
         }
     }
+}
 
+/// Takes the section that was found, which must have this name.
+fn take_section(
+    found: Option<(&str, &[u8])>,
+    name: &str,
+    take: impl FnOnce(&mut &[u8]) -> Result<(), String>,
+) -> Result<(), RunError> {
+    let content = match found {
+        Some((found, content)) if found == name => content,
+        found => return Err(RunError::other_section(name, found.map(|(name, _)| name))),
+    };
+    whole(content, take).map_err(|reason| RunError::OtherState {
+        section: name.to_owned(),
+        reason,
+    })
+}
+
+impl Core {
     fn take_clock(&mut self, bytes: &mut &[u8]) -> Result<(), String> {
         (self.step, self.kick_due) = Plain::take(bytes)?;
         if self.step > MOST_STEPS {
@@ -386,7 +311,7 @@ impl Engine {
         let particles = Particles::take(bytes)?;
         particles.check(self.plan.physics().materials().len())?;
         particles.columns.check_names(&self.particles.columns)?;
-        if !particles.may_sleep_so(self.sleep.is_some()) {
+        if !particles.may_sleep_so(self.plan.physics().sleeping().is_some()) {
             return Err("a particle sleeps that cannot sleep".to_owned());
         }
         self.particles = particles;

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::crossings::SEEN;
-use super::{Engine, RunError};
+use super::{Core, RunError};
 use crate::contact::parameter::short;
 use crate::forces::{NearWall, Observation, near_walls_of_vertices};
 use crate::membrane::{Fault, MembraneNow, MembranePlan, Moment, STRETCHES, SavedMembrane};
@@ -61,7 +61,7 @@ macro_rules! moment {
     };
 }
 
-impl Engine {
+impl Core {
     /// Half kicks of the vertices, as many as particles get in this step, and their drift; then the meshes follow. A mesh that no particle is
     /// near is left where it was until the candidate list is built. `fastest`: of the particles, m/s.
     pub(super) fn advance_surfaces(&mut self, kicks: u32, fastest: f64) -> Result<(), RunError> {
@@ -74,7 +74,7 @@ impl Engine {
         // Others than contacts look for walls, too.
         let fastest = fastest.max(self.surface_motion.squared_speed.sqrt());
         let is_fast = fastest * physics.time_step() > SEEN * physics.smallest_radius();
-        let all = is_fast || self.sprays.is_some() || self.boundaries.expects_more();
+        let all = is_fast || self.needs.all_walls || self.boundaries.expects_more();
         for number in 0..self.surfaces.len() {
             if all || self.is_near[number] {
                 self.follow_surface(number)?;
@@ -154,7 +154,7 @@ impl Engine {
         }
         self.surfaces.iter_mut().for_each(Surface::clear_loads);
         let surfaces = &mut self.surfaces;
-        (self.forces.contacts)
+        (self.contacts)
             .visit_surface_loads(&mut |load| surfaces[load.surface as usize].add_load(load));
         for (surface, loads) in self.surfaces.iter_mut().zip(&self.vertex_loads) {
             for (sum, load) in surface.loads.iter_mut().zip(loads) {
@@ -209,14 +209,14 @@ impl Engine {
             return;
         }
         let walls = &self.walls[..self.plan.physics().walls().len()];
-        let range = self.forces.needs().range;
+        let range = self.needs.range;
         let near: Vec<Vec<NearWall>> = (0..self.surfaces.len())
             .map(|number| {
                 let vertices = self.vertex_spheres(number);
                 near_walls_of_vertices(&vertices, walls, &self.images, 2.0 * skin + range)
             })
             .collect();
-        self.forces.contacts.adopt_vertices(&near);
+        self.contacts.adopt_vertices(&near);
     }
 
     /// Forces inside the sheets, pressure and drag go here: they are added to [`Surface::forces`], for the positions of the present step and

@@ -12,7 +12,8 @@ use crate::forces::{Partner, Watch};
 use crate::lanes::Width;
 use crate::plan::{Plan, parse_scene, plan};
 use crate::state::{ASLEEP, FIXED, PEBBLE, Particles, ROUSED, WallIndex};
-use crate::step::{Engine, Snapshot, StartOptions};
+use crate::step::sleep::hold_contacts;
+use crate::step::{Core, Engine, Snapshot, StartOptions};
 use crate::walls::{Plane, Shape};
 
 const G: f64 = 9.81;
@@ -437,19 +438,21 @@ fn what_is_held_does_not_drift() {
         let mut engine = Engine::new(restless(with_rods), 1).unwrap();
         for _ in 0..300 {
             engine.steps_at_once(97, None).unwrap();
-            let held = engine.forces.contacts.save_held();
-            engine.hold_contacts(None);
-            let anew = engine.forces.contacts.save_held();
+            let held = engine.contacts.save_held();
+            hold_contacts(&mut engine, None);
+            let anew = engine.contacts.save_held();
             let scale = mass() * G;
             for ((held, anew), record) in held.iter().zip(&anew).zip(&engine.particles.records) {
                 let gap = (held.force - anew.force).length();
                 assert!(gap < 1e-9 * scale, "{held:?} {anew:?} {record:?}");
                 compared += u32::from(anew.force.length() > 0.0);
             }
-            engine
-                .forces
-                .contacts
-                .restore_held(&engine.particles, &held);
+            let Core {
+                contacts,
+                particles,
+                ..
+            } = &mut *engine;
+            contacts.restore_held(particles, &held);
         }
     }
     assert!(compared > 2000);
