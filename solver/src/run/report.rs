@@ -214,7 +214,7 @@ fn told(sleeping: &SleepSummary) -> String {
         sleeping.asleep,
         100.0 * sleeping.share,
         sleeping.fell_asleep,
-        sleeping.roused,
+        sleeping.woken,
         sleeping.energy
     )
 }
@@ -287,7 +287,7 @@ pub(super) fn report(
                 asleep,
                 share: counts.slept as f64 / counts.steps.max(1) as f64,
                 fell_asleep: counts.fell_asleep,
-                roused: counts.roused,
+                woken: counts.woken,
                 energy: counts.energy,
             }),
             liquid: engine.liquid().map(LiquidSummary::from),

@@ -21,6 +21,6 @@ pub use index::{BodyIndex, Id, MaterialIndex, PebbleIndex, Row, WallIndex};
 pub use new_particle::{Material, NewParticle, PrescribedMotion};
 pub use particles::{Particles, Prescribed};
 pub use record::{
-    ASLEEP, FIXED, Load, PEBBLE, PRESCRIBED, Particle, ROUSED, inverse_inertia_factor, volume,
+    ASLEEP, FIXED, Load, PEBBLE, PRESCRIBED, Particle, WOKEN, inverse_inertia_factor, volume,
 };
 pub use sections::Sections;

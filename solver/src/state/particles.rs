@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::{
     ASLEEP, Bodies, Body, BodyIndex, BodyPebble, Columns, FIXED, Id, Load, PEBBLE, PRESCRIBED,
-    Particle, PebbleIndex, Pieces, Plain, PrescribedBody, ROUSED, Row,
+    Particle, PebbleIndex, Pieces, Plain, PrescribedBody, Row, WOKEN,
 };
 
 /// Components of motion that a scene prescribes for one particle; `None` is free.
@@ -221,7 +221,7 @@ impl Particles {
     /// Whether sleep flags are consistent: never on fixed or prescribed particles, and on pebbles as on their bodies.
     #[must_use]
     pub fn may_sleep_so(&self, is_enabled: bool) -> bool {
-        const SLEEP: u32 = ASLEEP | ROUSED;
+        const SLEEP: u32 = ASLEEP | WOKEN;
         let can = |flags: u32| match flags & SLEEP {
             0 => true,
             SLEEP => false,

@@ -53,7 +53,7 @@ pub struct Core {
 
     // What follows never changes.
     /// What contacts and parts need together.
-    pub(super) needs: Needs,
+    pub(crate) needs: Needs,
     pub(super) law_names: String,
     pub(crate) images: Images,
     /// Whether a wall has a servo.
@@ -131,7 +131,7 @@ impl Core {
     /// Unit and meaning of the numbers that contacts remember.
     #[must_use]
     pub fn history_columns(&self) -> Vec<HistoryNumber> {
-        self.contacts.history_columns()
+        self.contacts.layout().columns
     }
 
     /// The laws that the contact loop was compiled for.

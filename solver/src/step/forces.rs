@@ -49,7 +49,7 @@ impl Engine {
         if !self.needs.sums && !self.has_servos {
             return None;
         }
-        let sums = self.contacts.sums(self.plan.physics().walls().len());
+        let sums = (self.contacts).observation(self.plan.physics().walls().len(), false);
         let sums = self.with_parts(sums);
         if self.has_servos {
             self.answer_loads(&sums);

@@ -80,7 +80,7 @@ impl Engine {
             core.lists.skin.adapt(
                 core.lists.validity.steps,
                 idle as f64 / core.particles.len().max(1) as f64,
-                !core.contacts.history_columns().is_empty(),
+                !core.history_columns().is_empty(),
             );
         }
         let parallel = in_pool();

@@ -45,7 +45,7 @@ impl Part for LoadSeries {
 
     fn put(&self, core: &Core, pieces: &mut Pieces) {
         // Those that still lie in the blocks, and those taken from there.
-        core.contacts.save_feature_loads().put(pieces.end());
+        core.contacts.feature_loads().put(pieces.end());
         Plain::put(self, pieces.end());
     }
 

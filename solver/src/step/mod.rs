@@ -27,7 +27,6 @@ mod load_series;
 mod motion;
 mod part;
 mod parts;
-mod sleep;
 mod snapshot;
 mod start;
 mod surfaces;
@@ -41,12 +40,13 @@ pub use audit::{Audit, AuditedContact};
 pub use error::RunError;
 pub use lists::Lists;
 pub use part::{Arrival, Exchanged, Leaving, Part};
-pub use sleep::{SavedSleep, SleepCounts};
 pub use snapshot::Snapshot;
 pub use start::StartOptions;
 
 use std::ops::{Deref, DerefMut};
 
+pub(crate) use forces::unobserved;
+pub(crate) use motion::turn_orientations;
 pub(crate) use tracks::Tracked;
 
 use awake::awake;
@@ -169,15 +169,16 @@ impl Engine {
     /// What was seen of the contacts in the last watched step.
     #[must_use]
     pub fn observation(&self) -> Observation {
-        let observation = self.contacts.observation(self.plan.physics().walls().len());
-        self.with_parts(observation)
+        let walls = self.plan.physics().walls().len();
+        self.with_parts(self.contacts.observation(walls, true))
     }
 
     /// The same, without leaving the records of contacts behind.
     pub(crate) fn take_observation(&mut self) -> Observation {
         let walls = self.plan.physics().walls().len();
-        let observation = self.contacts.take_observation(walls);
-        self.with_parts(observation)
+        let records = self.contacts.take_records();
+        let sums = self.contacts.observation(walls, false);
+        self.with_parts(Observation { records, ..sums })
     }
 
     /// With what sheets and parts add to an observation of the contacts.

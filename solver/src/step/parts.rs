@@ -5,10 +5,10 @@ use std::any::Any;
 use super::audit::Auditor;
 use super::guard::Guard;
 use super::load_series::LoadSeries;
-use super::sleep::Sleep;
 use super::tracks::Tracks;
 use super::{Core, Engine, Part};
 use crate::liquid::Liquids;
+use crate::sleeping::Sleep;
 use crate::spray::Sprays;
 use crate::wear::Wear;
 

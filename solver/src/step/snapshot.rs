@@ -117,7 +117,7 @@ const SECTIONS: &[Section] = &[
     Section {
         name: "vertices at walls",
         is_there: has_surfaces,
-        put: |core, pieces| core.contacts.save_vertices().put(pieces.end()),
+        put: |core, pieces| core.contacts.put_vertices(pieces),
         take: |core, bytes| {
             let walls = core.plan.physics().walls().len();
             let surfaces = core.surfaces.iter();

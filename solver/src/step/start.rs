@@ -136,7 +136,7 @@ impl Engine {
             ..
         } = &mut self.core;
         // Laws that no scene can name may remember something else.
-        if carried.pairs.numbers() == contacts.saved_numbers() {
+        if carried.pairs.numbers() == contacts.layout().numbers {
             let rows = particles.len();
             contacts.restore(rows, &carried.pairs, &carried.near_walls);
             boundaries.go_on_from_list(rows);
@@ -202,7 +202,7 @@ impl Engine {
         );
         boundaries.tell(Arc::clone(&options.stage));
         let width = options.width.unwrap_or_else(|| {
-            if !contacts.history_columns().is_empty() {
+            if !contacts.layout().columns.is_empty() {
                 Width::fastest()
             } else {
                 Width::fastest_without_history()

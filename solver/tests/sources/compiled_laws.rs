@@ -192,7 +192,7 @@ fn same_in_every_width(name: &str, plan: &Arc<Plan>, steps: u64) -> usize {
             None => first = Some(last),
         }
     }
-    let pairs = first.unwrap().pairs;
+    let pairs = first.unwrap().pairs().unwrap();
     let touching = pairs
         .iter()
         .filter(|slot| slot.state == SlotState::Touching);

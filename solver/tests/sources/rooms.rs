@@ -17,6 +17,7 @@ const ROOMS: &[&str] = &[
     "plan",
     "boundaries",
     "bodies",
+    "sleeping",
     "spray",
     "liquid",
     "wear",

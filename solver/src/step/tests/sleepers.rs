@@ -11,8 +11,8 @@ use mercury_common::scene::Files;
 use crate::forces::{Partner, Watch};
 use crate::lanes::Width;
 use crate::plan::{Plan, parse_scene, plan};
-use crate::state::{ASLEEP, FIXED, PEBBLE, Particles, ROUSED, WallIndex};
-use crate::step::sleep::hold_contacts;
+use crate::sleeping::hold_contacts;
+use crate::state::{ASLEEP, FIXED, PEBBLE, Particles, WOKEN, WallIndex};
 use crate::step::{Core, Engine, Snapshot, StartOptions};
 use crate::walls::{Plane, Shape};
 
@@ -98,7 +98,7 @@ fn sleepers_carry_what_lies_above_them() {
     advance(&mut engine, 0.5);
     assert_eq!(asleep(&engine), u64::from(count), "all have come to rest");
     let (_, counts) = engine.sleepers().unwrap();
-    assert_eq!(counts.fell_asleep, u64::from(count) + counts.roused);
+    assert_eq!(counts.fell_asleep, u64::from(count) + counts.woken);
     let before = engine.snapshot();
     engine.step(Some(WITNESS)).unwrap();
     let seen = engine.observation();
@@ -208,8 +208,8 @@ fn a_floor_that_is_exchanged_wakes_its_sleepers() {
     assert_eq!(asleep(&engine), 4, "it acts in the next step");
     let saved = engine.snapshot();
     assert!(Snapshot::decode(&saved.encode()).is_ok_and(|read| read == saved));
-    let is_roused = |record: &crate::state::Particle| record.flags & ROUSED != 0;
-    assert!(!engine.particles.records.iter().any(is_roused));
+    let is_woken = |record: &crate::state::Particle| record.flags & WOKEN != 0;
+    assert!(!engine.particles.records.iter().any(is_woken));
     let dt = plan.physics().time_step();
     engine.steps_at_once(1, None).unwrap();
     assert_eq!(asleep(&engine), 0);
@@ -417,7 +417,7 @@ fn stays_the_same(plan: &Arc<Plan>) {
     // All of it happened.
     let (asleep, counts) = first.sleepers().unwrap();
     assert!(
-        counts.fell_asleep > 300 && counts.roused > 100,
+        counts.fell_asleep > 300 && counts.woken > 100,
         "{counts:?} {slept:?}"
     );
     assert!(asleep > 60, "{slept:?}");
@@ -438,9 +438,9 @@ fn what_is_held_does_not_drift() {
         let mut engine = Engine::new(restless(with_rods), 1).unwrap();
         for _ in 0..300 {
             engine.steps_at_once(97, None).unwrap();
-            let held = engine.contacts.save_held();
+            let held = engine.contacts.held();
             hold_contacts(&mut engine, None);
-            let anew = engine.contacts.save_held();
+            let anew = engine.contacts.held();
             let scale = mass() * G;
             for ((held, anew), record) in held.iter().zip(&anew).zip(&engine.particles.records) {
                 let gap = (held.force - anew.force).length();
@@ -511,7 +511,7 @@ fn nobody_sleeps_in_a_checkpoint_who_cannot() {
     assert!(refused(column(2, "", "", ""), &first(ASLEEP)).contains(message));
     let sleeping = || column(2, "sleeping = {}", "", "");
     assert!(refused(sleeping(), &first(ASLEEP | FIXED)).contains(message));
-    assert!(refused(sleeping(), &first(ASLEEP | ROUSED)).contains(message));
+    assert!(refused(sleeping(), &first(ASLEEP | WOKEN)).contains(message));
     let pebble = |particles: &mut Particles| {
         let records = particles.records.iter_mut();
         let pebbles = records.filter(|record| record.flags & PEBBLE != 0);

@@ -1,24 +1,17 @@
-//! Particles at rest fall asleep, and sleepers out of balance are woken (`docs/theory/sleeping.md`).
-//!
-//! All particles are checked at a fixed interval of steps. A particle that was slow then and is slow now, has hardly moved in
-//! between, and is in balance, is put to rest. A sleeper is woken as soon as the load on it is out of balance by more than a part
-//! of its weight, when a wall begins to move near it, or when a wall near it appears or disappears. Both happen between the drift
-//! and the forces of a step, whatever is fused with what.
+//! Sleeping as a part of the step.
 
 use std::slice::{from_mut, from_ref};
 
 use glam::DVec3;
 
-use super::forces::unobserved;
-use super::motion::turn_orientations;
-use super::{Core, Engine, Part, RunError};
+use super::{SleepCounts, Sleeping};
 use crate::bodies::BodyStep;
 use crate::forces::{MotionBound, NewList};
 use crate::lanes::Width;
-use crate::plan::Sleeping;
 use crate::state::{
-    ASLEEP, FIXED, Load, PEBBLE, PRESCRIBED, Particle, Particles, Pieces, Plain, ROUSED,
+    ASLEEP, FIXED, Load, PEBBLE, PRESCRIBED, Particle, Particles, Pieces, Plain, WOKEN,
 };
+use crate::step::{Core, Engine, Part, RunError, turn_orientations, unobserved};
 use crate::walls::{Pose, Shape, WallNow};
 
 /// To fall asleep, this part of the imbalance that wakes is allowed: round-off must not wake a particle that was just put to
@@ -26,21 +19,6 @@ use crate::walls::{Pose, Shape, WallNow};
 const CALM: f64 = 0.5;
 /// Place of a particle that was not slow at the last check: far from everywhere.
 const NOWHERE: DVec3 = DVec3::INFINITY;
-
-/// What was counted of sleepers since the start.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct SleepCounts {
-    /// Steps times rows: spheres, and pebbles of clumps.
-    pub steps: u64,
-    /// Of them, those that were not made, as the particle slept.
-    pub slept: u64,
-    /// How often a particle fell asleep, a clump as one.
-    pub fell_asleep: u64,
-    /// How often one was woken.
-    pub roused: u64,
-    /// Kinetic energy that was removed when particles fell asleep, J.
-    pub energy: f64,
-}
 
 /// How many sleep.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -66,7 +44,7 @@ impl Asleep {
 
 /// The sleeping particles, and the data needed to put them to rest and to wake them.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Sleep {
+pub(crate) struct Sleep {
     plan: Sleeping,
     /// Positions at the last check of the particles that were slow then, m. By row.
     seen_at: Vec<DVec3>,
@@ -88,46 +66,32 @@ pub(super) struct Sleep {
     /// A particle fell asleep since.
     has_new: bool,
     /// Rows that were woken since the last update of the contacts.
-    roused: Vec<u32>,
+    woken: Vec<u32>,
 }
 
 /// What a checkpoint holds of sleepers.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SavedSleep {
+struct SavedSleep {
     seen_at: Vec<DVec3>,
     counts: SleepCounts,
     tests_all: bool,
-    rouses_all: bool,
+    wakes_all: bool,
     /// Which walls disturbed in the last step.
     stirs: Vec<bool>,
     /// What is held of each row.
     held: Vec<Load>,
 }
 
-crate::state::plain!(SleepCounts {
-    steps,
-    slept,
-    fell_asleep,
-    roused,
-    energy
-});
-
 crate::state::plain!(SavedSleep {
     seen_at,
     counts,
     tests_all,
-    rouses_all,
+    wakes_all,
     stirs,
     held
 });
 
 impl SavedSleep {
-    /// What a run keeps of each row at most; a checkpoint holds it without what pads the loads.
-    #[must_use]
-    pub const fn bytes_per_row() -> usize {
-        size_of::<DVec3>() + size_of::<Load>()
-    }
-
     /// Whether it can be of so many rows.
     fn fits(&self, rows: usize) -> bool {
         self.seen_at.len() == rows && self.held.len() == rows
@@ -147,40 +111,40 @@ impl Sleep {
             walls: Vec::new(),
             settled_at: 0,
             has_new: false,
-            roused: Vec::new(),
+            woken: Vec::new(),
         }
     }
 
     /// In scenes with `[sleeping]`.
-    pub(super) fn of(core: &Core) -> Option<Self> {
+    pub(crate) fn of(core: &Core) -> Option<Self> {
         core.plan.physics().sleeping().map(Self::new)
     }
 
     /// Wakes a sleeper; of a body all pebbles.
-    fn rouse(&mut self, row: usize, particles: &mut Particles) {
+    fn wake(&mut self, row: usize, particles: &mut Particles) {
         match particles
             .bodies
             .as_mut()
             .and_then(|bodies| Some((bodies.body_of_row(row)?, bodies)))
         {
-            None => self.rouse_row(row, &mut particles.records[row]),
+            None => self.wake_row(row, &mut particles.records[row]),
             Some((body, bodies)) => {
                 let body = &mut bodies.all[body.index()];
                 body.flags &= !ASLEEP;
                 for pebble in &bodies.pebbles[body.pebbles()] {
                     let row = pebble.row.index();
-                    self.rouse_row(row, &mut particles.records[row]);
+                    self.wake_row(row, &mut particles.records[row]);
                 }
             }
         }
-        self.counts.roused += 1;
+        self.counts.woken += 1;
         self.asleep.particles -= 1;
     }
 
-    fn rouse_row(&mut self, row: usize, record: &mut Particle) {
-        record.flags = record.flags & !ASLEEP | ROUSED;
+    fn wake_row(&mut self, row: usize, record: &mut Particle) {
+        record.flags = record.flags & !ASLEEP | WOKEN;
         self.seen_at[row] = NOWHERE;
-        self.roused.push(row as u32);
+        self.woken.push(row as u32);
         self.asleep.rows -= 1;
     }
 
@@ -227,11 +191,11 @@ impl Part for Sleep {
         let wakes_all = std::mem::take(&mut core.has_new_surface);
         if self.asleep.rows > 0 {
             if wakes_all {
-                self.rouse_where(core, |_| true);
+                self.wake_where(core, |_| true);
             } else if was_disturbed {
-                self.rouse_disturbed(core);
+                self.wake_disturbed(core);
             }
-            self.rouse_unbalanced(core);
+            self.wake_unbalanced(core);
         }
         let woken = self.set_off(core);
         core.motion = core.motion.merge(woken);
@@ -264,9 +228,9 @@ impl Part for Sleep {
             seen_at: self.seen_at.clone(),
             counts: self.counts,
             tests_all: self.tests_all,
-            rouses_all: core.has_new_surface,
+            wakes_all: core.has_new_surface,
             stirs: self.stirs.clone(),
-            held: core.contacts.save_held(),
+            held: core.contacts.held(),
         };
         saved.put(pieces.end());
     }
@@ -277,11 +241,11 @@ impl Part for Sleep {
             return Err("the positions of sleepers do not match the particles".to_owned());
         }
         core.contacts.restore_held(&core.particles, &saved.held);
-        core.has_new_surface = saved.rouses_all;
+        core.has_new_surface = saved.wakes_all;
         let records = (0..).zip(&core.particles.records);
-        let roused = records.filter(|(_, record)| record.flags & ROUSED != 0);
+        let woken = records.filter(|(_, record)| record.flags & WOKEN != 0);
         *self = Self {
-            roused: roused.map(|(row, _)| row).collect(),
+            woken: woken.map(|(row, _)| row).collect(),
             seen_at: saved.seen_at,
             counts: saved.counts,
             asleep: Asleep::of(&core.particles),
@@ -308,10 +272,10 @@ impl Sleep {
     /// Subtracts the loads of the woken particles from the held ones, and makes up for the kick and the drift of this step, which
     /// they missed: no part of the forces that wake them is lost. Returns their motion.
     fn set_off(&mut self, core: &mut Core) -> MotionBound {
-        if self.roused.is_empty() {
+        if self.woken.is_empty() {
             return MotionBound::default();
         }
-        hold_contacts(core, Some(&self.roused));
+        hold_contacts(core, Some(&self.woken));
         let physics = core.plan.physics();
         let (gravity, dt) = (physics.gravity(), physics.time_step());
         let step = BodyStep {
@@ -322,9 +286,9 @@ impl Sleep {
             skins: core.lists.half_skins,
         };
         let mut fastest = MotionBound::default();
-        for row in self.roused.drain(..) {
+        for row in self.woken.drain(..) {
             let record = &mut core.particles.records[row as usize];
-            record.flags &= !ROUSED;
+            record.flags &= !WOKEN;
             if let Some(bodies) = &mut core.particles.bodies
                 && let Some(pebble) = bodies.of_row[row as usize]
             {
@@ -388,21 +352,21 @@ impl Sleep {
         disturbed
     }
 
-    fn rouse_disturbed(&mut self, core: &mut Core) {
+    fn wake_disturbed(&mut self, core: &mut Core) {
         let disturbed = self.disturbed(core);
-        self.rouse_where(core, |row| disturbed[row]);
+        self.wake_where(core, |row| disturbed[row]);
     }
 
     /// Wakes those of all sleepers for whose row this is true.
-    fn rouse_where(&mut self, core: &mut Core, is_meant: impl Fn(usize) -> bool) {
+    fn wake_where(&mut self, core: &mut Core, is_meant: impl Fn(usize) -> bool) {
         for row in 0..core.particles.len() {
             if is_meant(row) && core.particles.records[row].flags & ASLEEP != 0 {
-                self.rouse(row, &mut core.particles);
+                self.wake(row, &mut core.particles);
             }
         }
     }
 
-    fn rouse_unbalanced(&mut self, core: &mut Core) {
+    fn wake_unbalanced(&mut self, core: &mut Core) {
         let gravity = core.plan.physics().gravity();
         let particles = &mut core.particles;
         let tests_all = self.tests_all || core.needs.after_contacts;
@@ -410,7 +374,7 @@ impl Sleep {
         let mut test = |row: usize| {
             let is_asleep = particles.records[row].flags & ASLEEP != 0;
             if is_asleep && imbalance(particles, row, gravity) > self.plan.imbalance {
-                self.rouse(row, particles);
+                self.wake(row, particles);
             }
         };
         if tests_all {
@@ -498,9 +462,9 @@ impl Sleep {
         if is_listed_anew {
             self.settled_at = core.lists.rebuilds;
             // Rows are others, and some sleepers may be gone or near a wall that moves. Of these nothing is held yet.
-            self.rouse_disturbed(core);
-            for row in self.roused.drain(..) {
-                core.particles.records[row as usize].flags &= !ROUSED;
+            self.wake_disturbed(core);
+            for row in self.woken.drain(..) {
+                core.particles.records[row as usize].flags &= !WOKEN;
             }
             self.asleep = Asleep::of(&core.particles);
         }
@@ -513,11 +477,11 @@ impl Sleep {
     }
 }
 
-/// Sums up the loads among sleepers; `roused`: the rows that were woken, if nothing else changed.
-pub(super) fn hold_contacts(core: &mut Core, roused: Option<&[u32]>) {
+/// Sums up the loads among sleepers; `woken`: the rows that were woken, if nothing else changed.
+pub(crate) fn hold_contacts(core: &mut Core, woken: Option<&[u32]>) {
     let around = (&*core.walls, &*core.surfaces);
     let context = unobserved(core.plan.physics(), &core.images, around, core.width);
-    (core.contacts).settle(&core.particles, &context, core.pool.as_deref(), roused);
+    (core.contacts).hold(&core.particles, &context, core.pool.as_deref(), woken);
 }
 
 /// Where walls stand, and whether they are there.
