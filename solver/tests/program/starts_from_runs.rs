@@ -179,7 +179,7 @@ fn a_bed_goes_on_as_if_it_had_not_stopped() {
     for _ in 0..start.plan().physics().steps() {
         left.step(None).unwrap();
     }
-    let whole = left.particles;
+    let whole = &left.particles;
     let second = left_by(path, "second", "second")
         .snapshot
         .particles()
