@@ -246,9 +246,10 @@ fn execute(arguments: &Arguments) -> Outcome {
     if let Some(file) = &arguments.inspect {
         lies_within(within.as_ref(), file)?;
         let checkpoint = checkpoint::read(file).map_err(Failure::input)?;
+        let contents = checkpoint.contents().map_err(Failure::input)?;
         return match arguments.json {
-            true => problems::say_object(&checkpoint.as_json()),
-            false => say(&checkpoint.to_string()),
+            true => problems::say_object(&contents.as_json()),
+            false => say(&contents.to_string()),
         };
     }
     // The argument is required without --completions and --inspect.

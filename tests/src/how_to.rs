@@ -8,3 +8,6 @@ pub struct AddAWall;
 
 #[doc = include_str!("../../docs/how-to/add-an-output.md")]
 pub struct AddAnOutput;
+
+#[doc = include_str!("../../docs/how-to/add-a-force.md")]
+pub struct AddAForce;

@@ -329,7 +329,27 @@ impl Boundaries {
     }
 
     /// Continues from a state of the same plan that was taken after a step, when there were these particles, all listed.
-    pub fn restore(&mut self, state: &BoundaryState, particles: &Particles) {
+    ///
+    /// # Errors
+    /// If the plan has another number of insertions, deletions or flux planes.
+    pub fn restore(&mut self, state: &BoundaryState, particles: &Particles) -> Result<(), String> {
+        let (found, planned) = (state, self.state());
+        let counts = [
+            (
+                "insertions",
+                found.insertions.len(),
+                planned.insertions.len(),
+            ),
+            ("deletions", found.deletions.len(), planned.deletions.len()),
+            (
+                "flux planes times materials",
+                found.crossed.len(),
+                planned.crossed.len(),
+            ),
+        ];
+        if let Some((what, found, planned)) = counts.iter().find(|(_, a, b)| a != b) {
+            return Err(format!("it has {found} {what}, the plan {planned}"));
+        }
         for (insertion, state) in self.insertions.iter_mut().zip(&state.insertions) {
             insertion.restore(state.clone());
         }
@@ -342,6 +362,7 @@ impl Boundaries {
         self.margin = state.margin;
         self.deletion.forget_near();
         self.fluxes.restore(&state.crossed, particles, &self.images);
+        Ok(())
     }
 
     /// The state of each insertion, in the order of the plan.

@@ -8,9 +8,11 @@ mod contact_batch;
 mod contact_point;
 mod joined;
 mod memory;
+mod observing;
 mod pairs;
 mod pass;
 mod prefetch;
+mod saving;
 mod sharing;
 mod sheets;
 mod sides;
@@ -22,25 +24,20 @@ mod watching;
 
 use rayon::prelude::*;
 
-use super::saved::{MOST_AT_WALL, Stretch, most_bytes_of_pairs, put_stretches};
 use super::{
-    Alarms, Bond, BondPlace, ContactEvent, ContactForces, FeatureKey, FeatureLoad, FeatureLoads,
-    Finish, MotionBound, NearWall, Needs, Observation, Rub, SavedLoads, SavedSlot, SavedSlots,
-    SlotState, StepContext, block_size,
+    BondPlace, ContactForces, FeatureLoads, Finish, MotionBound, NearWall, Needs, StepContext,
+    block_size,
 };
 use crate::contact::{
-    AdhesionLaw, Bridge, Histories, History, HistoryNumber, NoAdhesion, NormalLaw, PairLaw,
-    RollingLaw, TangentialLaw,
+    AdhesionLaw, Bridge, Histories, NoAdhesion, NormalLaw, PairLaw, RollingLaw, TangentialLaw,
 };
 use crate::neighbours::CandidateList;
-use crate::state::{Load, Particle, Particles, Pieces, Row, WallIndex};
-use crate::surface::SurfaceLoad;
+use crate::state::{Load, Particle, Particles, Row, WallIndex};
 use block::Block;
 use contact_batch::Numbers;
 use memory::Memory;
 use pass::Pass;
 pub(super) use slots::FREE;
-use slots::{IMAGE, Slot, WITH_HISTORY};
 
 /// The contact loop for one combination of laws.
 #[derive(Debug)]
@@ -83,61 +80,6 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
     pub fn range(&self) -> f64 {
         let ranges = self.laws.iter().map(|law| law.adhesion.range());
         ranges.fold(0.0, f64::max)
-    }
-
-    /// The numbers of an empty history.
-    fn nothing() -> Vec<f64> {
-        let mut nothing = Vec::new();
-        <Histories<N, T, R, A>>::default().write(&mut nothing);
-        nothing
-    }
-
-    /// Every listed pair and its history, if it may have one, in order.
-    fn saved_pairs(
-        blocks: &[Block<Histories<N, T, R, A>>],
-    ) -> impl Iterator<Item = (SavedSlot<'static>, Option<&Histories<N, T, R, A>>)> {
-        blocks.iter().flat_map(move |block| {
-            let first = block.rows.start;
-            block.slots.iter().map(move |slot| {
-                let saved = SavedSlot {
-                    row: (first + slot.owner()) as u32,
-                    partner: slot.partner,
-                    image: slot.state & IMAGE,
-                    state: SlotState::of(slot.state),
-                    feature: FREE,
-                    history: &[],
-                };
-                // Without adhesion only touching pairs have a history.
-                let may_remember = A::ACTIVE || slot.state & WITH_HISTORY != 0;
-                (saved, may_remember.then_some(&slot.history))
-            })
-        })
-    }
-
-    /// Appends the pairs of some blocks to a stretch.
-    fn put_blocks(stretch: &mut Stretch, blocks: &[Block<Histories<N, T, R, A>>], nothing: &[f64]) {
-        let slots = || blocks.iter().flat_map(|block| &block.slots);
-        let held = || {
-            slots()
-                .filter(|slot| slot.state & WITH_HISTORY != 0)
-                .count()
-        };
-        // The space is reserved at once, because a growing list would be copied over and over. Laws without history need no
-        // count.
-        let is_new = stretch.is_new() && !nothing.is_empty();
-        let remembering = if is_new { held() } else { 0 };
-        let most = |block: &Block<_>| most_bytes_of_pairs(block.slots.len(), block.rows.len());
-        let most = blocks.iter().map(most).sum();
-        stretch.reserve(most, remembering, nothing.len());
-        let slots = Self::saved_pairs(blocks);
-        stretch.extend(nothing, slots, Histories::<N, T, R, A>::write);
-    }
-
-    /// Every slot at a wall and its history, in order.
-    fn saved_near_walls(
-        &self,
-    ) -> impl Iterator<Item = (SavedSlot<'static>, Option<&Histories<N, T, R, A>>)> {
-        self.blocks.iter().flat_map(Block::saved_near_walls)
     }
 
     /// Cuts `rows` rows into empty blocks.
@@ -206,6 +148,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         self.link();
     }
 
+    fn adopt_vertices(&mut self, near_walls: &[Vec<NearWall>]) {
+        self.take_near_vertices(near_walls);
+    }
+
     fn rename_images(&mut self, new_name: &dyn Fn(u32, WallIndex, u32) -> u32) {
         for near in self
             .blocks
@@ -256,162 +202,6 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         }
     }
 
-    fn settle(
-        &mut self,
-        particles: &Particles,
-        context: &StepContext<'_>,
-        pool: Option<&rayon::ThreadPool>,
-        roused: Option<&[u32]>,
-    ) {
-        let pass = Pass::new(
-            (&self.laws, self.materials),
-            (&self.memory, self.block_size),
-            (&particles.ids, particles.bodies.as_ref()),
-            context,
-        );
-        let records = &particles.records;
-        match roused {
-            Some(roused) => pass.release(&mut self.blocks, records, roused),
-            None => pass.hold(&mut self.blocks, &self.sources, records, pool),
-        }
-    }
-
-    fn visit_borders(&self, visit: &mut dyn FnMut(usize)) {
-        let rows = self.blocks.iter().flat_map(|block| &block.borders);
-        rows.for_each(|&row| visit(row as usize));
-    }
-
-    fn mark_disturbed(&self, particles: &Particles, walls: &[bool], disturbed: &mut [bool]) {
-        for block in &self.blocks {
-            block.mark_disturbed(particles, walls, disturbed);
-        }
-    }
-
-    fn save_held(&self) -> Vec<Load> {
-        let held = |block: &Block<_>| {
-            let mut held = block.held.clone();
-            held.resize(block.rows.len(), Load::default());
-            held
-        };
-        self.blocks.iter().flat_map(held).collect()
-    }
-
-    fn restore_held(&mut self, particles: &Particles, held: &[Load]) {
-        for block in &mut self.blocks {
-            block.restore_held(&particles.records, held);
-        }
-    }
-
-    fn take_events(&mut self) -> Vec<ContactEvent> {
-        let mut all = Vec::new();
-        if A::HAS_EVENTS {
-            for (number, block) in (0..).zip(&mut self.blocks) {
-                block.take_events(number, &mut all);
-            }
-        }
-        all
-    }
-
-    fn bonds(&self, wanted: &dyn Fn(usize) -> bool) -> Vec<Bond> {
-        let mut all = Vec::new();
-        if A::HAS_EVENTS {
-            for (number, block) in (0..).zip(&self.blocks) {
-                block.add_bonds(number, wanted, &mut all);
-            }
-        }
-        all
-    }
-
-    fn set_bridge(&mut self, place: &BondPlace, bridge: Bridge) {
-        if let Some(block) = self.blocks.get_mut(place.block as usize) {
-            block.set_bridge(place, bridge);
-        }
-    }
-
-    fn take_alarms(&mut self) -> Alarms {
-        let mut all = Alarms::default();
-        for block in &mut self.blocks {
-            all.take_from(&mut block.alarms);
-        }
-        all
-    }
-
-    fn observation(&self, walls: usize) -> Observation {
-        let mut sum = Observation::empty(walls);
-        for block in self.blocks.iter().chain(&self.of_sheets) {
-            sum.merge(&block.observation);
-        }
-        sum
-    }
-
-    fn sums(&self, walls: usize) -> Observation {
-        let mut sum = Observation::empty(walls);
-        for block in self.blocks.iter().chain(&self.of_sheets) {
-            sum.merge_sums(&block.observation);
-        }
-        sum
-    }
-
-    fn take_observation(&mut self, walls: usize) -> Observation {
-        let blocks = &mut self.blocks;
-        let of_sheets = &mut self.of_sheets;
-        let records = blocks.iter().map(|block| block.observation.records.len());
-        let mut sum = Observation::empty(walls);
-        sum.records.reserve_exact(records.sum());
-        for block in blocks.iter_mut().chain(of_sheets) {
-            sum.merge(&block.observation);
-            block.observation.records = Vec::new();
-        }
-        sum
-    }
-
-    fn take_feature_loads(&mut self) -> Vec<(FeatureKey, FeatureLoad)> {
-        let mut all = std::mem::take(&mut self.feature_loads);
-        for block in &mut self.blocks {
-            all.merge(&std::mem::take(&mut block.feature_loads));
-        }
-        all.sorted()
-    }
-
-    fn save_feature_loads(&self) -> Vec<SavedLoads> {
-        let of_blocks = (0..).zip(&self.blocks);
-        let all = std::iter::once((None, &self.feature_loads))
-            .chain(of_blocks.map(|(index, block)| (Some(index), &block.feature_loads)));
-        all.map(|(index, loads)| (index, loads.sorted()))
-            .filter(|(_, loads)| !loads.is_empty())
-            .collect()
-    }
-
-    fn restore_feature_loads(&mut self, saved: &[SavedLoads]) {
-        for (index, loads) in saved {
-            let place = match index {
-                None => Some(&mut self.feature_loads),
-                Some(index) => {
-                    let block = self.blocks.get_mut(*index as usize);
-                    block.map(|block| &mut block.feature_loads)
-                }
-            };
-            if let Some(place) = place {
-                loads.iter().for_each(|(key, load)| place.add(*key, load));
-            }
-        }
-    }
-
-    fn take_rubs(&mut self, all: &mut Vec<Rub>) {
-        for block in &mut self.blocks {
-            all.append(&mut block.rubs);
-        }
-    }
-
-    fn visit_surface_loads(&self, visit: &mut dyn FnMut(&SurfaceLoad)) {
-        let loads = self.blocks.iter().flat_map(|block| &block.surface_loads);
-        loads.for_each(visit);
-    }
-
-    fn adopt_vertices(&mut self, near_walls: &[Vec<NearWall>]) {
-        self.take_near_vertices(near_walls);
-    }
-
     fn compute_vertices(
         &mut self,
         sheet: usize,
@@ -423,128 +213,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         self.touch_vertices((sheet, first), vertices, context, loads);
     }
 
-    fn save_vertices(&self) -> Vec<SavedSlots> {
-        let saved = |block: &Block<_>| {
-            let mut saved = SavedSlots::new(Self::nothing());
-            for (slot, history) in block.saved_near_walls() {
-                saved.push(slot, history, Histories::<N, T, R, A>::write);
-            }
-            saved
-        };
-        self.of_sheets.iter().map(saved).collect()
-    }
-
-    fn restore_vertices(&mut self, saved: &[SavedSlots]) {
-        let restored = |slots: &SavedSlots| {
-            let mut block = Block::empty(0..0);
-            for saved in slots.iter() {
-                block.push_saved_at_wall(&saved, <Histories<N, T, R, A>>::read(saved.history));
-            }
-            block
-        };
-        self.of_sheets = saved.iter().map(restored).collect();
-    }
-
-    fn listed(&self) -> usize {
-        self.blocks.iter().map(|block| block.slots.len()).sum()
-    }
-
-    fn listed_at_walls(&self) -> usize {
-        self.blocks.iter().map(|block| block.wall_slots.len()).sum()
-    }
-
-    fn touching(&self) -> usize {
-        let slots = self.blocks.iter().flat_map(|block| &block.slots);
-        slots.filter(|slot| slot.state & WITH_HISTORY != 0).count()
-    }
-
-    fn save(&self) -> (SavedSlots, SavedSlots) {
-        let nothing = Self::nothing();
-        let (mut pairs, mut walls) = (SavedSlots::new(nothing.clone()), SavedSlots::new(nothing));
-        pairs.reserve(self.listed());
-        for (slot, history) in Self::saved_pairs(&self.blocks) {
-            pairs.push(slot, history, Histories::<N, T, R, A>::write);
-        }
-        for (slot, history) in self.saved_near_walls() {
-            walls.push(slot, history, Histories::<N, T, R, A>::write);
-        }
-        (pairs, walls)
-    }
-
-    fn put_pairs(&self, pieces: &mut Pieces, pool: Option<&rayon::ThreadPool>) {
-        let nothing = Self::nothing();
-        let threads = pool.map_or(1, rayon::ThreadPool::current_num_threads);
-        let share = self.blocks.len().div_ceil(threads).max(1);
-        let shares = self.blocks.chunks(share).len();
-        // In the order in which they are handed over.
-        let heads: Vec<_> = (0..shares).map(|_| pieces.memory()).collect();
-        let mut stretches: Vec<Stretch> = heads
-            .into_iter()
-            .map(|heads| Stretch::reusing(heads, pieces.memory()))
-            .collect();
-        match pool {
-            Some(pool) => pool.install(|| {
-                (stretches.par_iter_mut().zip(self.blocks.par_chunks(share)))
-                    .for_each(|(stretch, blocks)| Self::put_blocks(stretch, blocks, &nothing));
-            }),
-            None => (stretches.iter_mut().zip(self.blocks.chunks(share)))
-                .for_each(|(stretch, blocks)| Self::put_blocks(stretch, blocks, &nothing)),
-        }
-        put_stretches(pieces, &nothing, stretches);
-    }
-
-    fn put_near_walls(&self, pieces: &mut Pieces) {
-        let nothing = Self::nothing();
-        let mut stretch = Stretch::reusing(pieces.memory(), pieces.memory());
-        let slots = self.listed_at_walls();
-        // A sphere at a wall usually has a history there.
-        stretch.reserve(slots * MOST_AT_WALL, slots, nothing.len());
-        let slots = self.saved_near_walls();
-        stretch.extend(&nothing, slots, Histories::<N, T, R, A>::write);
-        put_stretches(pieces, &nothing, vec![stretch]);
-    }
-
-    fn saved_bytes(&self, rows: f64, slots: f64, remembering: f64) -> f64 {
-        let history = <Histories<N, T, R, A>>::LENGTH * size_of::<f64>();
-        most_bytes_of_pairs(slots as usize, rows as usize) as f64 + remembering * history as f64
-    }
-
-    fn restore(&mut self, rows: usize, pairs: &SavedSlots, walls: &SavedSlots) {
-        self.cut(rows);
-        let (mut pairs, mut walls) = (pairs.iter().peekable(), walls.iter().peekable());
-        for block in &mut self.blocks {
-            for (owner, row) in block.rows.clone().enumerate() {
-                while let Some(saved) = pairs.next_if(|saved| saved.row as usize == row) {
-                    block.slots.push(Slot::new(
-                        owner,
-                        saved.partner,
-                        saved.image,
-                        saved.state.bits(),
-                        <Histories<N, T, R, A>>::read(saved.history),
-                    ));
-                }
-            }
-            while let Some(saved) = walls.next_if(|saved| (saved.row as usize) < block.rows.end) {
-                block.push_saved_at_wall(&saved, <Histories<N, T, R, A>>::read(saved.history));
-            }
-            block.note_targets(self.block_size);
-        }
-        self.link();
-    }
-
-    fn saved_numbers(&self) -> usize {
-        <Histories<N, T, R, A>>::LENGTH
-    }
-
-    fn history_columns(&self) -> Vec<HistoryNumber> {
-        self.memory.columns.clone()
-    }
-
-    fn pair_bytes(&self) -> [usize; 2] {
-        let slot = size_of::<Slot<Histories<N, T, R, A>>>();
-        match <Histories<N, T, R, A>>::LENGTH {
-            0 => [slot, 0],
-            _ => [slot, size_of::<(u32, u32, Histories<N, T, R, A>)>()],
+    fn set_bridge(&mut self, place: &BondPlace, bridge: Bridge) {
+        if let Some(block) = self.blocks.get_mut(place.block as usize) {
+            block.set_bridge(place, bridge);
         }
     }
 }

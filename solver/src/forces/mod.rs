@@ -9,11 +9,12 @@ mod alarms;
 mod blocks;
 mod compiled;
 mod contact_loop;
+mod contacts;
 mod events;
 mod feature_loads;
 mod near_walls;
+mod needs;
 mod observation;
-mod passes;
 mod rubs;
 mod saved;
 
@@ -21,19 +22,20 @@ pub use alarms::{Alarm, AlarmKind, Alarms, Other};
 pub use blocks::{block_size, parked_bytes};
 pub use compiled::{contact_loop, dispatching_loop};
 pub use contact_loop::ContactLoop;
+pub use contacts::{ContactForces, HistoryLayout, HoldsContacts, ObservesContacts, SavesContacts};
 pub use events::{Bond, BondPlace, ContactEvent};
 pub use feature_loads::{FeatureKey, FeatureLoad, FeatureLoads, LoadSums};
 pub use near_walls::{NearWall, find_near_walls, near_walls_of_vertices};
+pub use needs::{Needs, NewList};
 pub use observation::{ContactRecord, Exchange, Observation, Partner, SpringEnergy, Watch};
-pub use passes::{ForcePass, Forces, Needs, NewList};
 pub use rubs::{Impact, Rub};
 pub use saved::{SavedSlot, SavedSlots};
 
-use crate::contact::{Bridge, HistoryNumber, SlidingNormal};
+use crate::contact::SlidingNormal;
 use crate::lanes::Width;
-use crate::neighbours::{CandidateList, HalfSkins, Images};
-use crate::state::{Load, Particle, Particles, Pieces, Row, WallIndex};
-use crate::surface::{Surface, SurfaceLoad};
+use crate::neighbours::{HalfSkins, Images};
+use crate::state::{Load, Particle};
+use crate::surface::Surface;
 use crate::walls::{WallFilms, WallNow};
 
 /// The inputs of the force evaluation of one step.
@@ -142,150 +144,4 @@ pub enum SlotState {
     Through,
     /// They overlap where a sheet bends, beside a nearer contact that this one joins.
     Joined,
-}
-
-/// A contact loop with its slots, whatever its laws.
-pub trait ContactForces: Send {
-    /// What the loop needs of the step.
-    fn needs(&self) -> Needs {
-        Needs::default()
-    }
-
-    /// Takes a new candidate list. Histories of pairs that touch or are bonded are carried over: `new_row[old]` says where each
-    /// row of the last list went, `None` for rows that were removed. `parallel`: with the threads of the pool from within which
-    /// it is called.
-    fn adopt(
-        &mut self,
-        list: &CandidateList,
-        near_walls: &[NearWall],
-        new_row: &[Option<Row>],
-        parallel: bool,
-    );
-
-    /// Renames the images by which particles meet walls before a list is built: `new_name` of row, wall and image.
-    fn rename_images(&mut self, new_name: &dyn Fn(u32, WallIndex, u32) -> u32);
-
-    /// Computes all loads on `particles`; with a pool, in parallel. `finish` is called for each block of rows as soon as its
-    /// loads are complete, while it is still in the cache; the answers are merged.
-    fn compute(
-        &mut self,
-        particles: &mut Particles,
-        context: &StepContext<'_>,
-        pool: Option<&rayon::ThreadPool>,
-        finish: &Finish<'_>,
-    ) -> MotionBound;
-
-    /// Registers which particles sleep: the loads among sleepers are held from now on. `roused`: the rows that were woken since
-    /// the last call ([`ROUSED`](crate::state::ROUSED)), where nothing else changed; `None` where a particle fell asleep or the
-    /// list is a new one. `context` must not request an observation.
-    fn settle(
-        &mut self,
-        particles: &Particles,
-        context: &StepContext<'_>,
-        pool: Option<&rayon::ThreadPool>,
-        roused: Option<&[u32]>,
-    );
-
-    /// Passes to its argument the rows of sleepers that are listed with an awake particle, block by block: loads of others do not
-    /// change.
-    fn visit_borders(&self, visit: &mut dyn FnMut(usize));
-
-    /// Marks, by row, the particles listed near one of these walls (yes or no for each), or with a particle whose motion is
-    /// prescribed.
-    fn mark_disturbed(&self, particles: &Particles, walls: &[bool], disturbed: &mut [bool]);
-
-    /// The held load of each row.
-    fn save_held(&self) -> Vec<Load>;
-
-    /// Restores what [`ContactForces::save_held`] returned; called after [`ContactForces::restore`].
-    fn restore_held(&mut self, particles: &Particles, held: &[Load]);
-
-    /// The events of contacts since the last call, block by block; they are removed from here. None where no law requests them.
-    fn take_events(&mut self) -> Vec<ContactEvent>;
-
-    /// The bridges that hold liquid at rows that `wanted` names, at either end, in the order of their slots.
-    fn bonds(&self, wanted: &dyn Fn(usize) -> bool) -> Vec<Bond>;
-
-    /// Replaces a bridge.
-    fn set_bridge(&mut self, place: &BondPlace, bridge: Bridge);
-
-    /// The contacts of the last evaluation that are beyond a limit; they are removed from here.
-    fn take_alarms(&mut self) -> Alarms;
-
-    /// The last observation.
-    fn observation(&self, walls: usize) -> Observation;
-
-    /// The same without the records of contacts, for callers in every step.
-    fn sums(&self, walls: usize) -> Observation;
-
-    /// The same, with the records of contacts moved out: there are more of them than particles.
-    fn take_observation(&mut self, walls: usize) -> Observation;
-
-    /// The loads on features of mesh walls since they were taken last, in order; empties them.
-    fn take_feature_loads(&mut self) -> Vec<(FeatureKey, FeatureLoad)>;
-
-    /// The same as they lie in the blocks, for restarts.
-    fn save_feature_loads(&self) -> Vec<SavedLoads>;
-
-    /// Restores what [`ContactForces::save_feature_loads`] returned; called after [`ContactForces::restore`].
-    fn restore_feature_loads(&mut self, saved: &[SavedLoads]);
-
-    /// Appends the contacts with walls that wear of the last evaluation, block by block; they are removed from here.
-    fn take_rubs(&mut self, all: &mut Vec<Rub>);
-
-    /// Shows what the contacts of the last evaluation did to sheets, block by block, in the order of the rows.
-    fn visit_surface_loads(&self, visit: &mut dyn FnMut(&SurfaceLoad));
-
-    /// Takes note of which vertices of each sheet are near which walls; contacts that last keep what they remember.
-    fn adopt_vertices(&mut self, near_walls: &[Vec<NearWall>]);
-
-    /// Computes the loads of walls on the vertices of a sheet, which count as spheres without spin. Loads on walls and energies are part of the
-    /// observation; rows of exchanges begin at [`FIRST_VERTEX`] with the `first` vertex of this sheet.
-    fn compute_vertices(
-        &mut self,
-        sheet: usize,
-        first: usize,
-        vertices: &[Particle],
-        context: &StepContext<'_>,
-        loads: &mut [Load],
-    );
-
-    /// What contacts of vertices with walls remember, sheet by sheet.
-    fn save_vertices(&self) -> Vec<SavedSlots>;
-
-    /// Takes back what [`ContactForces::save_vertices`] gave.
-    fn restore_vertices(&mut self, saved: &[SavedSlots]);
-
-    /// Listed pairs.
-    fn listed(&self) -> usize;
-
-    /// Pairs that touched or were bonded in the last evaluation.
-    fn touching(&self) -> usize;
-
-    /// Every slot in order, pairs first, then walls: the state that a restart needs.
-    fn save(&self) -> (SavedSlots, SavedSlots);
-
-    /// Appends the bytes of the first of [`ContactForces::save`], without making it, with the threads of a pool.
-    fn put_pairs(&self, pieces: &mut Pieces, pool: Option<&rayon::ThreadPool>);
-
-    /// Appends the bytes of the second.
-    fn put_near_walls(&self, pieces: &mut Pieces);
-
-    /// An upper estimate of the bytes of both, for this many slots of this many rows, of which `remembering` have a history.
-    fn saved_bytes(&self, rows: f64, slots: f64, remembering: f64) -> f64;
-
-    /// Slots of particles near walls.
-    fn listed_at_walls(&self) -> usize;
-
-    /// Restores what [`ContactForces::save`] returned for `rows` particles.
-    fn restore(&mut self, rows: usize, pairs: &SavedSlots, walls: &SavedSlots);
-
-    /// The length of [`SavedSlot::history`]. A loop that chooses the law at each contact saves more than it shows.
-    fn saved_numbers(&self) -> usize;
-
-    /// Unit and meaning of the numbers in [`ContactRecord::history`].
-    fn history_columns(&self) -> Vec<HistoryNumber>;
-
-    /// Bytes of the slot of a listed pair, and of its history while it is carried over to a new list: for estimates of memory.
-    fn pair_bytes(&self) -> [usize; 2];
 }

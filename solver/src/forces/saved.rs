@@ -2,7 +2,7 @@
 
 use super::SlotState;
 use super::contact_loop::FREE;
-use crate::neighbours::NO_SHIFT;
+use crate::neighbours::{Images, NO_SHIFT};
 use crate::state::{Pieces, Plain, announced};
 
 /// One slot of [`SavedSlots`].
@@ -278,6 +278,45 @@ impl SavedSlots {
         self.push(slot, Some(slot.history), |history, numbers| {
             numbers.extend_from_slice(history);
         });
+    }
+
+    /// Whether they can be pairs of so many rows, with histories of this length.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub fn check_pairs(&self, numbers: usize, rows: usize) -> Result<(), String> {
+        self.check_numbers(numbers)?;
+        let is_row = |row: u32| (row as usize) < rows;
+        if !(self.heads.iter()).all(|head| is_row(head.row) && is_row(head.partner)) {
+            return Err("a listed pair names a missing particle".to_owned());
+        }
+        if !(self.heads.iter()).all(|head| head.image < Images::NEIGHBOURS) {
+            return Err("a listed pair names a missing image".to_owned());
+        }
+        Ok(())
+    }
+
+    /// The same of rows near so many walls.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub fn check_at_walls(&self, numbers: usize, rows: usize, walls: usize) -> Result<(), String> {
+        self.check_numbers(numbers)?;
+        let fits = |head: &Head| (head.row as usize) < rows && (head.partner as usize) < walls;
+        if !self.heads.iter().all(fits) {
+            return Err("it has contacts of particles or walls that are not there".to_owned());
+        }
+        Ok(())
+    }
+
+    fn check_numbers(&self, numbers: usize) -> Result<(), String> {
+        let found = self.numbers();
+        if found != numbers {
+            return Err(format!(
+                "its contacts remember {found} numbers each, those of the plan's laws {numbers}"
+            ));
+        }
+        Ok(())
     }
 
     /// The slots in order.

@@ -21,7 +21,7 @@ impl Liquids {
         time: f64,
         contacts: &mut dyn ContactForces,
         particles: &mut Particles,
-        around: &Surroundings<'_>,
+        around: &mut Surroundings<'_>,
     ) {
         let depth = self.evaporation * time;
         if depth <= 0.0 {
@@ -40,7 +40,7 @@ impl Liquids {
             self.carry(particles, End::Row(row as u32), End::Outside, lost);
         }
         let gone = &mut self.balance.evaporated;
-        self.walls.shrink(depth, |volume| gone.add(volume));
+        around.films.shrink(depth, |volume| gone.add(volume));
         let tables = &around.laws.tables;
         for bond in contacts.bonds(&|_| true) {
             let Some(place) = bond.place else {

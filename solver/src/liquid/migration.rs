@@ -23,15 +23,16 @@ use crate::contact::registry::LawTable;
 use crate::contact::{Bridge, Event, Liquid};
 use crate::forces::{Bond, BondPlace, ContactEvent, ContactForces, Partner};
 use crate::state::{FILM_VOLUME, Particles};
-use crate::walls::{WallNow, WallPlace};
+use crate::walls::{WallFilms, WallNow, WallPlace};
 
-/// What the rules read beside the particles.
-#[derive(Clone, Copy)]
+/// What the rules read beside the particles, and the films of walls.
 pub struct Surroundings<'a> {
     /// The laws of all pairs of materials.
     pub laws: &'a LawTable,
     /// The walls as they are.
     pub walls: &'a [WallNow],
+    /// What walls hold.
+    pub films: &'a mut WallFilms,
 }
 
 /// Order of events and bridges: pairs by their ids, then walls.
@@ -44,7 +45,7 @@ impl Liquids {
         mut events: Vec<ContactEvent>,
         contacts: &mut dyn ContactForces,
         particles: &mut Particles,
-        around: &Surroundings<'_>,
+        around: &mut Surroundings<'_>,
     ) {
         self.balance.set_free += std::mem::take(&mut self.balance.next_set_free);
         if events.is_empty() {
@@ -86,7 +87,7 @@ impl Liquids {
         leavers: &[(u32, bool)],
         contacts: &mut dyn ContactForces,
         particles: &mut Particles,
-        around: &Surroundings<'_>,
+        around: &mut Surroundings<'_>,
     ) {
         let mut leaves = vec![false; particles.len()];
         for &(row, _) in leavers {
@@ -120,7 +121,7 @@ impl Liquids {
         bond: &Bond,
         net: &mut Net,
         particles: &mut Particles,
-        around: &Surroundings<'_>,
+        around: &mut Surroundings<'_>,
     ) {
         let liquid = liquid_of(particles, around, bond);
         let radii = radii_of(particles, bond);
@@ -134,7 +135,7 @@ impl Liquids {
         let [a, b] = rows_of(bond);
         let wall = self.wall_place(bond, around);
         let film = |row: Option<u32>| row.map_or(0.0, |row| films[row as usize]);
-        let of_wall = wall.map_or(0.0, |wall| self.walls.within_reach(wall, radii[0]));
+        let of_wall = wall.map_or(0.0, |wall| around.films.within_reach(wall, radii[0]));
         let (of_a, of_b) = (film(a), film(b) + of_wall);
         let there = of_a + of_b;
         let gap = bond.bridge.gap;
@@ -163,7 +164,7 @@ impl Liquids {
                 films[row as usize] = of_b - from_b;
             }
             if let Some(wall) = wall {
-                self.walls.set(wall, self.walls.volume(wall) - from_b);
+                around.films.set(wall, around.films.volume(wall) - from_b);
             }
             let to_a = if b.is_some() { 0.5 * volume } else { volume } - from_a;
             let (a, b) = (End::Row(bond.row), b.map_or(End::Outside, End::Row));
@@ -186,7 +187,7 @@ impl Liquids {
     fn wall_place(&self, bond: &Bond, around: &Surroundings<'_>) -> Option<WallPlace> {
         match bond.partner {
             Partner::Wall { wall, .. } => {
-                self.walls.place(wall.index(), bond.feature, around.walls)
+                around.films.place(wall.index(), bond.feature, around.walls)
             }
             Partner::Particle { .. } => None,
         }
@@ -211,7 +212,7 @@ impl Liquids {
         index: usize,
         net: &mut Net,
         particles: &mut Particles,
-        around: &Surroundings<'_>,
+        around: &mut Surroundings<'_>,
     ) {
         let bond = net.bonds[index];
         net.set(index, Bridge::default());
@@ -225,9 +226,9 @@ impl Liquids {
         let mut half = if at_wall { volume } else { 0.5 * volume };
         let mut rest = volume - half;
         if let Some(wall) = self.wall_place(&bond, around) {
-            let held = self.walls.volume(wall);
-            let holds = held + self.walls.keeps(wall) * volume;
-            self.walls.set(wall, holds);
+            let held = around.films.volume(wall);
+            let holds = held + around.films.keeps(wall) * volume;
+            around.films.set(wall, holds);
             // What the addition has rounded off stays with the particle.
             (half, rest) = (volume - (holds - held), 0.0);
             self.carry(particles, End::Row(bond.row), End::Outside, holds - held);

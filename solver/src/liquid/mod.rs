@@ -7,6 +7,7 @@
 mod balance;
 mod evaporation;
 mod migration;
+mod part;
 mod sum;
 mod weight;
 
@@ -51,8 +52,6 @@ pub struct Liquids {
     weight: Option<Weight>,
     /// Thickness (m) and volume (m^3) of each row's film, where bridges form as films meet.
     thickness: Vec<[f64; 2]>,
-    /// What walls hold.
-    pub walls: WallFilms,
     /// What came and went since the start.
     pub balance: LiquidBalance,
 }
@@ -71,22 +70,28 @@ crate::state::plain!(SavedLiquid { balance, walls });
 impl Liquids {
     /// What a checkpoint holds of it.
     #[must_use]
-    pub fn save(&self) -> SavedLiquid {
+    pub fn save(&self, films: &WallFilms) -> SavedLiquid {
         SavedLiquid {
             balance: self.balance,
-            walls: self.walls.save(),
+            walls: films.save(),
         }
     }
 
-    /// Goes on from a checkpoint; whether its walls are those of the plan.
-    pub fn restore(&mut self, saved: &SavedLiquid) -> bool {
+    /// Goes on from a checkpoint.
+    ///
+    /// # Errors
+    /// If its walls are not those of the plan.
+    pub fn restore(&mut self, saved: &SavedLiquid, films: &mut WallFilms) -> Result<(), String> {
         self.balance = saved.balance;
-        self.walls.restore(&saved.walls)
+        if films.restore(&saved.walls) {
+            return Ok(());
+        }
+        Err("its films on walls are not those of the plan".to_owned())
     }
 
-    /// Puts the films of the plan on the particles at the start.
+    /// Puts the films of the plan on the particles at the start; `wall_films` are those of the walls.
     #[must_use]
-    pub fn start(plan: &LiquidPlan, particles: &mut Particles) -> Self {
+    pub fn start(plan: &LiquidPlan, particles: &mut Particles, wall_films: &WallFilms) -> Self {
         let rows = particles.len();
         particles.columns.add(FILM_VOLUME, 0.0, rows);
         let mut liquids = Self::new(plan);
@@ -103,7 +108,7 @@ impl Liquids {
                 spread(volume, &rows, &particles.records, films);
             }
         }
-        let walls = liquids.walls.all();
+        let walls = wall_films.all();
         liquids.balance.initial = balance::sum(films.iter().copied().chain(walls));
         liquids
     }
@@ -118,8 +123,13 @@ impl Liquids {
     }
 
     /// What is there at the start, bridges of another run included, is what the balance begins with.
-    pub fn note_first(&mut self, contacts: &dyn ContactForces, particles: &mut Particles) {
-        let row = self.row(particles, contacts, [0.0; 5]);
+    pub fn note_first(
+        &mut self,
+        contacts: &dyn ContactForces,
+        particles: &mut Particles,
+        films: &WallFilms,
+    ) {
+        let row = self.row(particles, contacts, films, [0.0; 5]);
         self.balance.initial = row.films + row.bridges + row.wall_films;
         self.weigh_films(0, particles);
         self.weigh_bridges(&contacts.bonds(&|_| true), particles);
@@ -143,12 +153,6 @@ impl Liquids {
         (self.bridges_form == BridgesForm::Films).then_some(&*self.thickness)
     }
 
-    /// Films of walls where bridges form as films meet, if there are any.
-    #[must_use]
-    pub fn films_that_meet(&self) -> Option<&WallFilms> {
-        (self.bridges_form == BridgesForm::Films && !self.walls.is_none()).then_some(&self.walls)
-    }
-
     /// Without liquid yet.
     #[must_use]
     pub fn new(plan: &LiquidPlan) -> Self {
@@ -158,7 +162,6 @@ impl Liquids {
             evaporation: plan.evaporation,
             weight: plan.weight,
             thickness: Vec::new(),
-            walls: WallFilms::start(&plan.wall_films),
             balance: LiquidBalance::default(),
         }
     }
@@ -169,6 +172,7 @@ impl Liquids {
         &self,
         particles: &Particles,
         contacts: &dyn ContactForces,
+        wall_films: &WallFilms,
         sprayed: [f64; 5],
     ) -> LiquidRow {
         let films = particles.columns.get(FILM_VOLUME).unwrap_or_default();
@@ -177,7 +181,7 @@ impl Liquids {
             &self.balance,
             films,
             bonds.iter().map(|bond| bond.bridge.volume),
-            self.walls.all(),
+            wall_films.all(),
             sprayed,
         )
     }

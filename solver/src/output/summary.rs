@@ -254,7 +254,8 @@ pub struct SleepSummary {
     /// How often one fell asleep.
     pub fell_asleep: u64,
     /// How often one was woken.
-    pub roused: u64,
+    #[serde(rename = "roused")]
+    pub woken: u64,
     /// Kinetic energy that was removed when particles fell asleep, J.
     pub energy: f64,
 }

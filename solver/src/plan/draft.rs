@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::sizes::Sizes;
-use super::{Carried, Guard, Notes, OutputPlan, Outputs, Physics, Plan, Sleeping};
+use super::{Carried, Guard, Notes, OutputPlan, Outputs, Physics, Plan};
 use crate::bodies::{Clump, NewBody};
 use crate::boundaries::{CountedRegion, DeletionPlan, FluxPlan, InsertionPlan};
 use crate::contact::SlidingNormal;
@@ -14,6 +14,7 @@ use crate::contact::adhesion::liquid::Tables;
 use crate::contact::registry::{AnyPairLaw, LawTable};
 use crate::liquid::LiquidPlan;
 use crate::membrane::MembranePlan;
+use crate::sleeping::Sleeping;
 use crate::spray::SprayPlan;
 use crate::state::{Material, NewParticle};
 use crate::surface::SurfacePlan;

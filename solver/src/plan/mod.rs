@@ -72,7 +72,6 @@ pub use physics::Physics;
 pub use reading::{parse_scene, read_scene};
 pub use refusal::refusal;
 pub use report::report;
-pub use sleeping::Sleeping;
 pub use start_from_run::{Carried, StartedFrom};
 pub use time_step::{Limit, Meeting, StepPlan};
 pub use workload::{Ahead, Here, Workload};

@@ -5,17 +5,7 @@ use mercury_common::scene::{Scene, SceneError};
 
 use super::sizes::Sizes;
 use crate::contact::parameter::short;
-
-/// When particles fall asleep, and what wakes them.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sleeping {
-    /// Steps between two checks of all particles: a particle at rest in two consecutive checks falls asleep.
-    pub every: u64,
-    /// A particle below this speed is at rest, m/s.
-    pub speed: f64,
-    /// Imbalance of the forces on a sleeper that wakes it, as a part of its weight.
-    pub imbalance: f64,
-}
+use crate::sleeping::Sleeping;
 
 /// Default of `speed`, in sqrt(g d): a sphere that falls by its diameter becomes 1,400 times as fast.
 const SPEED: f64 = 1e-3;

@@ -463,7 +463,7 @@ pub(super) fn carried(
     if earlier.is_empty() {
         return None;
     }
-    let numbers = contact_loop(here.laws).0.saved_numbers();
+    let numbers = contact_loop(here.laws).0.layout().numbers;
     let first_pebbles = here.first_pebbles();
     let names = here.laws.names_of_pairs();
     let (mut pairs, mut near_walls): (Vec<SavedSlot<'_>>, Vec<SavedSlot<'_>>) =

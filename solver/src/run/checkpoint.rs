@@ -20,7 +20,6 @@ use crate::output::{Exchanged, POSITIONS, Positions};
 use crate::plan::{Head, Plan, checkpoint_paths};
 use crate::state::{DecodeError, Decoder, Encoder};
 use crate::step::Snapshot;
-use crate::wear::SavedWorn;
 
 /// Keys of a scene that may change before its run goes on: they decide when a run ends and when it writes, not the physics.
 pub const MAY_CHANGE: [&str; 8] = [
@@ -81,11 +80,17 @@ pub enum CheckpointError {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Known {
     pub(super) rest: Option<Rest>,
+    /// A wall is worn to the depth at which the run ends.
+    pub(super) is_worn: bool,
     /// What had come and gone before the first step.
     pub(super) at_start: Exchanged,
 }
 
-crate::state::plain!(Known { rest, at_start });
+crate::state::plain!(Known {
+    rest,
+    is_worn,
+    at_start
+});
 
 /// A checkpoint that was read.
 #[derive(Debug, Clone)]
@@ -108,6 +113,7 @@ pub(super) fn encode(run: &Run, scene: &BTreeMap<String, String>) -> Encoder {
     let head = Head::of(run.engine.plan(), scene, run.engine.steps());
     let known = Known {
         rest: run.rest.clone(),
+        is_worn: run.engine.is_worn(),
         at_start: run.at_start,
     };
     let mut encoder = Encoder::reusing(run.writer.spent_memory());
@@ -117,7 +123,8 @@ pub(super) fn encode(run: &Run, scene: &BTreeMap<String, String>) -> Encoder {
     encoder
 }
 
-/// Reads a checkpoint as a whole, all checksums compared.
+/// Reads a checkpoint as a whole, all checksums compared. The values of the engine's state are decoded, and checked, when a run
+/// goes on from it.
 ///
 /// # Errors
 /// If the file cannot be read, or is no whole checkpoint of this version of the program.
@@ -131,12 +138,12 @@ pub fn read(path: &Path) -> Result<Checkpoint, CheckpointError> {
             path: path.to_owned(),
             head,
             known: decoder.section("run")?,
-            snapshot: Snapshot::take_from(&mut decoder)?,
+            snapshot: Snapshot::take_from(&mut decoder, POSITIONS)?,
             positions: decoder.section(POSITIONS)?,
             size: bytes.len(),
         };
         decoder.finish()?;
-        if checkpoint.head.step != checkpoint.snapshot.step {
+        if checkpoint.head.step != checkpoint.snapshot.steps()? {
             return Err(DecodeError::Wrong {
                 section: "clock".to_owned(),
                 reason: "another number of steps than in the head".to_owned(),
@@ -222,10 +229,7 @@ impl Checkpoint {
     #[must_use]
     pub fn is_at_end(&self, plan: &Plan) -> bool {
         let at_rest = self.known.rest.as_ref().is_some_and(Rest::is_over);
-        let is_worn = (self.snapshot.wear.iter())
-            .flat_map(|wear| &wear.walls)
-            .any(SavedWorn::is_worn);
-        at_rest || is_worn || self.head.step >= plan.physics().steps()
+        at_rest || self.known.is_worn || self.head.step >= plan.physics().steps()
     }
 }
 
@@ -242,52 +246,91 @@ fn typed(text: &str) -> Value {
     value.map_or_else(|| text.into(), |value| json!(value))
 }
 
+/// What is in a checkpoint, decoded.
+#[derive(Debug)]
+pub struct Contents<'a> {
+    of: &'a Checkpoint,
+    grains: usize,
+    rows: usize,
+    bodies: usize,
+    /// Pairs, and particles near walls: how many touch, and how many are listed.
+    pairs: (usize, usize),
+    walls: (usize, usize),
+    lists_built: u64,
+}
+
 impl Checkpoint {
-    /// What is in it, for programs.
+    /// What is in it.
+    ///
+    /// # Errors
+    /// If a section holds no such values.
+    pub fn contents(&self) -> Result<Contents<'_>, CheckpointError> {
+        let decode = || {
+            let particles = self.snapshot.particles()?;
+            Ok(Contents {
+                of: self,
+                grains: particles.grains(),
+                rows: particles.len(),
+                bodies: particles.bodies().len(),
+                pairs: touching(&self.snapshot.pairs()?),
+                walls: touching(&self.snapshot.near_walls()?),
+                lists_built: self.snapshot.lists()?.rebuilds,
+            })
+        };
+        decode().map_err(|error| CheckpointError::Bytes {
+            path: self.path.clone(),
+            error,
+        })
+    }
+}
+
+impl Contents<'_> {
+    /// For programs.
     #[must_use]
     pub fn as_json(&self) -> Value {
-        let (head, state) = (&self.head, &self.snapshot);
-        let (pairs, walls) = (touching(&state.pairs), touching(&state.near_walls));
+        let Self { of, .. } = self;
+        let head = &of.head;
         let scene: serde_json::Map<String, Value> = (head.scene.iter())
             .map(|(key, value)| (key.clone(), typed(value)))
             .collect();
         json!({
-            "file": self.path.display().to_string(),
-            "bytes": self.size,
+            "file": of.path.display().to_string(),
+            "bytes": of.size,
             "version": head.program,
             "title": head.title,
             "step": head.step,
             "time": head.time(),
             "time_step": head.time_step,
-            "particles": state.particles.grains(),
-            "rows": state.particles.len(),
-            "bodies": state.particles.bodies().len(),
-            "contacts": pairs.0,
-            "listed_pairs": pairs.1,
-            "wall_contacts": walls.0,
-            "listed_wall_pairs": walls.1,
-            "lists_built": state.lists.rebuilds,
-            "frames": self.positions.frames(),
+            "particles": self.grains,
+            "rows": self.rows,
+            "bodies": self.bodies,
+            "contacts": self.pairs.0,
+            "listed_pairs": self.pairs.1,
+            "wall_contacts": self.walls.0,
+            "listed_wall_pairs": self.walls.1,
+            "lists_built": self.lists_built,
+            "frames": of.positions.frames(),
             "scene": scene,
         })
     }
 }
 
-impl fmt::Display for Checkpoint {
-    /// What is in it, for people.
+impl fmt::Display for Contents<'_> {
+    /// For people.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (head, state) = (&self.head, &self.snapshot);
+        let Self { of, .. } = self;
+        let head = &of.head;
         writeln!(
             f,
             "{}: a checkpoint of `{}`",
-            self.path.display(),
+            of.path.display(),
             printable(&head.title)
         )?;
         writeln!(
             f,
             "  written by    mercury-solve {}, {}, all checksums right",
             printable(&head.program),
-            bytes(self.size as f64)
+            bytes(of.size as f64)
         )?;
         writeln!(
             f,
@@ -299,21 +342,19 @@ impl fmt::Display for Checkpoint {
         writeln!(
             f,
             "  particles     {} in {} rows, {} rigid bodies",
-            state.particles.grains(),
-            state.particles.len(),
-            state.particles.bodies().len()
+            self.grains, self.rows, self.bodies
         )?;
-        let (pairs, walls) = (touching(&state.pairs), touching(&state.near_walls));
+        let (pairs, walls) = (self.pairs, self.walls);
         writeln!(
             f,
             "  contacts      {} of {} listed pairs, {} of {} with walls",
             pairs.0, pairs.1, walls.0, walls.1
         )?;
-        writeln!(f, "  lists built   {} times", state.lists.rebuilds)?;
+        writeln!(f, "  lists built   {} times", self.lists_built)?;
         writeln!(
             f,
             "  outputs       {} frames written",
-            self.positions.frames()
+            of.positions.frames()
         )?;
         write!(f, "  scene")?;
         for (key, value) in &head.scene {

@@ -64,7 +64,7 @@ impl Run {
         use crate::stage::Task;
         let stage = Arc::clone(&self.options.stage);
         let since = Instant::now();
-        let before = self.engine.snapshot();
+        let (before, steps) = (self.engine.snapshot(), self.engine.steps());
         stage.expect(long.expected);
         stage.may_give_up(true);
         stage.begin(Task::Inserting);
@@ -73,17 +73,16 @@ impl Run {
         stage.begin(Task::Stepping);
         self.inserting += since.elapsed();
         match made {
-            Err(RunFailure::Engine(RunError::GivenUp)) => self.go_back(before),
+            Err(RunFailure::Engine(RunError::GivenUp)) => self.go_back(before, steps),
             made => made,
         }
     }
 
     /// Ends the run in a state of before.
-    fn go_back(&mut self, before: Snapshot) -> Result<bool, RunFailure> {
+    fn go_back(&mut self, before: Snapshot, steps: u64) -> Result<bool, RunFailure> {
         let plan = Arc::clone(self.engine.plan());
-        let step = before.step;
         self.engine = Engine::resume(plan, before, self.options.start(&self.schedule))?;
         self.ended = Some(Ending::Stopped(StopReason::Request));
-        Ok(self.keep_checkpoints(step))
+        Ok(self.keep_checkpoints(steps))
     }
 }

@@ -9,8 +9,8 @@ use crate::memory::{GROWTH, MANY};
 use crate::neighbours::{build_bytes, list_bytes};
 use crate::output::output_bytes;
 use crate::plan::{Memory, Plan, StartBytes, expected, largest, lattice_grains, plan, sketch};
+use crate::sleeping;
 use crate::state::{Bodies, Particles};
-use crate::step::SavedSleep;
 
 /// The memory of any run: the program, its libraries, its pictures.
 const PROGRAM: f64 = 16e6;
@@ -24,7 +24,8 @@ pub fn memory(plan: &Plan) -> Memory {
     let expected = expected(plan);
     let rows = expected.spheres;
     let (forces, _) = contact_loop(plan.physics().laws());
-    let [slot, carried] = forces.pair_bytes().map(|bytes| bytes as f64);
+    let layout = forces.layout();
+    let (slot, carried) = (layout.slot as f64, layout.carried as f64);
 
     let columns = Particles::bytes_per_row(plan.physics().orientations()) as f64;
     let mut particles = rows * columns;
@@ -33,16 +34,16 @@ pub fn memory(plan: &Plan) -> Memory {
     }
     let is_sleeping = plan.physics().sleeping().is_some();
     let per_sleeper = if is_sleeping {
-        SavedSleep::bytes_per_row() as f64
+        sleeping::bytes_per_row() as f64
     } else {
         0.0
     };
     particles += rows * per_sleeper;
     let slots = expected.listed * slot;
     let parked = parked_bytes(rows, expected.touching);
-    let output = output_bytes(plan, &expected, &forces.history_columns());
+    let output = output_bytes(plan, &expected, &layout.columns);
     let start = StartBytes::of(plan);
-    let checkpoint = particles + forces.saved_bytes(rows, expected.listed, expected.touching);
+    let checkpoint = particles + layout.saved_bytes(rows, expected.listed, expected.touching);
 
     let steps = PROGRAM + start.plan + particles + slots + parked + output.kept;
     // A list is made while the old slots exist; then their histories are kept, twice for a moment, for the new ones.

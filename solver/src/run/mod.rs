@@ -413,7 +413,13 @@ impl Run {
                 // If the writer has given up, `advance` notices it, and `finish` returns the reason.
                 let moment = Moment::take(&mut engine, schedule.everything(), &at_start);
                 let _ = writer.send(moment);
-                (engine, writer, Known { rest, at_start })
+                let is_worn = engine.is_worn();
+                let known = Known {
+                    rest,
+                    is_worn,
+                    at_start,
+                };
+                (engine, writer, known)
             }
             Some(from) => {
                 let engine = Engine::resume(Arc::clone(&plan), from.snapshot, start)?;

@@ -214,7 +214,7 @@ fn told(sleeping: &SleepSummary) -> String {
         sleeping.asleep,
         100.0 * sleeping.share,
         sleeping.fell_asleep,
-        sleeping.roused,
+        sleeping.woken,
         sleeping.energy
     )
 }
@@ -247,12 +247,11 @@ pub(super) fn report(
     let mut warnings = Vec::from_iter(all_left(engine));
     warnings.extend_from_slice(plan.notes().warnings());
     let boundaries = engine.boundaries().state();
-    warnings.extend(engine.guard_warnings());
     let have_places = engine.have_places();
     warnings.extend(shortfalls(plan, &boundaries, &have_places, engine.time()));
     warnings.extend(insertions::behind(plan, engine.boundaries()));
     warnings.extend(servos::missed(engine));
-    warnings.extend(engine.wear_warnings());
+    warnings.extend(engine.warnings());
     warnings.extend(engine.membrane_warnings());
     if written.deep_frames > 0 {
         warnings.push(format!(
@@ -288,7 +287,7 @@ pub(super) fn report(
                 asleep,
                 share: counts.slept as f64 / counts.steps.max(1) as f64,
                 fell_asleep: counts.fell_asleep,
-                roused: counts.roused,
+                woken: counts.woken,
                 energy: counts.energy,
             }),
             liquid: engine.liquid().map(LiquidSummary::from),

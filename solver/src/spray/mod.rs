@@ -15,6 +15,7 @@ mod flight;
 mod grains;
 mod hits;
 mod nozzle;
+mod part;
 
 pub use crate::liquid::Sum;
 use crate::liquid::Weight;
@@ -201,6 +202,20 @@ impl Sprays {
             grains: Grains::default(),
             listed: None,
         }
+    }
+
+    /// Goes on from a checkpoint.
+    ///
+    /// # Errors
+    /// If its sprays are not those of the plan.
+    pub fn restore(&mut self, state: SprayState) -> Result<(), String> {
+        let nozzles = self.state.nozzles.len();
+        let fits = |droplet: &Droplet| (droplet.nozzle as usize) < nozzles;
+        if state.nozzles.len() != nozzles || !state.droplets.iter().all(fits) {
+            return Err("its sprays are not those of the plan".to_owned());
+        }
+        *self = Self::restored(state);
+        Ok(())
     }
 
     /// Volume in flight, m^3.

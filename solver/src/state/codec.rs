@@ -8,10 +8,12 @@ use std::collections::{BTreeMap, VecDeque};
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
+use super::sections::Sections;
+
 /// The first bytes.
 const MAGIC: &[u8; 8] = b"MERCSTAT";
 /// Of the layout of the head and the sections, and of what is in them. Any other version is refused.
-pub const VERSION: u32 = 16;
+pub const VERSION: u32 = 17;
 
 /// Why bytes are not a valid state.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -77,6 +79,21 @@ fn front<'a>(bytes: &mut &'a [u8], count: usize) -> Result<&'a [u8], String> {
         .ok_or_else(|| format!("{count} bytes expected, {} left", bytes.len()))?;
     *bytes = rest;
     Ok(front)
+}
+
+/// What `take` makes of all of the bytes.
+///
+/// # Errors
+/// Those of `take`, and if it leaves some.
+pub fn whole<T>(
+    mut bytes: &[u8],
+    take: impl FnOnce(&mut &[u8]) -> Result<T, String>,
+) -> Result<T, String> {
+    let value = take(&mut bytes)?;
+    match bytes.len() {
+        0 => Ok(value),
+        left => Err(format!("{left} bytes too many")),
+    }
 }
 
 /// Takes a number of entries that follow. No entry takes less than a byte: a damaged number allocates no memory.
@@ -337,6 +354,8 @@ pub struct Encoder {
     /// Where the length of each section goes: in which piece, and behind how many bytes. Lengths and checksums are added last,
     /// when no other work waits for them.
     sections: Vec<(usize, usize)>,
+    /// Their names.
+    names: Vec<String>,
 }
 
 /// Bytes of the length and the checksum of a section.
@@ -369,6 +388,7 @@ impl Encoder {
         Self {
             pieces,
             sections: Vec::new(),
+            names: Vec::new(),
         }
     }
 
@@ -384,6 +404,7 @@ impl Encoder {
         let at = end.len();
         end.extend_from_slice(&[0; LENGTH_AND_CHECKSUM]);
         self.sections.push((self.pieces.filled.len() - 1, at));
+        self.names.push(name.to_owned());
         put(&mut self.pieces);
         // The next section begins in a piece of its own, so that this one ends with a piece.
         self.pieces.begin();
@@ -395,12 +416,32 @@ impl Encoder {
         self.pieces.filled
     }
 
+    /// The first piece of each section but the first, and the end of all.
+    fn ends(&self) -> Vec<usize> {
+        let ends = self.sections.iter().skip(1).map(|(piece, _)| *piece);
+        ends.chain([self.pieces.filled.len()]).collect()
+    }
+
+    /// The sections, as a decoder would find them.
+    #[must_use]
+    pub fn into_sections(self) -> Sections {
+        let mut sections = Sections::default();
+        let ends = self.ends();
+        let pieces = &self.pieces.filled;
+        let places = self.sections.into_iter().zip(ends);
+        for (name, ((first, at), end)) in self.names.into_iter().zip(places) {
+            let begin = &pieces[first].bytes[at + LENGTH_AND_CHECKSUM..];
+            let others = pieces[first + 1..end].iter().map(|piece| &piece.bytes[..]);
+            sections.push(name, std::iter::once(begin).chain(others));
+        }
+        sections
+    }
+
     /// All of it, piece by piece.
     #[must_use]
     pub fn finish_in_pieces(mut self) -> Vec<Piece> {
+        let ends = self.ends();
         let pieces = &mut self.pieces.filled;
-        let ends = self.sections.iter().skip(1).map(|(piece, _)| *piece);
-        let ends: Vec<usize> = ends.chain([pieces.len()]).collect();
         for ((first, at), end) in self.sections.into_iter().zip(ends) {
             let begin = at + LENGTH_AND_CHECKSUM;
             let mut checksum = crc32fast::Hasher::new();
@@ -463,24 +504,13 @@ impl<'a> Decoder<'a> {
             section: name.to_owned(),
             reason,
         };
-        let mut bytes = self.content(name)?;
-        let value = T::take(&mut bytes).map_err(wrong)?;
-        if !bytes.is_empty() {
-            return Err(wrong(format!("{} bytes too many", bytes.len())));
-        }
-        Ok(value)
+        whole(self.content(name)?, T::take).map_err(wrong)
     }
 
-    /// The value in the next section if it has this name, else nothing, and the section is left where it is.
-    ///
-    /// # Errors
-    /// If it is cut, damaged, or holds no such value.
-    pub fn optional_section<T: Plain>(&mut self, name: &str) -> Result<Option<T>, DecodeError> {
+    /// The name of the next section; `None` at the end.
+    pub(super) fn next_name(&self) -> Option<String> {
         let mut ahead = self.rest;
-        match String::take(&mut ahead) {
-            Ok(found) if found == name => self.section(name).map(Some),
-            _ => Ok(None),
-        }
+        (!ahead.is_empty()).then(|| String::take(&mut ahead).unwrap_or_default())
     }
 
     /// Leaves out the next section, which must have this name.
@@ -492,7 +522,7 @@ impl<'a> Decoder<'a> {
     }
 
     /// The bytes of the next section, which must have this name and its checksum.
-    fn content(&mut self, name: &str) -> Result<&'a [u8], DecodeError> {
+    pub(super) fn content(&mut self, name: &str) -> Result<&'a [u8], DecodeError> {
         let section = || name.to_owned();
         let cut = |_| DecodeError::Cut { section: section() };
         let found = String::take(&mut self.rest).map_err(cut)?;

@@ -65,6 +65,25 @@ impl Columns {
         self.0.iter().map(|column| column.name.as_str())
     }
 
+    /// Whether these have the names of the others.
+    ///
+    /// # Errors
+    /// If not: both lists.
+    pub fn check_names(&self, planned: &Self) -> Result<(), String> {
+        if self.names().eq(planned.names()) {
+            return Ok(());
+        }
+        let list = |columns: &Self| match columns.names().collect::<Vec<_>>().as_slice() {
+            [] => "none".to_owned(),
+            some => some.join(", "),
+        };
+        Err(format!(
+            "its particles have these further columns: {}; those of the plan: {}",
+            list(self),
+            list(planned)
+        ))
+    }
+
     /// How many there are.
     #[must_use]
     pub fn len(&self) -> usize {

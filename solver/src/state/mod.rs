@@ -11,14 +11,16 @@ mod index;
 mod new_particle;
 mod particles;
 mod record;
+mod sections;
 
 pub use bodies::{Bodies, Body, BodyPebble, PrescribedBody};
 pub(crate) use codec::plain;
-pub use codec::{DecodeError, Decoder, Encoder, Piece, Pieces, Plain, VERSION, announced};
+pub use codec::{DecodeError, Decoder, Encoder, Piece, Pieces, Plain, VERSION, announced, whole};
 pub use columns::{Column, Columns, FILM_VOLUME, PERIODS, TRACK};
 pub use index::{BodyIndex, Id, MaterialIndex, PebbleIndex, Row, WallIndex};
 pub use new_particle::{Material, NewParticle, PrescribedMotion};
 pub use particles::{Particles, Prescribed};
 pub use record::{
-    ASLEEP, FIXED, Load, PEBBLE, PRESCRIBED, Particle, ROUSED, inverse_inertia_factor, volume,
+    ASLEEP, FIXED, Load, PEBBLE, PRESCRIBED, Particle, WOKEN, inverse_inertia_factor, volume,
 };
+pub use sections::Sections;

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::{
     ASLEEP, Bodies, Body, BodyIndex, BodyPebble, Columns, FIXED, Id, Load, PEBBLE, PRESCRIBED,
-    Particle, PebbleIndex, Pieces, Plain, PrescribedBody, ROUSED, Row,
+    Particle, PebbleIndex, Pieces, Plain, PrescribedBody, Row, WOKEN,
 };
 
 /// Components of motion that a scene prescribes for one particle; `None` is free.
@@ -221,7 +221,7 @@ impl Particles {
     /// Whether sleep flags are consistent: never on fixed or prescribed particles, and on pebbles as on their bodies.
     #[must_use]
     pub fn may_sleep_so(&self, is_enabled: bool) -> bool {
-        const SLEEP: u32 = ASLEEP | ROUSED;
+        const SLEEP: u32 = ASLEEP | WOKEN;
         let can = |flags: u32| match flags & SLEEP {
             0 => true,
             SLEEP => false,
@@ -305,6 +305,21 @@ impl Particles {
             && self.columns.have(rows)
             && prescribed.all(|prescribed| prescribed.row.index() < rows)
             && (self.bodies.as_ref()).is_none_or(|bodies| bodies.is_consistent(rows))
+    }
+
+    /// Whether it can be of a run with so many materials.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub fn check(&self, materials: usize) -> Result<(), String> {
+        if !self.is_consistent() {
+            return Err("columns differ in length, or a row index is out of range".to_owned());
+        }
+        let is_there = |record: &Particle| record.material.index() < materials;
+        if !self.records.iter().all(is_there) {
+            return Err("it has particles of materials that are not there".to_owned());
+        }
+        Ok(())
     }
 
     /// Rows in order of their ids: the order of every output.

@@ -25,7 +25,7 @@ pub struct Particle {
     pub angular_velocity: DVec3,
     /// Index of the material in the order of the scene file.
     pub material: MaterialIndex,
-    /// [`FIXED`], [`PRESCRIBED`], [`PEBBLE`], [`ASLEEP`] and [`ROUSED`].
+    /// [`FIXED`], [`PRESCRIBED`], [`PEBBLE`], [`ASLEEP`] and [`WOKEN`].
     pub flags: u32,
 }
 
@@ -58,7 +58,7 @@ pub const PEBBLE: u32 = 4;
 /// The particle rests and is not moved until it is woken; its velocities are zero.
 pub const ASLEEP: u32 = 8;
 /// It was asleep until this step, and its contacts with sleepers still count as held.
-pub const ROUSED: u32 = 16;
+pub const WOKEN: u32 = 16;
 
 /// The load of the contacts on one particle in one step.
 ///

@@ -6,10 +6,10 @@
 
 use glam::DVec3;
 
-use super::Engine;
+use super::{Core, Engine, Exchanged, Part};
 use crate::bodies::{angular_velocity, constrained_spin};
-use crate::forces::{Exchange, FIRST_VERTEX, Observation, Partner, SpringEnergy};
-use crate::state::{ASLEEP, Body, FIXED, Load, PrescribedBody, Row};
+use crate::forces::{Exchange, FIRST_VERTEX, Needs, Observation, Partner, SpringEnergy};
+use crate::state::{ASLEEP, Body, FIXED, Load, Pieces, Plain, PrescribedBody, Row};
 use crate::walls::{RigidVelocity, ServoState, WallNow};
 
 /// What happened to the energy since the start, J; filled only in audited runs.
@@ -64,7 +64,7 @@ impl AuditedContact {
     }
 
     /// Whether it can be one of so many particles and walls.
-    pub(super) fn leads_somewhere(&self, rows: usize, walls: usize) -> bool {
+    fn leads_somewhere(&self, rows: usize, walls: usize) -> bool {
         // A contact of a vertex never leaves, and is only asked whether its wall is there.
         let rows = if self.row >= FIRST_VERTEX {
             usize::MAX
@@ -145,12 +145,82 @@ struct Moving {
     spin: DVec3,
 }
 
+/// The part that audits the energy.
+#[derive(Debug, Default)]
+pub(super) struct Auditor {
+    /// Running sums.
+    audit: Audit,
+    /// The contacts of the last forces.
+    contacts: Vec<AuditedContact>,
+}
+
+impl Part for Auditor {
+    fn name(&self) -> &str {
+        "audit"
+    }
+
+    fn needs(&self) -> Needs {
+        // The velocities at the time when all forces are known.
+        Needs {
+            whole_steps: true,
+            sums: true,
+            ..Needs::default()
+        }
+    }
+
+    fn after_exchange(&mut self, core: &mut Core, exchanged: &Exchanged) {
+        if exchanged.changed {
+            self.note_leavers(core);
+        }
+    }
+
+    fn after_forces(&mut self, core: &mut Core, sums: Option<&Observation>) {
+        if let Some(sums) = sums {
+            self.take_in(core, sums);
+        }
+    }
+
+    fn put(&self, _: &Core, pieces: &mut Pieces) {
+        self.audit.put(pieces.end());
+        self.contacts.put(pieces.end());
+    }
+
+    fn take(&mut self, core: &mut Core, bytes: &mut &[u8]) -> Result<(), String> {
+        self.audit = Plain::take(bytes)?;
+        self.contacts = Plain::take(bytes)?;
+        let (rows, walls) = (core.particles.len(), core.walls.len());
+        let leads_somewhere = |contact: &AuditedContact| contact.leads_somewhere(rows, walls);
+        if !self.contacts.iter().all(leads_somewhere) {
+            let reason = "it has audited contacts of particles or walls that are not there";
+            return Err(reason.to_owned());
+        }
+        Ok(())
+    }
+}
+
 impl Engine {
+    /// The energy balance, if the plan includes it.
+    #[must_use]
+    pub fn audit(&self) -> Audit {
+        let auditor = self.part::<Auditor>();
+        let mut audit = auditor.map_or_else(Audit::default, |auditor| auditor.audit);
+        audit.dissipated_adhesion += self.set_free();
+        audit
+    }
+}
+
+impl Auditor {
+    /// In audited scenes.
+    pub(super) fn of(core: &Core) -> Option<Self> {
+        let is_wanted = core.plan.physics().energy_budget();
+        is_wanted.then(Self::default)
+    }
+
     /// Takes the contacts of the force evaluation just made into the sums.
-    pub(super) fn audit_step(&mut self, observation: &Observation) {
-        let dt = self.since_last();
-        let fields: Vec<_> = (0..self.walls.len())
-            .map(|wall| self.wall_fields(wall, dt))
+    fn take_in(&mut self, core: &Core, observation: &Observation) {
+        let dt = core.since_last();
+        let fields: Vec<_> = (0..core.walls.len())
+            .map(|wall| core.wall_fields(wall, dt))
             .collect();
         let mut powers = Powers::default();
         for exchange in &observation.exchanges {
@@ -162,19 +232,19 @@ impl Engine {
                 couple,
                 ..
             } = *exchange;
-            let a = self.moving(Row::new(exchange.row as usize), 0.5 * dt);
+            let a = core.moving(Row::new(exchange.row as usize), 0.5 * dt);
             let mut velocity = a.velocity + a.spin.cross(exchange.arms[0]);
             let mut spin = a.spin;
             let b = match exchange.partner {
                 Partner::Particle { row, .. } => {
-                    let b = self.moving(Row::new(row as usize), 0.5 * dt);
+                    let b = core.moving(Row::new(row as usize), 0.5 * dt);
                     Moving {
                         velocity: b.velocity + b.spin.cross(exchange.arms[1]),
                         ..b
                     }
                 }
                 Partner::Wall { .. } if exchange.sheet.is_some() => {
-                    self.moving_sheet(exchange, 0.5 * dt)
+                    core.moving_sheet(exchange, 0.5 * dt)
                 }
                 Partner::Wall { wall, .. } => {
                     let [before, after] = &fields[wall.index()];
@@ -184,7 +254,7 @@ impl Engine {
                     };
                     let power = force.dot(b.velocity) + couple.dot(b.spin);
                     powers.walls += power;
-                    if !self.walls[wall.index()].servos.is_empty() {
+                    if !core.walls[wall.index()].servos.is_empty() {
                         powers.servos += power;
                     }
                     b
@@ -197,22 +267,18 @@ impl Engine {
             powers.adhesion -= adhesive.dot(velocity);
             powers.rolling -= couple.dot(spin);
         }
-        self.note_vanished_walls();
+        self.note_vanished_walls(core);
         self.audit.take_in(observation, powers, dt);
-        self.audited.clear();
+        self.contacts.clear();
         let contacts = observation.exchanges.iter().map(AuditedContact::of);
-        self.audited.extend(contacts);
+        self.contacts.extend(contacts);
     }
 
     /// Particles were removed since the last forces, and no list was built yet: what their contacts stored leaves with them.
-    pub(super) fn note_leavers(&mut self) {
-        let Self {
-            audit,
-            audited,
-            boundaries,
-            ..
-        } = self;
-        audited.retain(|contact| {
+    fn note_leavers(&mut self, core: &Core) {
+        let Self { audit, contacts } = self;
+        let boundaries = &core.boundaries;
+        contacts.retain(|contact| {
             let is_gone = contact.row < FIRST_VERTEX && boundaries.is_removed(contact.row)
                 || !contact.is_wall && boundaries.is_removed(contact.partner);
             if is_gone {
@@ -223,14 +289,16 @@ impl Engine {
     }
 
     /// The same for walls that were there at the last forces and are not at these.
-    fn note_vanished_walls(&mut self) {
-        for contact in &self.audited {
-            if contact.is_wall && !self.walls[contact.partner as usize].state.present {
+    fn note_vanished_walls(&mut self, core: &Core) {
+        for contact in &self.contacts {
+            if contact.is_wall && !core.walls[contact.partner as usize].state.present {
                 self.audit.let_go(&contact.stored, true);
             }
         }
     }
+}
 
+impl Core {
     /// The velocities of a wall half a step before and after the present forces; before the first step those of the start.
     fn wall_fields(&self, wall: usize, dt: f64) -> [RigidVelocity; 2] {
         let Some(planned) = self.plan.physics().walls().get(wall) else {

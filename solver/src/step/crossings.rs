@@ -7,7 +7,8 @@
 use glam::DVec3;
 use mercury_common::turns::by_vector;
 
-use super::Engine;
+use super::Core;
+use super::guard::Guard;
 use crate::forces::{Alarm, AlarmKind, Alarms, Other};
 use crate::neighbours::Images;
 use crate::plan::GuardPolicy;
@@ -44,10 +45,10 @@ struct Sample {
 }
 
 impl<'a> Passing<'a> {
-    fn new(index: usize, engine: &'a Engine) -> Self {
-        let (wall, images) = (&engine.walls[index], &engine.images);
-        let dt = engine.plan.physics().time_step();
-        let surface = wall.surface().map(|k| &engine.surfaces[usize::from(k)]);
+    fn new(index: usize, core: &'a Core) -> Self {
+        let (wall, images) = (&core.walls[index], &core.images);
+        let dt = core.plan.physics().time_step();
+        let surface = wall.surface().map(|k| &core.surfaces[usize::from(k)]);
         let mut passing = Self {
             index: WallIndex::new(index as u16),
             wall,
@@ -58,7 +59,7 @@ impl<'a> Passing<'a> {
             surface,
         };
         if surface.is_some() {
-            passing.way = engine.surface_motion.squared_speed.sqrt() * dt;
+            passing.way = core.surface_motion.squared_speed.sqrt() * dt;
         }
         let state = &wall.state;
         if state.moves {
@@ -208,11 +209,11 @@ fn is_through(before: &Sample, now: &Sample, stride: f64) -> bool {
     now.touch.normal.dot(before.touch.normal) < 0.0 && now.foot.distance(before.foot) <= stride
 }
 
-impl Engine {
-    /// Looks for centres that walls were too fast for, or that were too fast for a wall, in a step in which no particle was faster than `fastest` (m/s). Particles have
+impl Guard {
+    /// Looks for centres that walls were too fast for, or that were too fast for a wall, in this step. Particles have
     /// moved, none has come or gone yet.
-    pub(super) fn guard_crossings(&mut self, fastest: f64) {
-        let physics = self.plan.physics();
+    pub(super) fn look_for_crossings(&mut self, core: &Core) {
+        let (physics, fastest) = (core.plan.physics(), core.fastest());
         let own = fastest * physics.time_step();
         let seen = SEEN * physics.smallest_radius();
         if physics.guard().policy == GuardPolicy::Off {
@@ -220,15 +221,15 @@ impl Engine {
         }
         let mut touches = Touches::default();
         let mut alarms = Alarms::default();
-        for (index, wall) in self.walls.iter().enumerate() {
+        for (index, wall) in core.walls.iter().enumerate() {
             if !wall.state.moves && wall.surface().is_none() && own <= seen {
                 continue;
             }
-            let passing = Passing::new(index, self);
+            let passing = Passing::new(index, core);
             if passing.way + own <= seen {
                 continue;
             }
-            for (record, &id) in self.particles.records.iter().zip(&self.particles.ids) {
+            for (record, &id) in core.particles.records.iter().zip(&core.particles.ids) {
                 if passing.is_fast(record)
                     && let Some(alarm) = passing.crossing(id, record, &mut touches)
                 {
@@ -236,19 +237,19 @@ impl Engine {
                 }
             }
         }
-        self.guard.crossed.take_from(&mut alarms);
+        self.crossed.take_from(&mut alarms);
     }
 
     /// The same for slower ones that have just left through a face of the domain: no contact sees them any more.
-    pub(super) fn guard_leavers(&mut self) {
-        let leavers = self.boundaries.left_by_face();
-        if leavers.is_empty() || self.plan.physics().guard().policy == GuardPolicy::Off {
+    pub(super) fn look_at_leavers(&mut self, core: &Core) {
+        let leavers = core.boundaries.left_by_face();
+        if leavers.is_empty() || core.plan.physics().guard().policy == GuardPolicy::Off {
             return;
         }
         let mut touches = Touches::default();
         let mut alarms = Alarms::default();
-        for index in 0..self.walls.len() {
-            let passing = Passing::new(index, self);
+        for index in 0..core.walls.len() {
+            let passing = Passing::new(index, core);
             for (id, record) in leavers {
                 if !passing.is_fast(record)
                     && let Some(alarm) = passing.crossing(*id, record, &mut touches)
@@ -257,6 +258,6 @@ impl Engine {
                 }
             }
         }
-        self.guard.crossed.take_from(&mut alarms);
+        self.crossed.take_from(&mut alarms);
     }
 }

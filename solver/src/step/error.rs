@@ -3,7 +3,7 @@
 use glam::DVec3;
 use mercury_common::readable::rounded;
 
-use super::Engine;
+use super::Core;
 use crate::contact::parameter::short;
 use crate::spray::TooMany;
 use crate::state::Particle;
@@ -61,15 +61,17 @@ pub enum RunError {
         /// Which spray, and its limit.
         error: TooMany,
     },
-    /// The forces beside the contacts are not those that the state came from.
-    #[error("the state does not fit the forces of this run: {0}")]
-    Forces(String),
-    /// The state comes from a run of another plan.
+    /// A section of the state does not fit the plan, or no run can have written it.
     #[error(
-        "the state does not fit this plan: {0}\n\
+        "the state does not fit this plan: section `{section}`: {reason}\n\
          help: go on with the scene that the state was saved from"
     )]
-    OtherPlan(String),
+    OtherState {
+        /// Its name.
+        section: String,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// A sheet cannot be where it should be.
     #[error(
         "membranes.{surface}, step {step} (t = {} s): {error}\n\
@@ -109,7 +111,22 @@ fn point(vector: &DVec3) -> String {
     format!("[{x}, {y}, {z}]")
 }
 
-impl Engine {
+impl RunError {
+    /// The state has another section than a run of the plan.
+    pub(super) fn other_section(expected: &str, found: Option<&str>) -> Self {
+        Self::OtherState {
+            section: expected.to_owned(),
+            reason: match found {
+                Some(found) => {
+                    format!("`{found}` stands in its place: the two scenes have different features")
+                }
+                None => "it is missing".to_owned(),
+            },
+        }
+    }
+}
+
+impl Core {
     /// The first particle whose motion is not a number, or so large that its square is none.
     pub(super) fn not_finite(&self) -> RunError {
         let lost = |record: &Particle| {

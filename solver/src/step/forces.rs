@@ -4,75 +4,57 @@ use std::sync::{Mutex, PoisonError};
 
 use glam::DQuat;
 
-use super::Engine;
-use super::crossings::SEEN;
 use super::motion::turn_orientations;
-use crate::forces::{Finish, MotionBound, StepContext, Watch, block_size};
-use crate::liquid::Liquids;
+use super::{Core, Engine};
+use crate::forces::{Finish, MotionBound, Observation, StepContext, Watch, block_size};
+use crate::lanes::Width;
+use crate::neighbours::Images;
+use crate::plan::Physics;
 use crate::state::{Load, Particle, Particles};
+use crate::surface::Surface;
+use crate::walls::WallNow;
 
 impl Engine {
     /// Evaluates all forces; springs are stretched by `spring_time` seconds of motion. `fuse`: and kicks twice and drifts, which
     /// ends this step and begins the next.
     pub(super) fn evaluate_forces(&mut self, spring_time: f64, watch: Option<Watch>, fuse: bool) {
         // The loads that servos follow act on walls without sleepers beside them.
-        let sees_sleepers = watch.is_some() || self.plan.physics().energy_budget();
+        let is_audited = self.plan.physics().energy_budget();
+        let sees_sleepers = watch.is_some() || is_audited;
         let watch = match watch {
             Some(watch) => Some(watch),
-            None if self.plan.physics().energy_budget() || self.has_servos => {
-                Some(Watch::default())
-            }
+            None if self.needs.sums || self.has_servos => Some(Watch::default()),
             None => None,
         };
         let watch = watch.map(|watch| Watch {
-            audit: self
-                .plan
-                .physics()
-                .energy_budget()
-                .then(|| self.since_last()),
+            audit: is_audited.then(|| self.since_last()),
             ..watch
         });
         // Prescribed motion is put right between kick and drift of all particles, not block by block; and where other forces come
-        // after the contacts, the loads are not complete yet. The audit needs the velocities at the time when all forces are
-        // known.
-        // Liquid with mass changes masses after them.
-        let has_mass = self.liquid.as_ref().is_some_and(Liquids::has_mass);
-        let fuse = fuse && !self.plan.physics().energy_budget() && !has_mass;
-        if fuse && self.particles.prescribed.is_empty() && !self.forces.needs().after_contacts {
+        // after the contacts, the loads are not complete yet.
+        let waits = self.needs.whole_steps || self.needs.after_contacts;
+        if fuse && !waits && self.particles.prescribed.is_empty() {
             self.forces_and_drift(spring_time, (watch, sees_sleepers));
         } else {
             self.forces_alone(spring_time, (watch, sees_sleepers));
             self.kick_due = true;
         }
         self.load_surfaces();
-        self.load_series.note_evaluation();
-        self.tell_audit_and_servos();
-        self.move_liquid();
+        let sums = self.sums();
+        self.call(|part, core| part.after_forces(core, sums.as_ref()));
     }
 
-    /// Sums up what the contacts did, once for both that ask for it in every step.
-    fn tell_audit_and_servos(&mut self) {
-        let is_audited = self.plan.physics().energy_budget();
-        if !is_audited && !self.has_servos {
-            return;
+    /// Sums up what the contacts did, once for servos, which follow it, and for parts that need it in every step.
+    fn sums(&mut self) -> Option<Observation> {
+        if !self.needs.sums && !self.has_servos {
+            return None;
         }
-        let mut sums = self.forces.sums(self.plan.physics().walls().len());
-        self.add_holds_to_walls(&mut sums);
+        let sums = (self.contacts).observation(self.plan.physics().walls().len(), false);
+        let sums = self.with_parts(sums);
         if self.has_servos {
             self.answer_loads(&sums);
         }
-        if is_audited {
-            self.audit_step(&sums);
-        }
-    }
-
-    /// Time since the last force evaluation, s: 0 in the first.
-    pub(super) fn since_last(&self) -> f64 {
-        if self.step > 0 {
-            self.plan.physics().time_step()
-        } else {
-            0.0
-        }
+        Some(sums)
     }
 
     /// The forces, loads gathered to bodies.
@@ -116,73 +98,77 @@ impl Engine {
         (watch, sees_sleepers): (Option<Watch>, bool),
         finish: &Finish<'_>,
     ) -> MotionBound {
-        let overlap_limit = self.overlap_limit();
-        if let Some(liquid) = &mut self.liquid {
-            liquid.measure_films(&self.particles);
-        }
-        let vertices = self.all_vertex_spheres();
-        let context = StepContext {
+        let Self { core, parts } = self;
+        let vertices = core.all_vertex_spheres();
+        let velocity_lag = 0.5 * core.since_last();
+        let Core {
+            plan,
+            particles,
+            contacts,
+            walls,
+            wall_films,
+            surfaces,
+            vertex_loads,
+            images,
+            pool,
+            ..
+        } = core;
+        let mut context = StepContext {
             spring_time,
-            velocity_lag: 0.5 * self.since_last(),
-            sliding_normal: self.plan.physics().sliding_normal(),
-            images: &self.images,
-            walls: &self.walls,
-            surfaces: &self.surfaces,
-            films: self.liquid.as_ref().and_then(Liquids::measured_films),
-            wall_films: self.liquid.as_ref().and_then(Liquids::films_that_meet),
-            wall_curvature: self.plan.physics().wall_curvature(),
-            contact_point_mass: self.plan.physics().contact_point_mass(),
-            feature_loads: self.plan.outputs().files().triangle_loads,
-            overlap_limit,
-            deep: if overlap_limit.is_infinite() {
-                f64::INFINITY
-            } else {
-                overlap_limit.min(SEEN)
-            },
+            velocity_lag,
+            feature_loads: plan.outputs().files().triangle_loads,
+            wall_films: Some(wall_films),
             watch,
             sees_sleepers,
-            width: self.width,
+            ..unobserved(plan.physics(), images, (walls, surfaces), core.width)
         };
-        let pool = self.pool.as_deref();
-        let bound = self
-            .forces
-            .compute(&mut self.particles, &context, pool, finish);
-        self.vertex_loads.clear();
+        for part in parts.iter() {
+            part.inform(&mut context);
+        }
+        let bound = contacts.compute(particles, &context, pool.as_deref(), finish);
+        vertex_loads.clear();
         let mut first = 0;
-        for (number, (vertices, surface)) in vertices.iter().zip(&self.surfaces).enumerate() {
+        for (number, (vertices, surface)) in vertices.iter().zip(&*surfaces).enumerate() {
             let mut loads = vec![Load::default(); vertices.len()];
-            let contacts = &mut self.forces.contacts;
             contacts.compute_vertices(number, first, vertices, &context, &mut loads);
             first += surface.positions.len();
-            self.vertex_loads.push(loads);
+            vertex_loads.push(loads);
+        }
+        if core.needs.after_contacts {
+            parts.iter_mut().for_each(|part| part.add_loads(core));
         }
         bound
     }
+}
 
-    /// Sums up the loads among sleepers; `roused`: the rows that were woken, if nothing else changed.
-    pub(super) fn hold_contacts(&mut self, roused: Option<&[u32]>) {
-        let context = StepContext {
-            spring_time: 0.0,
-            velocity_lag: 0.0,
-            sliding_normal: self.plan.physics().sliding_normal(),
-            images: &self.images,
-            walls: &self.walls,
-            surfaces: &self.surfaces,
-            films: None,
-            wall_films: None,
-            wall_curvature: self.plan.physics().wall_curvature(),
-            contact_point_mass: self.plan.physics().contact_point_mass(),
-            feature_loads: false,
-            overlap_limit: f64::INFINITY,
-            deep: f64::INFINITY,
-            watch: None,
-            sees_sleepers: false,
-            width: self.width,
-        };
-        let (contacts, pool) = (&mut self.forces.contacts, self.pool.as_deref());
-        contacts.settle(&self.particles, &context, pool, roused);
+/// A force evaluation of which nothing is observed, without liquid, at rest.
+pub(crate) fn unobserved<'a>(
+    physics: &Physics,
+    images: &'a Images,
+    (walls, surfaces): (&'a [WallNow], &'a [Surface]),
+    width: Width,
+) -> StepContext<'a> {
+    StepContext {
+        spring_time: 0.0,
+        velocity_lag: 0.0,
+        sliding_normal: physics.sliding_normal(),
+        images,
+        walls,
+        surfaces,
+        films: None,
+        wall_films: None,
+        wall_curvature: physics.wall_curvature(),
+        contact_point_mass: physics.contact_point_mass(),
+        feature_loads: false,
+        overlap_limit: f64::INFINITY,
+        deep: f64::INFINITY,
+        watch: None,
+        sees_sleepers: false,
+        width,
     }
+}
 
+impl Core {
     /// Adds up what the contacts did to the pebbles of each body.
     fn gather_loads(&mut self) {
         let Particles { loads, bodies, .. } = &mut self.particles;

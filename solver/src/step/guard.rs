@@ -7,11 +7,12 @@
 
 use glam::DVec3;
 
-use super::{Engine, RunError};
+use super::crossings::SEEN;
+use super::{Core, Engine, Exchanged, Part, RunError};
 use crate::contact::parameter::short;
-use crate::forces::{Alarm, AlarmKind, Alarms, Other, Watch};
+use crate::forces::{Alarm, AlarmKind, Alarms, Other, StepContext, Watch};
 use crate::plan::GuardPolicy;
-use crate::state::{Id, WallIndex};
+use crate::state::{Id, Pieces, Plain, WallIndex};
 
 /// What happened.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,6 +54,8 @@ pub(super) struct Guard {
     stop: Option<Event>,
     /// Nothing stops it any more: the last step is made to be looked at.
     off: bool,
+    /// Overlap over the smaller radius beyond which a contact is named; `None` if the guard is off.
+    overlap: Option<f64>,
 }
 
 impl Event {
@@ -72,9 +75,68 @@ impl Event {
     }
 }
 
+impl Part for Guard {
+    fn name(&self) -> &str {
+        "guard"
+    }
+
+    fn after_drift(&mut self, core: &mut Core) {
+        self.look_at_ways(core);
+    }
+
+    fn after_walls(&mut self, core: &mut Core) {
+        self.look_for_crossings(core);
+    }
+
+    fn after_exchange(&mut self, core: &mut Core, _: &Exchanged) {
+        // What leaves at the start was placed outside.
+        if core.step > 0 {
+            self.look_at_leavers(core);
+        }
+    }
+
+    fn inform<'a>(&'a self, context: &mut StepContext<'a>) {
+        if let Some(overlap) = self.overlap {
+            context.overlap_limit = overlap;
+            context.deep = overlap.min(SEEN);
+        }
+    }
+
+    fn end_step(&mut self, core: &mut Core) -> Result<(), RunError> {
+        self.look_at_contacts(core);
+        self.judge(core)
+    }
+
+    fn warnings(&self, core: &Core) -> Vec<String> {
+        self.counted(core)
+    }
+
+    fn put(&self, _: &Core, pieces: &mut Pieces) {
+        self.save().put(pieces.end());
+    }
+
+    fn take(&mut self, _: &mut Core, bytes: &mut &[u8]) -> Result<(), String> {
+        *self = Self {
+            overlap: self.overlap,
+            ..Self::restored(&Vec::take(bytes)?)
+        };
+        Ok(())
+    }
+}
+
 impl Guard {
+    /// Before the first step.
+    pub(super) fn of(core: &Core) -> Option<Self> {
+        let guard = core.plan.physics().guard();
+        let is_off = guard.policy == GuardPolicy::Off;
+        Some(Self {
+            overlap: (!is_off).then_some(guard.overlap),
+            ..Self::default()
+        })
+    }
+
     /// How often each kind happened, and the worst of it in numbers: what must be kept to go on later.
-    pub(super) fn save(&self) -> Vec<(u64, Vec<f64>)> {
+    fn save(&self) -> Vec<(u64, Vec<f64>)> {
         let counts = self.counts.iter();
         counts
             .map(|count| {
@@ -85,7 +147,7 @@ impl Guard {
     }
 
     /// From what [`Guard::save`] gave; what is no event of ours is forgotten.
-    pub(super) fn restored(saved: &[(u64, Vec<f64>)]) -> Self {
+    fn restored(saved: &[(u64, Vec<f64>)]) -> Self {
         let mut guard = Self::default();
         for (kind, (steps, numbers)) in saved.iter().enumerate() {
             if let Some(count) = guard.counts.get_mut(kind) {
@@ -173,98 +235,79 @@ impl Event {
     }
 }
 
-impl Engine {
-    /// Overlap over the smaller radius beyond which a contact is named; infinite if the guard is off.
-    pub(super) fn overlap_limit(&self) -> f64 {
-        let guard = self.plan.physics().guard();
-        match guard.policy {
-            GuardPolicy::Off => f64::INFINITY,
-            _ => guard.overlap,
-        }
-    }
-
-    /// Checks the displacements of a step in which no particle was faster than `fastest` (m/s).
-    pub(super) fn guard_ways(&mut self, fastest: f64) {
-        let guard = self.plan.physics().guard();
-        let dt = self.plan.physics().time_step();
-        let is_short = fastest * dt <= guard.way * self.plan.physics().smallest_radius();
+impl Guard {
+    /// Checks the displacements of this step.
+    fn look_at_ways(&mut self, core: &Core) {
+        let guard = core.plan.physics().guard();
+        let dt = core.plan.physics().time_step();
+        let is_short = core.fastest() * dt <= guard.way * core.plan.physics().smallest_radius();
         if is_short || guard.policy == GuardPolicy::Off {
             return;
         }
         let mut worst: Option<(usize, f64)> = None;
-        for (row, record) in self.particles.records.iter().enumerate() {
+        for (row, record) in core.particles.records.iter().enumerate() {
             let part = record.velocity.length() * dt / record.radius;
             if part > guard.way && worst.is_none_or(|(_, most)| part > most) {
                 worst = Some((row, part));
             }
         }
         if let Some((row, part)) = worst {
-            let record = &self.particles.records[row];
-            self.note(What::Way {
-                id: self.particles.ids[row],
+            let record = &core.particles.records[row];
+            let what = What::Way {
+                id: core.particles.ids[row],
                 position: record.position,
                 part,
                 speed: record.velocity.length(),
-            });
+            };
+            self.note(core, what);
         }
     }
 
     /// Looks at the contacts of the evaluation just made.
-    pub(super) fn guard_contacts(&mut self) {
-        let mut alarms = self.forces.contacts.take_alarms();
-        alarms.take_from(&mut self.guard.crossed);
+    fn look_at_contacts(&mut self, core: &mut Core) {
+        let mut alarms = core.contacts.take_alarms();
+        alarms.take_from(&mut self.crossed);
         if alarms != Alarms::default() {
             for kind in Alarms::KINDS {
                 if let Some(alarm) = alarms.worst(kind) {
-                    self.note(What::Contact(kind, alarm));
+                    self.note(core, What::Contact(kind, alarm));
                 }
             }
         }
     }
 
-    fn note(&mut self, what: What) {
-        let (step, time) = (self.step, self.time());
+    fn note(&mut self, core: &Core, what: What) {
+        let (step, time) = (core.step, core.time());
         let event = Event { step, time, what };
-        let count = &mut self.guard.counts[event.index()];
+        let count = &mut self.counts[event.index()];
         count.steps += 1;
         if (count.worst).is_none_or(|worst| event.part() > worst.part()) {
             count.worst = Some(event);
         }
         // What touches a wall from behind is where it should not be, but nothing is wrong with its motion.
         let stops = !matches!(what, What::Contact(AlarmKind::Behind, _));
-        let is_strict = self.plan.physics().guard().policy == GuardPolicy::Strict;
-        if stops && is_strict && !self.guard.off && self.guard.stop.is_none() {
-            self.guard.stop = Some(event);
+        let is_strict = core.plan.physics().guard().policy == GuardPolicy::Strict;
+        if stops && is_strict && !self.off && self.stop.is_none() {
+            self.stop = Some(event);
         }
     }
 
     /// Whether the run may go on.
-    pub(super) fn guarded(&mut self) -> Result<(), RunError> {
-        let Some(event) = self.guard.stop.take() else {
+    fn judge(&mut self, core: &Core) -> Result<(), RunError> {
+        let Some(event) = self.stop.take() else {
             return Ok(());
         };
         Err(RunError::Guarded {
             step: event.step,
             time: event.time,
-            what: self.told(&event),
-            help: self.help(&event),
+            what: told(core, &event),
+            help: help(core, &event),
         })
     }
 
-    /// After an error: makes one more step whose contacts are seen, so that the state can be looked at.
-    ///
-    /// # Errors
-    /// If a particle's motion is no longer a number.
-    pub fn step_to_look_at(&mut self, watch: Watch) -> Result<(), RunError> {
-        self.guard.off = true;
-        self.step(Some(watch))?;
-        self.complete_step()
-    }
-
     /// What was beyond a limit since the start, counted: a line for each kind.
-    #[must_use]
-    pub fn guard_warnings(&self) -> Vec<String> {
-        let counts = self.guard.counts.iter();
+    fn counted(&self, core: &Core) -> Vec<String> {
+        let counts = self.counts.iter();
         counts
             .filter_map(|count| {
                 let worst = count.worst?;
@@ -276,81 +319,102 @@ impl Engine {
                 Some(format!(
                     "guard: {steps} at step {} (t = {time} s): {}",
                     worst.step,
-                    self.told(&worst)
+                    told(core, &worst)
                 ))
             })
             .collect()
     }
+}
 
-    fn told(&self, event: &Event) -> String {
-        let limits = self.plan.physics().guard();
-        let place = |x: DVec3| format!("({}, {}, {}) m", short(x.x), short(x.y), short(x.z));
-        let (kind, alarm) = match event.what {
-            What::Way {
-                id,
-                position,
-                part,
-                speed,
-            } => {
-                return format!(
-                    "particle {id} moves by {} of its radius in one step, to {}, at {} m/s (guard.way = {})",
-                    short(part),
-                    place(position),
-                    short(speed),
-                    short(limits.way)
-                );
-            }
-            What::Contact(kind, alarm) => (kind, alarm),
-        };
-        let (other, radius) = match alarm.other {
-            Other::Particle(id) => (format!("particle {id}"), "the smaller radius"),
-            Other::Wall(index) => {
-                let wall = self.plan.physics().walls().get(index.index());
-                let name = wall.map_or(index.to_string(), |wall| wall.name.clone());
-                (format!("wall `{name}`"), "its radius")
-            }
-        };
-        let (id, at, speed) = (alarm.id, place(alarm.position), short(alarm.speed.abs()));
-        let way = if alarm.speed >= 0.0 {
-            "approaching"
-        } else {
-            "leaving"
-        };
-        match kind {
-            AlarmKind::Overlap => format!(
-                "particle {id} at {at} overlaps {other} by {} of {radius}, {way} at {speed} m/s (guard.overlap = {})",
-                short(alarm.part()),
-                short(limits.overlap)
-            ),
-            AlarmKind::Through => format!(
-                "particle {id} at {at} has gone through {other}: its centre is {} m behind it, {way} at {speed} m/s",
-                short(alarm.overlap - alarm.radius)
-            ),
-            AlarmKind::Behind => format!(
-                "particle {id} at {at} touches {other}, which acts on its other side, from behind; it is pushed back from there"
-            ),
+impl Engine {
+    /// After an error: makes one more step whose contacts are seen, so that the state can be looked at.
+    ///
+    /// # Errors
+    /// If a particle's motion is no longer a number.
+    pub fn step_to_look_at(&mut self, watch: Watch) -> Result<(), RunError> {
+        if let Some((guard, _)) = self.part_and_core::<Guard>() {
+            guard.off = true;
         }
+        self.step(Some(watch))?;
+        self.complete_step()
     }
 
-    /// The likely cause, and what to do.
-    fn help(&self, event: &Event) -> String {
-        let dt = self.plan.physics().time_step();
-        let go_on = "guard.policy = \"warn\" goes on and counts";
-        match event.what {
-            What::Way { part, .. } => {
-                let limit = self.plan.physics().guard().way;
-                format!(
-                    "the time step is too large for this speed (below {} s it is not), or the particle was thrown by a contact that was too deep; {go_on}",
-                    short(dt * limit / part)
-                )
-            }
-            // In a few steps it came as far as it is.
-            What::Contact(_, alarm) if 4.0 * alarm.speed * dt > alarm.overlap => format!(
-                "it came so far in less than 4 steps: the time step is too large for this speed; {go_on}"
-            ),
-            What::Contact(..) => format!(
-                "the contact is too soft for what presses on it (a larger stiffness or Young's modulus, with the smaller time step that it needs), or something was placed, or a wall has come, inside of it; {go_on}"
-            ),
+    /// What was beyond a limit since the start, counted: a line for each kind.
+    #[must_use]
+    pub fn guard_warnings(&self) -> Vec<String> {
+        let guard = self.part::<Guard>();
+        guard.map_or_else(Vec::new, |guard| guard.counted(self))
+    }
+}
+
+fn told(core: &Core, event: &Event) -> String {
+    let limits = core.plan.physics().guard();
+    let place = |x: DVec3| format!("({}, {}, {}) m", short(x.x), short(x.y), short(x.z));
+    let (kind, alarm) = match event.what {
+        What::Way {
+            id,
+            position,
+            part,
+            speed,
+        } => {
+            return format!(
+                "particle {id} moves by {} of its radius in one step, to {}, at {} m/s (guard.way = {})",
+                short(part),
+                place(position),
+                short(speed),
+                short(limits.way)
+            );
         }
+        What::Contact(kind, alarm) => (kind, alarm),
+    };
+    let (other, radius) = match alarm.other {
+        Other::Particle(id) => (format!("particle {id}"), "the smaller radius"),
+        Other::Wall(index) => {
+            let wall = core.plan.physics().walls().get(index.index());
+            let name = wall.map_or(index.to_string(), |wall| wall.name.clone());
+            (format!("wall `{name}`"), "its radius")
+        }
+    };
+    let (id, at, speed) = (alarm.id, place(alarm.position), short(alarm.speed.abs()));
+    let way = if alarm.speed >= 0.0 {
+        "approaching"
+    } else {
+        "leaving"
+    };
+    match kind {
+        AlarmKind::Overlap => format!(
+            "particle {id} at {at} overlaps {other} by {} of {radius}, {way} at {speed} m/s (guard.overlap = {})",
+            short(alarm.part()),
+            short(limits.overlap)
+        ),
+        AlarmKind::Through => format!(
+            "particle {id} at {at} has gone through {other}: its centre is {} m behind it, {way} at {speed} m/s",
+            short(alarm.overlap - alarm.radius)
+        ),
+        AlarmKind::Behind => format!(
+            "particle {id} at {at} touches {other}, which acts on its other side, from behind; it is pushed back from there"
+        ),
+    }
+}
+
+/// The likely cause, and what to do.
+fn help(core: &Core, event: &Event) -> String {
+    let dt = core.plan.physics().time_step();
+    let go_on = "guard.policy = \"warn\" goes on and counts";
+    match event.what {
+        What::Way { part, .. } => {
+            let limit = core.plan.physics().guard().way;
+            format!(
+                "the time step is too large for this speed (below {} s it is not), or the particle was thrown by a contact that was too deep; {go_on}",
+                short(dt * limit / part)
+            )
+        }
+        // In a few steps it came as far as it is.
+        What::Contact(_, alarm) if 4.0 * alarm.speed * dt > alarm.overlap => format!(
+            "it came so far in less than 4 steps: the time step is too large for this speed; {go_on}"
+        ),
+        What::Contact(..) => format!(
+            "the contact is too soft for what presses on it (a larger stiffness or Young's modulus, with the smaller time step that it needs), or something was placed, or a wall has come, inside of it; {go_on}"
+        ),
     }
 }

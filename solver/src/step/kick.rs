@@ -3,14 +3,32 @@
 use rayon::prelude::*;
 
 use super::motion::{KickDrift, turn_orientations};
-use super::{Engine, RunError};
+use super::{Core, RunError};
 use crate::bodies::BodyStep;
 use crate::forces::{MotionBound, block_size};
 use crate::state::{Particle, Particles};
 
-impl Engine {
+impl Core {
+    /// Kicks and drift of the particles, unless they were made with the forces of the last step. Returns the half kicks that
+    /// sheets get, whose part of the kicks is never made ahead.
+    ///
+    /// # Errors
+    /// If a particle's motion is no longer a number.
+    pub(super) fn begin_step(&mut self) -> Result<u32, RunError> {
+        let kicks = 1 + u32::from(self.kick_due || self.drifted.is_some());
+        self.motion = match self.drifted.take() {
+            Some(motion) => motion,
+            None => self.kick_and_drift(),
+        };
+        if !self.motion.sum_of_squares.is_finite() {
+            return Err(self.not_finite());
+        }
+        self.step += 1;
+        Ok(kicks)
+    }
+
     /// First half kick and drift, with the second half kick of the step before if it is still due.
-    pub(super) fn kick_and_drift(&mut self) -> MotionBound {
+    fn kick_and_drift(&mut self) -> MotionBound {
         let kicks = if std::mem::take(&mut self.kick_due) {
             2
         } else {

@@ -1,7 +1,8 @@
 //! The candidate lists: whether they still hold all contacts, and how they are built.
 
-use super::{Engine, RunError};
-use crate::forces::{MotionBound, NewList, find_near_walls};
+use super::snapshot::MOST_STEPS;
+use super::{Core, Engine, RunError};
+use crate::forces::{NewList, find_near_walls};
 use crate::memory::{MANY, give_back};
 use crate::neighbours::{Built, Cells, ExtraSkins, HalfSkins, Levels, Skin, Validity, build, each};
 use crate::state::{Particle, Particles, Row};
@@ -37,18 +38,139 @@ impl Lists {
             rebuilds: 0,
         }
     }
+
+    /// Whether it can be of so many rows.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub(super) fn check(&self, rows: usize) -> Result<(), String> {
+        if !(self.skin.is_possible() && self.half_skins.is_possible()) {
+            return Err("a skin that cannot be".to_owned());
+        }
+        if self.rebuilds.max(self.validity.steps) > MOST_STEPS {
+            return Err("more steps than a run can make".to_owned());
+        }
+        if ![0, rows].contains(&self.extra_skin.len()) {
+            return Err("the extra skins do not match the particles".to_owned());
+        }
+        Ok(())
+    }
 }
 
 impl Engine {
-    /// Builds the candidate list anew if it may miss a contact. `fastest`: how particles moved in this step.
-    pub(super) fn keep_lists_valid(&mut self, fastest: MotionBound) -> Result<(), RunError> {
+    /// Builds the candidate list anew if it may miss a contact.
+    pub(super) fn keep_lists_valid(&mut self) -> Result<(), RunError> {
+        if !self.are_lists_valid() {
+            self.rebuild()?;
+        }
+        Ok(())
+    }
+
+    /// Sorts the particles and builds the candidate lists.
+    fn rebuild(&mut self) -> Result<(), RunError> {
+        let Self { core, parts } = self;
+        let finite = |record: &Particle| record.position.is_finite();
+        if !core.particles.records.iter().all(finite) {
+            return Err(core.not_finite());
+        }
+        core.freshen_surfaces()?;
+        if core.lists.validity.steps > 0 {
+            let listed = core.contacts.listed();
+            let idle = listed.saturating_sub(core.contacts.touching());
+            core.lists.skin.adapt(
+                core.lists.validity.steps,
+                idle as f64 / core.particles.len().max(1) as f64,
+                !core.history_columns().is_empty(),
+            );
+        }
+        let parallel = in_pool();
+        let removed = core.boundaries.take_row_map(core.particles.len());
+        core.rename_images(&removed);
+        let widest = core.widest_skin();
+        let Lists { skin, .. } = &mut core.lists;
+        let levels = Levels::choose(&core.particles.records, skin.thickness.min(widest));
+        let mut extra = ExtraSkins::measure(&core.particles, skin, &levels, widest, parallel);
+        let skin = skin.thickness;
+        // Forces that act across a gap need their pairs listed that much farther out.
+        let range = core.needs.range;
+        parts.iter_mut().for_each(|part| part.before_list(core));
+        if let Some(bodies) = &mut core.particles.bodies {
+            bodies.wrap(&core.images);
+        }
+        let Built {
+            list,
+            new_row: sorted,
+            grid,
+        } = build(
+            &mut core.particles,
+            &mut extra,
+            &levels,
+            skin + range,
+            &core.images,
+            parallel,
+        );
+        let Particles {
+            records, bodies, ..
+        } = &mut core.particles;
+        if let Some(bodies) = bodies {
+            bodies.note_shifts(records, &core.images);
+        }
+        for wall in &mut core.walls {
+            wall.note_images(&core.images);
+        }
+        let skin_of_walls = core.skin_of_walls();
+        let near_walls = find_near_walls(
+            &core.particles,
+            &extra.rows,
+            &grid,
+            &core.walls,
+            &core.images,
+            0.5 * skin + skin_of_walls + range,
+            parallel,
+        );
+        core.note_near_surfaces(&near_walls);
+        let new_row: Vec<Option<Row>> = each(removed.len(), parallel, |old| {
+            removed[old].map(|row| sorted[row.index()])
+        });
+        core.contacts.adopt(&list, &near_walls, &new_row, parallel);
+        let list = NewList {
+            particles: &core.particles,
+            pairs: &list,
+            near_walls: &near_walls,
+            new_row: &new_row,
+            parallel,
+        };
+        parts.iter_mut().for_each(|part| part.new_list(&list));
+        let most = extra.rows.iter().copied().fold(0.0, f64::max);
+        core.boundaries.listed(&core.particles, skin + 2.0 * most);
+        if core.boundaries.expects_more() {
+            let cells = Cells::of_list(grid, &levels, &core.particles, &core.images);
+            core.boundaries.take_cells(core.particles.len(), cells);
+        }
+        core.lists.half_skins = HalfSkins::new(&levels, &extra, skin);
+        core.lists.validity = Validity::default();
+        core.lists.extra_skin = extra.rows;
+        core.walls.iter_mut().for_each(WallNow::note_listed);
+        core.surfaces.iter_mut().for_each(Surface::note_listed);
+        core.list_vertices(skin_of_walls);
+        core.lists.rows_changed = false;
+        core.lists.rebuilds += 1;
+        if core.particles.len() > MANY {
+            give_back();
+        }
+        Ok(())
+    }
+}
+
+impl Core {
+    fn are_lists_valid(&mut self) -> bool {
         let dt = self.plan.physics().time_step();
         let limit = 0.5 * self.lists.skin.thickness;
         let limit_of_walls = self.skin_of_walls();
         let mut valid = !self.lists.rows_changed;
         if valid {
             valid = self.lists.validity.advance(
-                fastest.squared_part.sqrt() * dt,
+                self.motion.squared_part.sqrt() * dt,
                 dt,
                 limit,
                 &self.particles,
@@ -58,15 +180,11 @@ impl Engine {
         }
         let reach = self.images.size.length();
         let about = self.images.min + 0.5 * self.images.size;
-        valid = valid
+        valid
             && self
                 .walls
                 .iter()
-                .all(|wall| wall.displacement_since_listed(about, reach) <= limit_of_walls);
-        if !valid {
-            self.rebuild()?;
-        }
-        Ok(())
+                .all(|wall| wall.displacement_since_listed(about, reach) <= limit_of_walls)
     }
 
     /// Largest thickness of the skin of the smallest particles, m.
@@ -79,107 +197,9 @@ impl Engine {
     fn skin_of_walls(&self) -> f64 {
         0.5 * self.lists.skin.thickness.min(self.widest_skin())
     }
-
-    /// Sorts the particles and builds the candidate lists.
-    fn rebuild(&mut self) -> Result<(), RunError> {
-        let finite = |record: &Particle| record.position.is_finite();
-        if !self.particles.records.iter().all(finite) {
-            return Err(self.not_finite());
-        }
-        self.freshen_surfaces()?;
-        if self.lists.validity.steps > 0 {
-            let idle = self
-                .forces
-                .contacts
-                .listed()
-                .saturating_sub(self.forces.contacts.touching());
-            self.lists.skin.adapt(
-                self.lists.validity.steps,
-                idle as f64 / self.particles.len().max(1) as f64,
-                !self.forces.contacts.history_columns().is_empty(),
-            );
-        }
-        let parallel = in_pool();
-        let removed = self.boundaries.take_row_map(self.particles.len());
-        self.rename_images(&removed);
-        let widest = self.widest_skin();
-        let Lists { skin, .. } = &mut self.lists;
-        let levels = Levels::choose(&self.particles.records, skin.thickness.min(widest));
-        let mut extra = ExtraSkins::measure(&self.particles, skin, &levels, widest, parallel);
-        let skin = skin.thickness;
-        // Forces that act across a gap need their pairs listed that much farther out.
-        let range = self.forces.needs().range;
-        self.count_periods();
-        if let Some(bodies) = &mut self.particles.bodies {
-            bodies.wrap(&self.images);
-        }
-        let Built {
-            list,
-            new_row: sorted,
-            grid,
-        } = build(
-            &mut self.particles,
-            &mut extra,
-            &levels,
-            skin + range,
-            &self.images,
-            parallel,
-        );
-        let Particles {
-            records, bodies, ..
-        } = &mut self.particles;
-        if let Some(bodies) = bodies {
-            bodies.note_shifts(records, &self.images);
-        }
-        for wall in &mut self.walls {
-            wall.note_images(&self.images);
-        }
-        let skin_of_walls = self.skin_of_walls();
-        let near_walls = find_near_walls(
-            &self.particles,
-            &extra.rows,
-            &grid,
-            &self.walls,
-            &self.images,
-            0.5 * skin + skin_of_walls + range,
-            parallel,
-        );
-        self.note_near_surfaces(&near_walls);
-        let new_row: Vec<Option<Row>> = each(removed.len(), parallel, |old| {
-            removed[old].map(|row| sorted[row.index()])
-        });
-        if let Some(sleep) = &mut self.sleep {
-            sleep.follow(&new_row, self.particles.len());
-        }
-        self.forces.adopt(&NewList {
-            particles: &self.particles,
-            pairs: &list,
-            near_walls: &near_walls,
-            new_row: &new_row,
-            parallel,
-        });
-        let most = extra.rows.iter().copied().fold(0.0, f64::max);
-        self.boundaries.listed(&self.particles, skin + 2.0 * most);
-        if self.boundaries.expects_more() {
-            let cells = Cells::of_list(grid, &levels, &self.particles, &self.images);
-            self.boundaries.take_cells(self.particles.len(), cells);
-        }
-        self.lists.half_skins = HalfSkins::new(&levels, &extra, skin);
-        self.lists.validity = Validity::default();
-        self.lists.extra_skin = extra.rows;
-        self.walls.iter_mut().for_each(WallNow::note_listed);
-        self.surfaces.iter_mut().for_each(Surface::note_listed);
-        self.list_vertices(skin_of_walls);
-        self.lists.rows_changed = false;
-        self.lists.rebuilds += 1;
-        if self.particles.len() > MANY {
-            give_back();
-        }
-        Ok(())
-    }
 }
 
-impl Engine {
+impl Core {
     /// Before particles are put back into the domain: contacts with a wall go on by the image that is the same copy of it then.
     /// `present`: where each row of the last list is now.
     fn rename_images(&mut self, present: &[Option<Row>]) {
@@ -188,7 +208,7 @@ impl Engine {
             return;
         }
         let records = &self.particles.records;
-        self.forces.contacts.rename_images(&|row, wall, image| {
+        self.contacts.rename_images(&|row, wall, image| {
             let Some(row) = present[row as usize] else {
                 return image;
             };

@@ -1,11 +1,13 @@
 //! Loads on the triangles of meshes, summed from one file to the next.
 
-use super::Engine;
-use crate::forces::LoadSums;
+use super::snapshot::MOST_STEPS;
+use super::{Core, Engine, Part};
+use crate::forces::{LoadSums, Observation};
+use crate::state::{Pieces, Plain};
 
 /// Sums since each series of files was written last: frames and files for ParaView have intervals of their own.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct LoadSeries {
+pub(super) struct LoadSeries {
     /// Force evaluations whose loads are still in the blocks.
     pending: u64,
     frames: LoadSums,
@@ -13,15 +15,45 @@ pub struct LoadSeries {
 }
 
 impl LoadSeries {
-    /// The largest of its counts.
-    pub(super) fn most_evaluations(&self) -> u64 {
+    /// Whether a run can have counted so many evaluations.
+    ///
+    /// # Errors
+    /// If not.
+    fn check(&self) -> Result<(), String> {
         let series = self.frames.evaluations.max(self.vtk.evaluations);
-        series.max(self.pending)
+        if series.max(self.pending) > MOST_STEPS {
+            return Err("more steps than a run can make".to_owned());
+        }
+        Ok(())
     }
 
-    /// A force evaluation was made.
-    pub(super) fn note_evaluation(&mut self) {
+    /// In scenes that sum up loads on triangles.
+    pub(super) fn of(core: &Core) -> Option<Self> {
+        let is_wanted = core.plan.outputs().files().triangle_loads;
+        is_wanted.then(Self::default)
+    }
+}
+
+impl Part for LoadSeries {
+    fn name(&self) -> &str {
+        "feature loads"
+    }
+
+    fn after_forces(&mut self, _: &mut Core, _: Option<&Observation>) {
         self.pending += 1;
+    }
+
+    fn put(&self, core: &Core, pieces: &mut Pieces) {
+        // Those that still lie in the blocks, and those taken from there.
+        core.contacts.feature_loads().put(pieces.end());
+        Plain::put(self, pieces.end());
+    }
+
+    fn take(&mut self, core: &mut Core, bytes: &mut &[u8]) -> Result<(), String> {
+        let in_blocks: Vec<_> = Plain::take(bytes)?;
+        core.contacts.restore_feature_loads(&in_blocks);
+        *self = Plain::take(bytes)?;
+        self.check()
     }
 }
 
@@ -29,12 +61,14 @@ impl Engine {
     /// Loads on the features of mesh walls, summed over the force evaluations since the last reading: for a frame, and for the
     /// files for ParaView. Empty where it is neither read nor planned.
     pub fn take_load_sums(&mut self, frame: bool, vtk: bool) -> [Option<LoadSums>; 2] {
-        let output = self.plan.outputs().files();
-        if !output.triangle_loads || !(frame || vtk) {
+        if !(frame || vtk) {
             return [None, None];
         }
-        let loads = self.forces.contacts.take_feature_loads();
-        let series = &mut self.load_series;
+        let Some((series, core)) = self.part_and_core::<LoadSeries>() else {
+            return [None, None];
+        };
+        let output = core.plan.outputs().files();
+        let loads = core.contacts.take_feature_loads();
         let evaluations = std::mem::take(&mut series.pending);
         if output.frames {
             series.frames.add(evaluations, &loads);

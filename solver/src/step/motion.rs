@@ -125,7 +125,7 @@ impl Task for Advance<'_> {
 }
 
 /// Turns orientations by the angular velocities over `drift` seconds, exactly for constant ones. Several at once, as `width` says.
-pub(super) fn turn_orientations(
+pub(crate) fn turn_orientations(
     orientations: &mut [DQuat],
     records: &[Particle],
     drift: f64,

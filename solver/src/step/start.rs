@@ -2,23 +2,18 @@
 
 use std::sync::Arc;
 
-use super::guard::Guard;
-use super::sleep::Sleep;
-use super::{Audit, Engine, Lists, LoadSeries, RunError};
-use super::{surfaces, tracks};
+use super::{Core, Engine, Lists, Part, RunError};
+use super::{parts, surfaces};
 use crate::boundaries::Boundaries;
-use crate::forces::{ContactForces, ForcePass, Forces, MotionBound, Watch, contact_loop};
+use crate::forces::{ContactForces, MotionBound, Needs, Watch, contact_loop};
 use crate::lanes::Width;
-use crate::liquid::Liquids;
 use crate::membrane::Moment;
 use crate::neighbours::Skin;
 use crate::plan::Plan;
-use crate::spray::Sprays;
 use crate::stage::Stage;
 use crate::state::{Particles, inverse_inertia_factor};
 use crate::surface::SurfaceMotion;
-use crate::walls::WallNow;
-use crate::wear::Wear;
+use crate::walls::{WallFilms, WallNow};
 
 /// How a run is started or continued.
 pub struct StartOptions {
@@ -27,8 +22,8 @@ pub struct StartOptions {
     /// Contact laws that no scene can name: a [`ContactLoop`](crate::forces::ContactLoop) over the materials of the plan, and how the
     /// log calls it. Of the plan's own laws only counts then whether particles turn.
     pub contacts: Option<(Box<dyn ContactForces>, String)>,
-    /// Forces beside the contacts.
-    pub forces: Vec<Box<dyn ForcePass>>,
+    /// Parts of the step beside those of the plan: forces beside the contacts, for instance.
+    pub parts: Vec<Box<dyn Part>>,
     /// Whether the contacts of the start are recorded one by one; there are more of them than particles.
     pub records: bool,
     /// How many numbers are worked on side by side; changes no bit. `None`: what is fastest.
@@ -38,13 +33,13 @@ pub struct StartOptions {
 }
 
 impl StartOptions {
-    /// The plan's laws, no other forces, contacts recorded.
+    /// The plan's laws and parts, no others, contacts recorded.
     #[must_use]
     pub fn threads(threads: usize) -> Self {
         Self {
             threads,
             contacts: None,
-            forces: Vec::new(),
+            parts: Vec::new(),
             records: true,
             width: None,
             stage: Arc::default(),
@@ -72,10 +67,10 @@ impl StartOptions {
         self
     }
 
-    /// With these forces beside the contacts.
+    /// With these parts beside those of the plan.
     #[must_use]
-    pub fn forces(mut self, forces: Vec<Box<dyn ForcePass>>) -> Self {
-        self.forces = forces;
+    pub fn parts(mut self, parts: Vec<Box<dyn Part>>) -> Self {
+        self.parts = parts;
         self
     }
 
@@ -108,9 +103,10 @@ impl Engine {
     /// With its first lists, its first forces evaluated, and with `records` of their contacts.
     pub(super) fn started(mut self, records: bool) -> Result<Self, RunError> {
         self.take_up_contacts();
-        self.note_first_liquid();
+        self.call(|part, core| part.start(core));
         self.exchange_particles()?;
-        self.keep_lists_valid(MotionBound::default())?;
+        self.keep_lists_valid()?;
+        self.try_call(|part, core| part.before_forces(core))?;
         let spring_time = if self.plan.physics().startup_increment() {
             self.plan.physics().time_step()
         } else {
@@ -121,7 +117,6 @@ impl Engine {
             audit: None,
         };
         self.evaluate_forces(spring_time, Some(watch), false);
-        self.forget_rubs();
         // The first step begins with its own half kick alone.
         self.kick_due = false;
         Ok(self)
@@ -134,12 +129,17 @@ impl Engine {
         let Some(carried) = plan.physics().carried() else {
             return;
         };
-        let contacts = &mut self.forces.contacts;
+        let Core {
+            contacts,
+            particles,
+            boundaries,
+            ..
+        } = &mut self.core;
         // Laws that no scene can name may remember something else.
-        if carried.pairs.numbers() == contacts.saved_numbers() {
-            let rows = self.particles.len();
+        if carried.pairs.numbers() == contacts.layout().numbers {
+            let rows = particles.len();
             contacts.restore(rows, &carried.pairs, &carried.near_walls);
-            self.boundaries.go_on_from_list(rows);
+            boundaries.go_on_from_list(rows);
         }
     }
 
@@ -147,8 +147,8 @@ impl Engine {
     pub(super) fn unstarted(plan: Arc<Plan>, options: StartOptions) -> Result<Self, RunError> {
         let named = options.contacts;
         let (contacts, law_names) = named.unwrap_or_else(|| contact_loop(plan.physics().laws()));
-        let forces = Forces::new(contacts, options.forces);
-        let needs = forces.needs();
+        let others = options.parts.iter().map(|part| part.needs());
+        let needs = others.fold(contacts.needs(), Needs::and);
         let images = plan.physics().images();
         let mut particles = Particles::new(plan.physics().orientations() || needs.orientations);
         for new in plan.physics().particles() {
@@ -159,10 +159,6 @@ impl Engine {
         for new in plan.physics().bodies() {
             new.add_to(&mut particles, plan.physics().clumps());
         }
-        let liquid = (plan.physics().liquid().as_ref())
-            .map(|of_plan| Liquids::start(of_plan, &mut particles));
-        let sprays = plan.physics().sprays().as_ref().map(Sprays::new);
-        tracks::start(plan.outputs().files(), &images, &mut particles);
         let pool = match options.threads {
             0 | 1 => None,
             threads => {
@@ -173,7 +169,6 @@ impl Engine {
             }
         };
         let mut walls = WallNow::all(plan.physics().walls(), plan.physics().time_step(), &images);
-        let wear = Wear::new(plan.physics().wear(), &walls);
         let (mut surfaces, borrowing) = surfaces::start(
             plan.physics().surfaces(),
             plan.physics().time_step(),
@@ -193,9 +188,6 @@ impl Engine {
                 has_pool: false,
             },
         );
-        for wall in wear.iter().flat_map(|wear| &wear.walls) {
-            walls[wall.plan().wall].set_wearing();
-        }
         let has_servos = plan
             .physics()
             .walls()
@@ -209,18 +201,22 @@ impl Engine {
             &plan.physics().setting(),
         );
         boundaries.tell(Arc::clone(&options.stage));
-        let sleep = plan.physics().sleeping().map(|_| Sleep::new());
         let width = options.width.unwrap_or_else(Width::fastest);
-        Ok(Self {
+        let liquid = plan.physics().liquid().as_ref();
+        let wall_films = liquid.map(|liquid| WallFilms::start(&liquid.wall_films));
+        let mut core = Core {
             boundaries,
             inverse_inertia: inverse_inertia_factor(plan.physics().dimensions()),
             turns: plan.physics().laws().turns(),
             plan,
             particles,
-            forces,
+            contacts,
+            needs,
             law_names,
             images,
             walls,
+            wall_films: wall_films.unwrap_or_default(),
+            has_new_surface: false,
             surfaces,
             vertex_loads: Vec::new(),
             surface_motion: SurfaceMotion::default(),
@@ -228,22 +224,20 @@ impl Engine {
             is_near,
             stale,
             lists: Lists::new(skin),
-            guard: Guard::default(),
             has_servos,
             width,
             stage: options.stage,
             step: 0,
+            motion: MotionBound::default(),
             kick_due: false,
             drifted: None,
             pool,
             idle_pool: None,
-            audit: Audit::default(),
-            audited: Vec::new(),
-            load_series: LoadSeries::default(),
-            sleep,
-            liquid,
-            sprays,
-            wear,
-        })
+        };
+        let mut parts = parts::all(&mut core);
+        parts.extend(options.parts);
+        let of_parts = parts.iter().map(|part| part.needs());
+        core.needs = of_parts.fold(core.needs, Needs::and);
+        Ok(Self { core, parts })
     }
 }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::crossings::SEEN;
-use super::{Engine, RunError};
+use super::{Core, RunError};
 use crate::contact::parameter::short;
 use crate::forces::{NearWall, Observation, near_walls_of_vertices};
 use crate::membrane::{Fault, MembraneNow, MembranePlan, Moment, STRETCHES, SavedMembrane};
@@ -61,7 +61,7 @@ macro_rules! moment {
     };
 }
 
-impl Engine {
+impl Core {
     /// Half kicks of the vertices, as many as particles get in this step, and their drift; then the meshes follow. A mesh that no particle is
     /// near is left where it was until the candidate list is built. `fastest`: of the particles, m/s.
     pub(super) fn advance_surfaces(&mut self, kicks: u32, fastest: f64) -> Result<(), RunError> {
@@ -74,7 +74,7 @@ impl Engine {
         // Others than contacts look for walls, too.
         let fastest = fastest.max(self.surface_motion.squared_speed.sqrt());
         let is_fast = fastest * physics.time_step() > SEEN * physics.smallest_radius();
-        let all = is_fast || self.sprays.is_some() || self.boundaries.expects_more();
+        let all = is_fast || self.needs.all_walls || self.boundaries.expects_more();
         for number in 0..self.surfaces.len() {
             if all || self.is_near[number] {
                 self.follow_surface(number)?;
@@ -154,7 +154,7 @@ impl Engine {
         }
         self.surfaces.iter_mut().for_each(Surface::clear_loads);
         let surfaces = &mut self.surfaces;
-        (self.forces.contacts)
+        (self.contacts)
             .visit_surface_loads(&mut |load| surfaces[load.surface as usize].add_load(load));
         for (surface, loads) in self.surfaces.iter_mut().zip(&self.vertex_loads) {
             for (sum, load) in surface.loads.iter_mut().zip(loads) {
@@ -209,14 +209,14 @@ impl Engine {
             return;
         }
         let walls = &self.walls[..self.plan.physics().walls().len()];
-        let range = self.forces.needs().range;
+        let range = self.needs.range;
         let near: Vec<Vec<NearWall>> = (0..self.surfaces.len())
             .map(|number| {
                 let vertices = self.vertex_spheres(number);
                 near_walls_of_vertices(&vertices, walls, &self.images, 2.0 * skin + range)
             })
             .collect();
-        self.forces.contacts.adopt_vertices(&near);
+        self.contacts.adopt_vertices(&near);
     }
 
     /// Forces inside the sheets, pressure and drag go here: they are added to [`Surface::forces`], for the positions of the present step and
@@ -325,20 +325,20 @@ impl Engine {
         self.membranes.iter().map(MembraneNow::save).collect()
     }
 
-    pub(super) fn restore_membranes(&mut self, saved: &[SavedMembrane]) -> Result<(), RunError> {
+    pub(super) fn restore_membranes(&mut self, saved: &[SavedMembrane]) -> Result<(), String> {
         if saved.len() != self.membranes.len() {
-            return Err(RunError::OtherPlan(format!(
+            return Err(format!(
                 "it has the mechanics of {} membranes, the plan of {}",
                 saved.len(),
                 self.membranes.len()
-            )));
+            ));
         }
         let plans = self.plan.physics().membranes().iter();
         for (((plan, surface), membrane), saved) in (plans.zip(&self.surfaces))
             .zip(&mut self.membranes)
             .zip(saved)
         {
-            (membrane.restore(plan, surface, saved)).map_err(RunError::OtherPlan)?;
+            membrane.restore(plan, surface, saved)?;
         }
         Ok(())
     }
@@ -353,26 +353,22 @@ impl Engine {
         self.surfaces.iter().map(Surface::save).collect()
     }
 
-    pub(super) fn restore_surfaces(&mut self, saved: &[SavedSurface]) -> Result<(), RunError> {
+    pub(super) fn restore_surfaces(&mut self, saved: &[SavedSurface]) -> Result<(), String> {
         let first = self.plan.physics().walls().len();
         if saved.len() != self.surfaces.len() {
-            return Err(RunError::OtherPlan(format!(
+            return Err(format!(
                 "it has {} membranes, the plan {}",
                 saved.len(),
                 self.surfaces.len()
-            )));
+            ));
         }
         let surfaces = self.surfaces.iter_mut().zip(&mut self.walls[first..]);
         for ((number, saved), (surface, wall)) in saved.iter().enumerate().zip(surfaces) {
-            surface.restore(saved).map_err(RunError::OtherPlan)?;
+            surface.restore(saved)?;
             let way = surface.way_since_listed();
             let followed = wall.follow_anew(&surface.corners(), way, &self.images);
-            followed.map_err(|error| RunError::Surface {
-                surface: self.plan.physics().surfaces()[number].name.clone(),
-                step: self.step,
-                time: self.step as f64 * self.plan.physics().time_step(),
-                error,
-            })?;
+            let name = &self.plan.physics().surfaces()[number].name;
+            followed.map_err(|error| format!("membranes.{name}: {error}"))?;
         }
         Ok(())
     }

@@ -23,7 +23,9 @@ use crate::contact::registry::AnyPairLaw;
 use crate::contact::{AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear};
 use crate::forces::Watch;
 use crate::plan::{Draft, NewParticle, Plan, plan};
-use crate::walls::{Component, Mesh, Motion, Plane, Revolution, Shape, Side, SphereShell, Wall};
+use crate::walls::{
+    Component, Mesh, Motion, Plane, Revolution, SavedWall, Shape, Side, SphereShell, Wall,
+};
 
 fn frictionless() -> AnyPairLaw {
     AnyPairLaw {
@@ -360,7 +362,7 @@ fn a_servo_is_part_of_the_state() {
         other.steps_at_once(1500, None).unwrap();
         assert_eq!(one.snapshot(), other.snapshot());
     }
-    assert!(one.snapshot().walls[1].servos[0].displacement < -4e-4);
+    assert!(one.walls()[1].servos[0].displacement < -4e-4);
 }
 
 /// A sheet of triangles under five spheres that bounce without loss, and the numbers of its corners' places.
@@ -471,7 +473,11 @@ fn a_mesh_that_is_reshaped_acts_like_one_that_moves() {
 fn a_reshaped_mesh_is_part_of_the_state() {
     let plan = Arc::new(trampoline(Motion::new(Vec::new()).unwrap()).plan().unwrap());
     let mut one = Engine::new(Arc::clone(&plan), 1).unwrap();
-    assert!(one.snapshot().walls[0].shape.is_empty(), "it is the plan's");
+    let shape = |of: &Snapshot| -> Vec<f64> {
+        let walls: Vec<SavedWall> = of.sections().get("walls").unwrap();
+        walls[0].shape.clone()
+    };
+    assert!(shape(&one.snapshot()).is_empty(), "it is the plan's");
     let advance_to = |engine: &mut Engine, until: u64| {
         while engine.steps() < until {
             let next = lift(engine.steps() + 1);
@@ -481,16 +487,17 @@ fn a_reshaped_mesh_is_part_of_the_state() {
     };
     advance_to(&mut one, 700);
     let saved = one.snapshot();
-    assert_eq!(saved.walls[0].shape.len(), 75);
+    assert_eq!(shape(&saved).len(), 75);
     let saved = Snapshot::decode(&saved.encode()).unwrap();
     let mut back = Engine::restore(Arc::clone(&plan), saved.clone(), 2).unwrap();
     advance_to(&mut one, 1500);
     advance_to(&mut back, 1500);
     assert_eq!(one.snapshot(), back.snapshot());
-    let mut cut = saved;
-    cut.walls[0].shape.pop();
-    let error = Engine::restore(plan, cut, 1).err().unwrap();
-    assert!(error.to_string().starts_with("walls.sheet: "), "{error}");
+    let cut = saved.edited("walls", |walls: &mut Vec<SavedWall>| {
+        walls[0].shape.pop();
+    });
+    let error = Engine::restore(plan, cut.unwrap(), 1).err().unwrap();
+    assert!(error.to_string().contains("walls.sheet: "), "{error}");
 }
 
 #[test]

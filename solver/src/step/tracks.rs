@@ -2,16 +2,46 @@
 
 use glam::DVec3;
 
-use super::Engine;
+use super::{Arrival, Core, Exchanged, Part};
 use crate::neighbours::Images;
 use crate::plan::OutputPlan;
 use crate::state::{PEBBLE, PERIODS, Particles, TRACK};
 
-/// Gives the particles of the start their tracks, if the plan has any.
-pub(super) fn start(output: &OutputPlan, images: &Images, particles: &mut Particles) {
-    if !output.has_tracks() {
-        return;
+/// The part that follows particles: by columns of theirs.
+pub(super) struct Tracks;
+
+impl Tracks {
+    /// Gives the particles of the start their tracks, if the plan has any.
+    pub(super) fn of(core: &mut Core) -> Option<Self> {
+        let output = core.plan.outputs().files();
+        if !output.has_tracks() {
+            return None;
+        }
+        begin(output, &core.images, &mut core.particles);
+        Some(Self)
     }
+}
+
+impl Part for Tracks {
+    fn name(&self) -> &str {
+        "tracks"
+    }
+
+    fn after_exchange(&mut self, core: &mut Core, exchanged: &Exchanged) {
+        let output = core.plan.outputs().files();
+        for arrival in &exchanged.arrivals {
+            if let Some(track) = output.track_of(arrival.insertion) {
+                mark(&mut core.particles, arrival, track, output.track_every);
+            }
+        }
+    }
+
+    fn before_list(&mut self, core: &mut Core) {
+        core.count_periods();
+    }
+}
+
+fn begin(output: &OutputPlan, images: &Images, particles: &mut Particles) {
     let rows = particles.len();
     particles.columns.add(TRACK, 0.0, rows);
     for name in images.any().then_some(PERIODS).into_iter().flatten() {
@@ -28,19 +58,12 @@ pub(super) fn start(output: &OutputPlan, images: &Images, particles: &mut Partic
     }
 }
 
-/// Marks of the grains behind row `first`, which an insertion has just brought, each `every`-th with a track. `before`: grains that it had
-/// brought until then.
-pub(super) fn mark_inserted(
-    particles: &mut Particles,
-    first: usize,
-    before: u64,
-    track: u32,
-    every: u64,
-) {
-    let mut grain = before;
+/// Marks each `every`-th of the grains that an insertion has just brought with a track.
+fn mark(particles: &mut Particles, arrival: &Arrival, track: u32, every: u64) {
+    let mut grain = arrival.before;
     let mut body = None;
     let mut marked = Vec::new();
-    for row in first..particles.len() {
+    for row in arrival.rows.clone() {
         if particles.records[row].flags & PEBBLE != 0 {
             let of_row = particles.bodies.as_ref().and_then(|b| b.body_of_row(row));
             if of_row == body {
@@ -68,7 +91,7 @@ pub(crate) struct Tracked {
     pub(crate) position: DVec3,
 }
 
-impl Engine {
+impl Core {
     /// All that are tracked and still there, in the order of the rows.
     pub(crate) fn tracked(&self) -> Vec<Tracked> {
         let particles = &self.particles;
@@ -94,7 +117,7 @@ impl Engine {
     }
 
     /// Before particles are put back into the domain: counts the periods.
-    pub(super) fn count_periods(&mut self) {
+    fn count_periods(&mut self) {
         if !self.images.any() || self.particles.columns.get(TRACK).is_none() {
             return;
         }

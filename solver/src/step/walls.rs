@@ -2,30 +2,34 @@
 
 use glam::DVec3;
 
-use super::{Engine, RunError};
+use super::{Core, Engine, RunError};
 use crate::forces::Observation;
 use crate::state::WallIndex;
 use crate::walls::{Room, Shape, WallError, area};
 
 impl Engine {
+    /// Gives walls the surfaces that parts want them to have.
+    pub(super) fn reshape_walls(&mut self) -> Result<(), RunError> {
+        if !self.needs.reshapes_walls {
+            return Ok(());
+        }
+        let Self { core, parts } = self;
+        for part in parts {
+            for (wall, corners) in part.reshape_walls(core) {
+                core.reshape_wall(WallIndex::new(wall as u16), &corners)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Core {
     /// Moves the walls to the present time.
     pub(super) fn move_walls(&mut self) {
         let (time, dt) = (self.time(), self.plan.physics().time_step());
         for (wall, now) in self.plan.physics().walls().iter().zip(&mut self.walls) {
             now.advance(wall, time, dt, &self.images);
         }
-    }
-
-    /// Gives walls the surfaces that forces beside the contacts want them to have.
-    pub(super) fn reshape_walls(&mut self) -> Result<(), RunError> {
-        if !self.forces.needs().reshapes_walls {
-            return Ok(());
-        }
-        let time = self.time();
-        for (wall, corners) in self.forces.reshaped_walls(&self.particles, time) {
-            self.reshape_wall(WallIndex::new(wall as u16), &corners)?;
-        }
-        Ok(())
     }
 
     /// Puts the corners of a mesh wall, by its number in the plan, to new places in the wall's frame, m: [`crate::walls::WallNow::reshape`]. It acts
@@ -38,7 +42,7 @@ impl Engine {
             return Err(self.wall_error(wall, WallError::OtherShape));
         };
         let changed = now.reshape(corners, &self.images);
-        self.rouse_all();
+        self.has_new_surface = true;
         changed.map_err(|error| self.wall_error(wall, error))
     }
 
@@ -51,7 +55,7 @@ impl Engine {
             return Err(self.wall_error(wall, WallError::OtherShape));
         };
         let changed = now.exchange(shape, &self.images);
-        self.rouse_all();
+        self.has_new_surface = true;
         changed.map_err(|error| self.wall_error(wall, error))
     }
 
@@ -79,7 +83,7 @@ impl Engine {
     }
 
     /// What is wrong with a wall, by its name.
-    pub(super) fn wall_error(&self, wall: WallIndex, error: WallError) -> RunError {
+    pub(crate) fn wall_error(&self, wall: WallIndex, error: WallError) -> RunError {
         let of_plan = self.plan.physics().walls().get(wall.index());
         RunError::Wall {
             wall: of_plan.map_or(wall.to_string(), |wall| wall.name.clone()),

@@ -6,6 +6,7 @@
 
 mod law;
 mod moves;
+mod part;
 mod saved;
 mod skin;
 #[cfg(test)]

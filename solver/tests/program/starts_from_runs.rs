@@ -179,9 +179,15 @@ fn a_bed_goes_on_as_if_it_had_not_stopped() {
     for _ in 0..start.plan().physics().steps() {
         left.step(None).unwrap();
     }
-    let whole = left.particles;
-    let second = left_by(path, "second", "second").snapshot.particles;
-    let other = left_by(path, "other", "other").snapshot.particles;
+    let whole = &left.particles;
+    let second = left_by(path, "second", "second")
+        .snapshot
+        .particles()
+        .unwrap();
+    let other = left_by(path, "other", "other")
+        .snapshot
+        .particles()
+        .unwrap();
     // Sums come in another order from the first list on, and the dashpots of the first forces see velocities of the time of the
     // positions, half a step later than those of a run that goes on: less than the way of the fastest in a step.
     let in_the_bed = now.iter().filter(|grain| grain[0].z < 0.15);
@@ -252,8 +258,18 @@ fn grains_of_several_sources_stand_side_by_side() {
     must_run(path, &["second.toml"]);
     must_run(path, &["alone.toml"]);
     // A ball in the air disturbs no other particle, though it takes the first id and shifts all others.
-    let with_ball = grains(&left_by(path, "second", "second").snapshot.particles);
-    let alone = grains(&left_by(path, "alone", "alone").snapshot.particles);
+    let with_ball = grains(
+        &left_by(path, "second", "second")
+            .snapshot
+            .particles()
+            .unwrap(),
+    );
+    let alone = grains(
+        &left_by(path, "alone", "alone")
+            .snapshot
+            .particles()
+            .unwrap(),
+    );
     assert_eq!(with_ball.len(), alone.len() + 1);
     for (one, other) in with_ball[1..].iter().zip(&alone) {
         // 500 steps of a bed that still moves: round-off grows, by less than a factor of 1e5 so soon.

@@ -224,7 +224,13 @@ fn kinetic(engine: &Engine) -> f64 {
 
 /// How the only pair stands, if it is listed.
 fn state(engine: &Engine) -> Option<SlotState> {
-    engine.snapshot().pairs.iter().next().map(|slot| slot.state)
+    engine
+        .snapshot()
+        .pairs()
+        .unwrap()
+        .iter()
+        .next()
+        .map(|slot| slot.state)
 }
 
 #[test]
@@ -469,8 +475,9 @@ impl BruteForce {
     }
 
     /// The same as the loop has it; the last two numbers of a history are the bond's.
-    fn compare(&self, snapshot: &Snapshot) {
-        let id = |row: u32| snapshot.particles.ids[row as usize].number();
+    fn compare(&self, engine: &Engine) {
+        let snapshot = engine.snapshot();
+        let id = |row: u32| engine.particles.ids[row as usize].number();
         let bond = |numbers: &[f64], state| {
             let [formed, age] = numbers[numbers.len() - 2..] else {
                 panic!("a bond has two numbers")
@@ -480,14 +487,14 @@ impl BruteForce {
         };
         let held = |slot: &mercury_solver::forces::SavedSlot<'_>| slot.state != SlotState::Near;
         let mut pairs = HashMap::new();
-        for slot in snapshot.pairs.iter().filter(held) {
+        for slot in snapshot.pairs().unwrap().iter().filter(held) {
             let (one, other) = (id(slot.row), id(slot.partner));
             let key = (one.min(other), one.max(other));
             assert!(pairs.insert(key, bond(slot.history, slot.state)).is_none());
         }
         assert_eq!(pairs, self.pairs);
         let mut walls = HashMap::new();
-        for slot in snapshot.near_walls.iter().filter(held) {
+        for slot in snapshot.near_walls().unwrap().iter().filter(held) {
             let key = (id(slot.row), slot.partner);
             assert!(walls.insert(key, bond(slot.history, slot.state)).is_none());
         }
@@ -509,14 +516,19 @@ fn bonds_are_those_of_a_search_over_all_pairs() {
     for _ in 0..1500 {
         engine.step(None).unwrap();
         expected.step(&plan, &engine, plan.physics().time_step());
-        let snapshot = engine.snapshot();
-        expected.compare(&snapshot);
+        expected.compare(&engine);
         across += expected.pairs.values().filter(|bond| !bond.1).count();
         at_walls += expected.walls.values().filter(|bond| !bond.1).count();
         let shifted = |slot: &mercury_solver::forces::SavedSlot<'_>| {
             slot.state == SlotState::Bonded && slot.image != mercury_solver::neighbours::NO_SHIFT
         };
-        through += snapshot.pairs.iter().filter(shifted).count();
+        through += engine
+            .snapshot()
+            .pairs()
+            .unwrap()
+            .iter()
+            .filter(shifted)
+            .count();
     }
     // It was about something: bonds across gaps, at walls and through the periodic face, many lists.
     assert!(
@@ -591,8 +603,8 @@ fn bonds_are_part_of_the_state_and_of_no_number_of_threads() {
     let saved = one.snapshot();
     assert_eq!(saved, three.snapshot());
     let bonded = |slot: &mercury_solver::forces::SavedSlot<'_>| slot.state == SlotState::Bonded;
-    assert!(saved.pairs.iter().filter(bonded).count() > 3);
-    assert!(saved.near_walls.iter().filter(bonded).count() > 0);
+    assert!(saved.pairs().unwrap().iter().filter(bonded).count() > 3);
+    assert!(saved.near_walls().unwrap().iter().filter(bonded).count() > 0);
     let bytes = saved.encode();
     let back = Snapshot::decode(&bytes).unwrap();
     assert_eq!(back, saved);
@@ -655,8 +667,8 @@ fn a_bond_goes_along_the_features_of_a_wall_and_ends_at_its_range() {
             let place = engine.particles.records[0].position;
             let beside = (place.x - 5.0 * RADIUS).max(0.0);
             let gap = place.z.hypot(beside) - RADIUS;
-            let snapshot = engine.snapshot();
-            let mut slots = snapshot.near_walls.iter();
+            let near_walls = engine.snapshot().near_walls().unwrap();
+            let mut slots = near_walls.iter();
             let held = slots.find(|slot| slot.state != SlotState::Near);
             assert_eq!(held.is_some(), gap < BRIDGE.range, "gap {gap} at {shape:?}");
             let Some(held) = held else { break };

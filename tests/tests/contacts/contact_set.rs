@@ -220,7 +220,7 @@ fn few_are_fast(
         at_plate.retain(|(id, ..)| !engine.particles.is_fixed(row(&engine, id.number())));
         let found = recorded_at_walls(&engine);
         prop_assert_eq!(found, at_plate, "in step {}", engine.steps());
-        let extra_skin = engine.snapshot().lists.extra_skin;
+        let extra_skin = engine.lists().extra_skin.clone();
         with_extra_skin += usize::from(extra_skin.iter().any(|&extra_skin| extra_skin > 0.0));
     }
     Ok(with_extra_skin)
@@ -276,7 +276,7 @@ fn few_that_shoot_through_a_lattice_meet_all_on_their_way() {
         );
         begun += expected.difference(&seen).count();
         seen.extend(expected);
-        let lists = engine.snapshot().lists;
+        let lists = engine.lists();
         let most = 0.5 * lists.skin.largest - 0.5 * lists.skin.thickness;
         // The largest skin is the mean radius but for round-off.
         let is_most = |extra: &f64| (extra - most).abs() < 1e-12 * radius;

@@ -198,8 +198,8 @@ fn a_bridge_slides_over_a_hundred_triangles() {
                 "{force} {expected}"
             );
         }
-        let snapshot = engine.snapshot();
-        let mut slots = snapshot.near_walls.iter();
+        let near_walls = engine.snapshot().near_walls().unwrap();
+        let mut slots = near_walls.iter();
         seen.extend(
             slots
                 .find(|slot| slot.feature != u32::MAX)

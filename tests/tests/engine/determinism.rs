@@ -119,12 +119,13 @@ fn one_two_and_four_threads_give_the_same_bits() {
         run(&mut engine, 300);
         let snapshot = engine.snapshot();
         assert!(
-            snapshot.lists.rebuilds > 3,
+            engine.lists().rebuilds > 3,
             "rebuilt {} times",
-            snapshot.lists.rebuilds
+            engine.lists().rebuilds
         );
         let touching = snapshot
-            .pairs
+            .pairs()
+            .unwrap()
             .iter()
             .filter(|slot| slot.state == SlotState::Touching)
             .count();
@@ -179,12 +180,13 @@ fn clumps_give_the_same_bits_on_one_two_and_four_threads() {
         run(&mut engine, 300);
         let snapshot = engine.snapshot();
         assert!(
-            snapshot.lists.rebuilds > 3,
+            engine.lists().rebuilds > 3,
             "rebuilt {} times",
-            snapshot.lists.rebuilds
+            engine.lists().rebuilds
         );
         let touching = snapshot
-            .pairs
+            .pairs()
+            .unwrap()
             .iter()
             .filter(|slot| slot.state == SlotState::Touching)
             .count();
@@ -210,9 +212,10 @@ fn clumps_that_were_restored_go_on_bit_for_bit() {
     }
     let last = straight.snapshot();
     assert!(
-        last.lists.rebuilds > 2
+        straight.lists().rebuilds > 2
             && last
-                .pairs
+                .pairs()
+                .unwrap()
                 .iter()
                 .any(|slot| slot.state == SlotState::Touching)
     );
@@ -240,20 +243,22 @@ fn a_restored_run_goes_on_bit_for_bit() {
             );
         }
         let last = straight.snapshot();
-        assert!(last.lists.rebuilds > 2);
+        assert!(straight.lists().rebuilds > 2);
         assert!(
             !drum || straight.boundaries().removed().number > 0,
             "some leave the domain"
         );
         assert!(
-            last.pairs
+            last.pairs()
+                .unwrap()
                 .iter()
                 .any(|slot| slot.state == SlotState::Touching)
         );
         assert!(
             !drum
                 || last
-                    .near_walls
+                    .near_walls()
+                    .unwrap()
                     .iter()
                     .any(|slot| slot.state == SlotState::Touching)
         );

@@ -53,7 +53,7 @@ fn few_that_are_fast_leave_in_the_step_in_which_they_pass_the_face() {
     let mut engine = start(scene.with_particles(particles));
     let mut with_extra_skin = 0;
     while engine.boundaries().removed().number < 5 {
-        let extra_skin = engine.snapshot().lists.extra_skin;
+        let extra_skin = engine.lists().extra_skin.clone();
         let before = engine.boundaries().removed().number;
         engine.step(None).unwrap();
         let records = &engine.particles.records;

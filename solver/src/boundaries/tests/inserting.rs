@@ -436,7 +436,10 @@ fn goes_on_from_its_state_with_the_same_numbers() {
             let physics = stopped.plan.physics();
             let (insertions, deletions) = (physics.insertions(), physics.deletions());
             stopped.boundaries = Boundaries::new(insertions, deletions, &[], &physics.setting());
-            stopped.boundaries.restore(&state, &stopped.particles);
+            stopped
+                .boundaries
+                .restore(&state, &stopped.particles)
+                .unwrap();
             assert_eq!(stopped.boundaries.state(), state);
         }
     }
@@ -667,7 +670,8 @@ fn a_quota_goes_on_from_its_state() {
     second.particles = first.particles.clone();
     second
         .boundaries
-        .restore(&first.boundaries.state(), &first.particles);
+        .restore(&first.boundaries.state(), &first.particles)
+        .unwrap();
     for step in 4..10 {
         second.exchange(f64::from(step) * 1e-3);
     }

@@ -12,13 +12,65 @@ use std::ops::Range;
 use bytemuck::bytes_of;
 use rayon::prelude::*;
 
+use super::ContactLoop;
 use super::block::Block;
 use super::contact_batch::Numbers;
 use super::pass::{Pass, Rows};
 use super::slots::WITH_HISTORY;
 use crate::contact::{AdhesionLaw, Histories, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::blocks::Outbox;
-use crate::state::{ASLEEP, FIXED, Load, PRESCRIBED, Particle, Particles, ROUSED};
+use crate::forces::{HoldsContacts, StepContext};
+use crate::state::{ASLEEP, FIXED, Load, PRESCRIBED, Particle, Particles, WOKEN};
+
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> HoldsContacts
+    for ContactLoop<N, T, R, A>
+{
+    fn hold(
+        &mut self,
+        particles: &Particles,
+        context: &StepContext<'_>,
+        pool: Option<&rayon::ThreadPool>,
+        woken: Option<&[u32]>,
+    ) {
+        let pass = Pass::new(
+            (&self.laws, self.materials),
+            (&self.memory, self.block_size),
+            (&particles.ids, particles.bodies.as_ref()),
+            context,
+        );
+        let records = &particles.records;
+        match woken {
+            Some(woken) => pass.release(&mut self.blocks, records, woken),
+            None => pass.hold(&mut self.blocks, &self.sources, records, pool),
+        }
+    }
+
+    fn visit_borders(&self, visit: &mut dyn FnMut(usize)) {
+        let rows = self.blocks.iter().flat_map(|block| &block.borders);
+        rows.for_each(|&row| visit(row as usize));
+    }
+
+    fn mark_disturbed(&self, particles: &Particles, walls: &[bool], disturbed: &mut [bool]) {
+        for block in &self.blocks {
+            block.mark_disturbed(particles, walls, disturbed);
+        }
+    }
+
+    fn held(&self) -> Vec<Load> {
+        let held = |block: &Block<_>| {
+            let mut held = block.held.clone();
+            held.resize(block.rows.len(), Load::default());
+            held
+        };
+        self.blocks.iter().flat_map(held).collect()
+    }
+
+    fn restore_held(&mut self, particles: &Particles, held: &[Load]) {
+        for block in &mut self.blocks {
+            block.restore_held(&particles.records, held);
+        }
+    }
+}
 
 /// Whether the load of a contact is held: neither particle moves, and not because both are fixed.
 #[inline(always)]
@@ -29,8 +81,8 @@ fn is_held(a: &Particle, b: &Particle) -> bool {
 /// Whether the load was held until one of them was woken.
 #[inline(always)]
 fn is_released(a: &Particle, b: &Particle) -> bool {
-    let both = rests(a, ASLEEP | ROUSED) && rests(b, ASLEEP | ROUSED);
-    both && (a.flags | b.flags) & ROUSED != 0
+    let both = rests(a, ASLEEP | WOKEN) && rests(b, ASLEEP | WOKEN);
+    both && (a.flags | b.flags) & WOKEN != 0
 }
 
 #[inline(always)]
@@ -250,10 +302,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         &self,
         blocks: &mut [Block<Histories<N, T, R, A>>],
         records: &[Particle],
-        roused: &[u32],
+        woken: &[u32],
     ) {
         let mut is_hit = vec![false; blocks.len()];
-        for &row in roused {
+        for &row in woken {
             is_hit[row as usize / self.block_size] = true;
         }
         let mut numbers = Numbers::new();
@@ -278,7 +330,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 }
             }
         }
-        for &row in roused {
+        for &row in woken {
             let block = &mut blocks[row as usize / self.block_size];
             let own = row as usize - block.rows.start;
             if let Some(held) = block.held.get_mut(own) {

@@ -13,12 +13,12 @@ use crate::plan::closing;
 use crate::plan::doubtful::{Doubt, doubts};
 use crate::plan::meshes;
 use crate::plan::particles::StartingParticles;
-use crate::plan::sleeping::Sleeping;
 use crate::plan::start_from_run::{Earlier, Here, carried};
 use crate::plan::time_step::{StepPlan, steps};
 use crate::plan::wall_films::wall_films;
 use crate::plan::wear::wear;
 use crate::plan::{Counted, Guard, Material, Notes, OutputPlan, Outputs, Physics, Plan};
+use crate::sleeping::Sleeping;
 use crate::spray::SprayPlan;
 use crate::walls::Wall;
 

@@ -1,7 +1,7 @@
 //! `[sleeping]`: defaults, and what is refused.
 
 use super::*;
-use crate::plan::Sleeping;
+use crate::sleeping::Sleeping;
 
 const ON: &str = "sleeping={}";
 const GRAVITY: &str = "gravity=[0, 0, -10]";

@@ -660,7 +660,7 @@ fn vertices_touch_walls() {
 fn scenes_that_sheets_do_not_know_are_refused() {
     let plan = Setup::default().plan(thrown(1), vec![square(2, 0.1, 0.0, 0)]);
     let mut sleepers = plan.draft();
-    sleepers.sleeping = Some(crate::plan::Sleeping {
+    sleepers.sleeping = Some(crate::sleeping::Sleeping {
         every: 100,
         speed: 1e-4,
         imbalance: 0.1,

@@ -11,8 +11,9 @@ use mercury_common::scene::Files;
 use crate::forces::{Partner, Watch};
 use crate::lanes::Width;
 use crate::plan::{Plan, parse_scene, plan};
-use crate::state::{ASLEEP, FIXED, PEBBLE, ROUSED, WallIndex};
-use crate::step::{Engine, Snapshot, StartOptions};
+use crate::sleeping::hold_contacts;
+use crate::state::{ASLEEP, FIXED, PEBBLE, Particles, WOKEN, WallIndex};
+use crate::step::{Core, Engine, Snapshot, StartOptions};
 use crate::walls::{Plane, Shape};
 
 const G: f64 = 9.81;
@@ -97,7 +98,7 @@ fn sleepers_carry_what_lies_above_them() {
     advance(&mut engine, 0.5);
     assert_eq!(asleep(&engine), u64::from(count), "all have come to rest");
     let (_, counts) = engine.sleepers().unwrap();
-    assert_eq!(counts.fell_asleep, u64::from(count) + counts.roused);
+    assert_eq!(counts.fell_asleep, u64::from(count) + counts.woken);
     let before = engine.snapshot();
     engine.step(Some(WITNESS)).unwrap();
     let seen = engine.observation();
@@ -122,9 +123,9 @@ fn sleepers_carry_what_lies_above_them() {
         assert!((load.force.z - weight).abs() < 0.05 * weight);
     }
     let after = engine.snapshot();
-    assert_eq!(after.pairs, before.pairs);
-    assert_eq!(after.near_walls, before.near_walls);
-    assert_eq!(after.particles, before.particles);
+    assert_eq!(after.pairs(), before.pairs());
+    assert_eq!(after.near_walls(), before.near_walls());
+    assert_eq!(after.particles(), before.particles());
     engine.complete_step().unwrap();
     let at_rest = |record: &crate::state::Particle| record.velocity.length() == 0.0;
     assert!(engine.particles.records.iter().all(at_rest));
@@ -207,8 +208,8 @@ fn a_floor_that_is_exchanged_wakes_its_sleepers() {
     assert_eq!(asleep(&engine), 4, "it acts in the next step");
     let saved = engine.snapshot();
     assert!(Snapshot::decode(&saved.encode()).is_ok_and(|read| read == saved));
-    let is_roused = |record: &crate::state::Particle| record.flags & ROUSED != 0;
-    assert!(!saved.particles.records.iter().any(is_roused));
+    let is_woken = |record: &crate::state::Particle| record.flags & WOKEN != 0;
+    assert!(!engine.particles.records.iter().any(is_woken));
     let dt = plan.physics().time_step();
     engine.steps_at_once(1, None).unwrap();
     assert_eq!(asleep(&engine), 0);
@@ -416,7 +417,7 @@ fn stays_the_same(plan: &Arc<Plan>) {
     // All of it happened.
     let (asleep, counts) = first.sleepers().unwrap();
     assert!(
-        counts.fell_asleep > 300 && counts.roused > 100,
+        counts.fell_asleep > 300 && counts.woken > 100,
         "{counts:?} {slept:?}"
     );
     assert!(asleep > 60, "{slept:?}");
@@ -437,19 +438,21 @@ fn what_is_held_does_not_drift() {
         let mut engine = Engine::new(restless(with_rods), 1).unwrap();
         for _ in 0..300 {
             engine.steps_at_once(97, None).unwrap();
-            let held = engine.forces.contacts.save_held();
-            engine.hold_contacts(None);
-            let anew = engine.forces.contacts.save_held();
+            let held = engine.contacts.held();
+            hold_contacts(&mut engine, None);
+            let anew = engine.contacts.held();
             let scale = mass() * G;
             for ((held, anew), record) in held.iter().zip(&anew).zip(&engine.particles.records) {
                 let gap = (held.force - anew.force).length();
                 assert!(gap < 1e-9 * scale, "{held:?} {anew:?} {record:?}");
                 compared += u32::from(anew.force.length() > 0.0);
             }
-            engine
-                .forces
-                .contacts
-                .restore_held(&engine.particles, &held);
+            let Core {
+                contacts,
+                particles,
+                ..
+            } = &mut *engine;
+            contacts.restore_held(particles, &held);
         }
     }
     assert!(compared > 2000);
@@ -494,22 +497,23 @@ fn who_turns_does_not_sleep() {
 /// particle just woken, a pebble alone.
 #[test]
 fn nobody_sleeps_in_a_checkpoint_who_cannot() {
-    let refused = |plan: Arc<Plan>, change: &dyn Fn(&mut Snapshot)| {
-        let mut engine = Engine::new(plan, 1).unwrap();
+    let refused = |plan: Arc<Plan>, change: &dyn Fn(&mut Particles)| {
+        let mut engine = Engine::new(Arc::clone(&plan), 1).unwrap();
         advance(&mut engine, 0.02);
-        let mut saved = engine.snapshot();
-        assert!(Snapshot::decode(&saved.encode()).is_ok());
-        change(&mut saved);
-        Snapshot::decode(&saved.encode()).unwrap_err().to_string()
+        let saved = engine.snapshot();
+        assert!(Engine::restore(Arc::clone(&plan), saved.clone(), 1).is_ok());
+        let changed = saved.edited("particles", change).unwrap();
+        let error = Engine::restore(plan, changed, 1).err().unwrap();
+        error.to_string()
     };
     let message = "a particle sleeps that cannot sleep";
-    let first = |flags| move |saved: &mut Snapshot| saved.particles.records[0].flags |= flags;
+    let first = |flags| move |particles: &mut Particles| particles.records[0].flags |= flags;
     assert!(refused(column(2, "", "", ""), &first(ASLEEP)).contains(message));
     let sleeping = || column(2, "sleeping = {}", "", "");
     assert!(refused(sleeping(), &first(ASLEEP | FIXED)).contains(message));
-    assert!(refused(sleeping(), &first(ASLEEP | ROUSED)).contains(message));
-    let pebble = |saved: &mut Snapshot| {
-        let records = saved.particles.records.iter_mut();
+    assert!(refused(sleeping(), &first(ASLEEP | WOKEN)).contains(message));
+    let pebble = |particles: &mut Particles| {
+        let records = particles.records.iter_mut();
         let pebbles = records.filter(|record| record.flags & PEBBLE != 0);
         pebbles.take(1).for_each(|record| record.flags |= ASLEEP);
     };

@@ -77,8 +77,10 @@ pub(super) fn resealed(random: &mut Random, samples: &[Vec<u8>]) -> Vec<u8> {
 /// As `mercury-solve --inspect` does.
 fn inspected(bytes: &[u8], place: &Place) {
     let path = place.write("a.0.restart", bytes);
-    if let Some(checkpoint) = said(checkpoint::read(&path)) {
-        let _ = checkpoint.to_string();
+    if let Some(checkpoint) = said(checkpoint::read(&path))
+        && let Some(contents) = said(checkpoint.contents())
+    {
+        let _ = contents.to_string();
     }
     if let Err(error) = checkpoint::newest(path.parent().unwrap_or(Path::new("")), "a") {
         say(&error);

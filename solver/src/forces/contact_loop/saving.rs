@@ -1,0 +1,230 @@
+//! The slots of a contact loop as bytes, and back.
+
+use rayon::prelude::*;
+
+use super::ContactLoop;
+use super::block::Block;
+use super::slots::{FREE, IMAGE, Slot, WITH_HISTORY};
+use crate::contact::{AdhesionLaw, Histories, History, NormalLaw, RollingLaw, TangentialLaw};
+use crate::forces::saved::{MOST_AT_WALL, Stretch, most_bytes_of_pairs, put_stretches};
+use crate::forces::{HistoryLayout, SavedLoads, SavedSlot, SavedSlots, SavesContacts, SlotState};
+use crate::state::{Pieces, Plain};
+
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<N, T, R, A> {
+    /// The numbers of an empty history.
+    fn nothing() -> Vec<f64> {
+        let mut nothing = Vec::new();
+        <Histories<N, T, R, A>>::default().write(&mut nothing);
+        nothing
+    }
+
+    /// Every listed pair and its history, if it may have one, in order.
+    fn saved_pairs(
+        blocks: &[Block<Histories<N, T, R, A>>],
+    ) -> impl Iterator<Item = (SavedSlot<'static>, Option<&Histories<N, T, R, A>>)> {
+        blocks.iter().flat_map(move |block| {
+            let first = block.rows.start;
+            block.slots.iter().map(move |slot| {
+                let saved = SavedSlot {
+                    row: (first + slot.owner()) as u32,
+                    partner: slot.partner,
+                    image: slot.state & IMAGE,
+                    state: SlotState::of(slot.state),
+                    feature: FREE,
+                    history: &[],
+                };
+                // Without adhesion only touching pairs have a history.
+                let may_remember = A::ACTIVE || slot.state & WITH_HISTORY != 0;
+                (saved, may_remember.then_some(&slot.history))
+            })
+        })
+    }
+
+    /// Appends the pairs of some blocks to a stretch.
+    fn put_blocks(stretch: &mut Stretch, blocks: &[Block<Histories<N, T, R, A>>], nothing: &[f64]) {
+        let slots = || blocks.iter().flat_map(|block| &block.slots);
+        let held = || {
+            slots()
+                .filter(|slot| slot.state & WITH_HISTORY != 0)
+                .count()
+        };
+        // The space is reserved at once, because a growing list would be copied over and over. Laws without history need no
+        // count.
+        let is_new = stretch.is_new() && !nothing.is_empty();
+        let remembering = if is_new { held() } else { 0 };
+        let most = |block: &Block<_>| most_bytes_of_pairs(block.slots.len(), block.rows.len());
+        let most = blocks.iter().map(most).sum();
+        stretch.reserve(most, remembering, nothing.len());
+        let slots = Self::saved_pairs(blocks);
+        stretch.extend(nothing, slots, Histories::<N, T, R, A>::write);
+    }
+
+    /// Every slot at a wall and its history, in order.
+    fn saved_near_walls(
+        &self,
+    ) -> impl Iterator<Item = (SavedSlot<'static>, Option<&Histories<N, T, R, A>>)> {
+        self.blocks.iter().flat_map(Block::saved_near_walls)
+    }
+
+    fn restore_pairs(&mut self, rows: usize, pairs: &SavedSlots) {
+        self.cut(rows);
+        let mut pairs = pairs.iter().peekable();
+        for block in &mut self.blocks {
+            for (owner, row) in block.rows.clone().enumerate() {
+                while let Some(saved) = pairs.next_if(|saved| saved.row as usize == row) {
+                    block.slots.push(Slot::new(
+                        owner,
+                        saved.partner,
+                        saved.image,
+                        saved.state.bits(),
+                        <Histories<N, T, R, A>>::read(saved.history),
+                    ));
+                }
+            }
+            block.note_targets(self.block_size);
+        }
+        self.link();
+    }
+
+    /// Into blocks that are cut.
+    fn restore_near_walls(&mut self, walls: &SavedSlots) {
+        let mut walls = walls.iter().peekable();
+        for block in &mut self.blocks {
+            while let Some(saved) = walls.next_if(|saved| (saved.row as usize) < block.rows.end) {
+                block.push_saved_at_wall(&saved, <Histories<N, T, R, A>>::read(saved.history));
+            }
+        }
+    }
+}
+
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> SavesContacts
+    for ContactLoop<N, T, R, A>
+{
+    fn layout(&self) -> HistoryLayout {
+        let numbers = <Histories<N, T, R, A>>::LENGTH;
+        HistoryLayout {
+            numbers,
+            columns: self.memory.columns.clone(),
+            slot: size_of::<Slot<Histories<N, T, R, A>>>(),
+            carried: match numbers {
+                0 => 0,
+                _ => size_of::<(u32, u32, Histories<N, T, R, A>)>(),
+            },
+        }
+    }
+
+    fn restore(&mut self, rows: usize, pairs: &SavedSlots, walls: &SavedSlots) {
+        self.restore_pairs(rows, pairs);
+        self.restore_near_walls(walls);
+    }
+
+    fn put_pairs(&self, pieces: &mut Pieces, pool: Option<&rayon::ThreadPool>) {
+        let nothing = Self::nothing();
+        let threads = pool.map_or(1, rayon::ThreadPool::current_num_threads);
+        let share = self.blocks.len().div_ceil(threads).max(1);
+        let shares = self.blocks.chunks(share).len();
+        // In the order in which they are handed over.
+        let heads: Vec<_> = (0..shares).map(|_| pieces.memory()).collect();
+        let mut stretches: Vec<Stretch> = heads
+            .into_iter()
+            .map(|heads| Stretch::reusing(heads, pieces.memory()))
+            .collect();
+        match pool {
+            Some(pool) => pool.install(|| {
+                (stretches.par_iter_mut().zip(self.blocks.par_chunks(share)))
+                    .for_each(|(stretch, blocks)| Self::put_blocks(stretch, blocks, &nothing));
+            }),
+            None => (stretches.iter_mut().zip(self.blocks.chunks(share)))
+                .for_each(|(stretch, blocks)| Self::put_blocks(stretch, blocks, &nothing)),
+        }
+        put_stretches(pieces, &nothing, stretches);
+    }
+
+    fn take_pairs(&mut self, rows: usize, bytes: &mut &[u8]) -> Result<(), String> {
+        let pairs = SavedSlots::take(bytes)?;
+        pairs.check_pairs(<Histories<N, T, R, A>>::LENGTH, rows)?;
+        self.restore_pairs(rows, &pairs);
+        Ok(())
+    }
+
+    fn put_near_walls(&self, pieces: &mut Pieces) {
+        let nothing = Self::nothing();
+        let mut stretch = Stretch::reusing(pieces.memory(), pieces.memory());
+        let slots = self.blocks.iter().map(|block| block.wall_slots.len()).sum();
+        // A sphere at a wall usually has a history there.
+        stretch.reserve(slots * MOST_AT_WALL, slots, nothing.len());
+        let slots = self.saved_near_walls();
+        stretch.extend(&nothing, slots, Histories::<N, T, R, A>::write);
+        put_stretches(pieces, &nothing, vec![stretch]);
+    }
+
+    fn take_near_walls(
+        &mut self,
+        (rows, walls): (usize, usize),
+        bytes: &mut &[u8],
+    ) -> Result<(), String> {
+        let near_walls = SavedSlots::take(bytes)?;
+        near_walls.check_at_walls(<Histories<N, T, R, A>>::LENGTH, rows, walls)?;
+        self.restore_near_walls(&near_walls);
+        Ok(())
+    }
+
+    fn put_vertices(&self, pieces: &mut Pieces) {
+        let saved = |block: &Block<_>| {
+            let mut saved = SavedSlots::new(Self::nothing());
+            for (slot, history) in block.saved_near_walls() {
+                saved.push(slot, history, Histories::<N, T, R, A>::write);
+            }
+            saved
+        };
+        let sheets: Vec<SavedSlots> = self.of_sheets.iter().map(saved).collect();
+        sheets.put(pieces.end());
+    }
+
+    fn take_vertices(
+        &mut self,
+        (vertices, walls): (&[usize], usize),
+        bytes: &mut &[u8],
+    ) -> Result<(), String> {
+        let saved: Vec<SavedSlots> = Plain::take(bytes)?;
+        if saved.len() > vertices.len() {
+            return Err("it has contacts of sheets that are not there".to_owned());
+        }
+        for (slots, &vertices) in saved.iter().zip(vertices) {
+            slots.check_at_walls(<Histories<N, T, R, A>>::LENGTH, vertices, walls)?;
+        }
+        let restored = |slots: &SavedSlots| {
+            let mut block = Block::empty(0..0);
+            for saved in slots.iter() {
+                block.push_saved_at_wall(&saved, <Histories<N, T, R, A>>::read(saved.history));
+            }
+            block
+        };
+        self.of_sheets = saved.iter().map(restored).collect();
+        Ok(())
+    }
+
+    fn feature_loads(&self) -> Vec<SavedLoads> {
+        let of_blocks = (0..).zip(&self.blocks);
+        let all = std::iter::once((None, &self.feature_loads))
+            .chain(of_blocks.map(|(index, block)| (Some(index), &block.feature_loads)));
+        all.map(|(index, loads)| (index, loads.sorted()))
+            .filter(|(_, loads)| !loads.is_empty())
+            .collect()
+    }
+
+    fn restore_feature_loads(&mut self, saved: &[SavedLoads]) {
+        for (index, loads) in saved {
+            let place = match index {
+                None => Some(&mut self.feature_loads),
+                Some(index) => {
+                    let block = self.blocks.get_mut(*index as usize);
+                    block.map(|block| &mut block.feature_loads)
+                }
+            };
+            if let Some(place) = place {
+                loads.iter().for_each(|(key, load)| place.add(*key, load));
+            }
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! Liquid in a step: films and bridges after each force evaluation.
+
+use super::{EVAPORATES_EVERY, LiquidRow, Liquids, Surroundings};
+use crate::forces::{Needs, Observation, StepContext};
+use crate::spray::Sprays;
+use crate::state::{Pieces, Plain};
+use crate::step::{Core, Engine, Exchanged, Leaving, Part, RunError};
+
+impl Part for Liquids {
+    fn name(&self) -> &str {
+        "liquid"
+    }
+
+    fn needs(&self) -> Needs {
+        // Liquid with mass changes masses after the forces.
+        Needs {
+            whole_steps: self.has_mass(),
+            ..Needs::default()
+        }
+    }
+
+    fn start(&mut self, core: &mut Core) {
+        self.note_first(
+            core.contacts.as_ref(),
+            &mut core.particles,
+            &core.wall_films,
+        );
+    }
+
+    fn before_leaving(&mut self, at: &mut Leaving<'_>) {
+        let mut around = Surroundings {
+            laws: at.plan.physics().laws(),
+            walls: at.walls,
+            films: at.wall_films,
+        };
+        self.release(at.leavers, at.contacts, at.particles, &mut around);
+    }
+
+    fn after_exchange(&mut self, core: &mut Core, exchanged: &Exchanged) {
+        if let Some(first) = exchanged.arrivals.first() {
+            self.note_inserted(first.rows.start, &mut core.particles);
+        }
+    }
+
+    fn before_forces(&mut self, core: &mut Core) -> Result<(), RunError> {
+        self.measure_films(&core.particles);
+        Ok(())
+    }
+
+    fn inform<'a>(&'a self, context: &mut StepContext<'a>) {
+        context.films = self.measured_films();
+    }
+
+    fn after_forces(&mut self, core: &mut Core, _: Option<&Observation>) {
+        let is_due = core.step > 0 && core.step.is_multiple_of(EVAPORATES_EVERY);
+        let time = EVAPORATES_EVERY as f64 * core.plan.physics().time_step();
+        let contacts = core.contacts.as_mut();
+        let events = contacts.take_events();
+        let mut around = Surroundings {
+            laws: core.plan.physics().laws(),
+            walls: &core.walls,
+            films: &mut core.wall_films,
+        };
+        self.answer(events, contacts, &mut core.particles, &mut around);
+        if is_due {
+            self.evaporate(time, contacts, &mut core.particles, &mut around);
+        }
+    }
+
+    fn put(&self, core: &Core, pieces: &mut Pieces) {
+        self.save(&core.wall_films).put(pieces.end());
+    }
+
+    fn take(&mut self, core: &mut Core, bytes: &mut &[u8]) -> Result<(), String> {
+        self.restore(&Plain::take(bytes)?, &mut core.wall_films)
+    }
+}
+
+impl Liquids {
+    /// In scenes with liquid: gives the particles of the start their films.
+    pub(crate) fn of(core: &mut Core) -> Option<Self> {
+        let of_plan = core.plan.physics().liquid().as_ref()?;
+        let particles = &mut core.particles;
+        Some(Self::start(of_plan, particles, &core.wall_films))
+    }
+}
+
+impl Engine {
+    /// Where the liquid is, in scenes that have any.
+    #[must_use]
+    pub fn liquid(&self) -> Option<LiquidRow> {
+        let liquid = self.part::<Liquids>()?;
+        let sprayed = self.part().map_or([0.0; 5], Sprays::volumes);
+        let contacts = self.contacts.as_ref();
+        Some(liquid.row(&self.particles, contacts, &self.wall_films, sprayed))
+    }
+
+    /// What liquid brought to particles from outside since the start: mass (kg, where it has any) and energy (J), by the rules of migration
+    /// and evaporation, and by droplets.
+    #[must_use]
+    pub fn liquid_brought(&self) -> [[f64; 2]; 2] {
+        let liquid = self.part().map_or([0.0; 2], |liquid: &Liquids| {
+            [liquid.gained_mass(), liquid.balance.weighed.energy]
+        });
+        let sprays = self.part().map_or([0.0; 2], |sprays: &Sprays| {
+            let balance = &sprays.state.balance;
+            [balance.mass.value(), balance.energy]
+        });
+        [liquid, sprays]
+    }
+
+    /// Energy that bridges have set free, J.
+    pub(crate) fn set_free(&self) -> f64 {
+        let liquid = self.part::<Liquids>();
+        liquid.map_or(0.0, |liquid| liquid.balance.set_free)
+    }
+}

@@ -1,0 +1,176 @@
+//! A part of the step: a feature with a state of its own, and what it does at each place of the step.
+//!
+//! A part lives in the folder of its feature (`FEATURE/part.rs`) and is named once, in the list of `step/parts.rs`. Its place in
+//! the step, its section of a checkpoint and its warnings follow from the functions that it has; all of them may be left out
+//! but the name. See `docs/how-to/add-a-force.md`.
+
+use std::any::Any;
+use std::ops::Range;
+
+use glam::DVec3;
+
+use super::{Core, RunError};
+use crate::forces::{ContactForces, Needs, NewList, Observation, StepContext};
+use crate::plan::Plan;
+use crate::state::{Particles, Pieces};
+use crate::walls::{WallFilms, WallNow};
+
+/// A part of the step.
+///
+/// Parts are called in the order of their list and get the same numbers whatever the number of threads; their results must not
+/// depend on it either. Functions stand here in the order in which a step calls them.
+pub trait Part: Any + Send {
+    /// A name for it, unique in the run: that of its section in a checkpoint.
+    fn name(&self) -> &str;
+
+    /// What it needs of the step; the same during a whole run.
+    fn needs(&self) -> Needs {
+        Needs::default()
+    }
+
+    /// A run starts, from a plan and not from a checkpoint: particles and contacts of the start are there, lists and forces not yet.
+    fn start(&mut self, core: &mut Core) {
+        let _ = core;
+    }
+
+    /// Particles have moved; walls have not.
+    fn after_drift(&mut self, core: &mut Core) {
+        let _ = core;
+    }
+
+    /// The meshes that it changes in this step, if it [`needs`](Self::needs) to: the number of the wall in the plan, and the new
+    /// positions of its corners in the wall's own frame, m.
+    fn reshape_walls(&mut self, core: &Core) -> Vec<(usize, Vec<DVec3>)> {
+        let _ = core;
+        Vec::new()
+    }
+
+    /// Particles, walls and sheets have moved; no particle has come or gone yet.
+    fn after_walls(&mut self, core: &mut Core) {
+        let _ = core;
+    }
+
+    /// Particles are about to come and go. What moves particles here adds to [`Core::motion`].
+    fn before_exchange(&mut self, core: &mut Core) {
+        let _ = core;
+    }
+
+    /// Particles are about to be removed.
+    fn before_leaving(&mut self, at: &mut Leaving<'_>) {
+        let _ = at;
+    }
+
+    /// Particles have come and gone, perhaps.
+    fn after_exchange(&mut self, core: &mut Core, exchanged: &Exchanged) {
+        let _ = (core, exchanged);
+    }
+
+    /// Particles are about to be put back into a periodic domain and sorted.
+    fn before_list(&mut self, core: &mut Core) {
+        let _ = core;
+    }
+
+    /// There is a new candidate list.
+    fn new_list(&mut self, list: &NewList<'_>) {
+        let _ = list;
+    }
+
+    /// Lists are valid, forces follow.
+    ///
+    /// # Errors
+    /// Why the run cannot go on.
+    fn before_forces(&mut self, core: &mut Core) -> Result<(), RunError> {
+        let _ = core;
+        Ok(())
+    }
+
+    /// What the laws of contacts need to know of it.
+    fn inform<'a>(&'a self, context: &mut StepContext<'a>) {
+        let _ = context;
+    }
+
+    /// The loads of the contacts are known: adds its own, if it [`needs`](Self::needs) to come after them.
+    fn add_loads(&mut self, core: &mut Core) {
+        let _ = core;
+    }
+
+    /// All loads are known. `sums`: what contacts did, if a part [`needs`](Needs::sums) it in every step.
+    fn after_forces(&mut self, core: &mut Core, sums: Option<&Observation>) {
+        let _ = (core, sums);
+    }
+
+    /// The end of the step.
+    ///
+    /// # Errors
+    /// Why the run cannot go on.
+    fn end_step(&mut self, core: &mut Core) -> Result<(), RunError> {
+        let _ = core;
+        Ok(())
+    }
+
+    /// Adds its share of the present state to an observation of the contacts: energy stored and lost, loads on walls.
+    fn observe(&self, observation: &mut Observation) {
+        let _ = observation;
+    }
+
+    /// Whether the run has come to where this part ends it.
+    fn ends_run(&self) -> bool {
+        false
+    }
+
+    /// What a user should know at the end of the run, a line each.
+    fn warnings(&self, core: &Core) -> Vec<String> {
+        let _ = core;
+        Vec::new()
+    }
+
+    /// Appends its state, by rows or by ids, to a checkpoint.
+    fn put(&self, core: &Core, pieces: &mut Pieces) {
+        let _ = (core, pieces);
+    }
+
+    /// Takes back what [`Part::put`] wrote; the core has its state back.
+    ///
+    /// # Errors
+    /// If these bytes cannot be of this part and plan, with the reason.
+    fn take(&mut self, core: &mut Core, bytes: &mut &[u8]) -> Result<(), String> {
+        let _ = (core, bytes);
+        Ok(())
+    }
+}
+
+/// Particles that are about to be removed.
+pub struct Leaving<'a> {
+    /// Their rows, and whether each leaves through a face of the domain.
+    pub leavers: &'a [(u32, bool)],
+    /// All particles.
+    pub particles: &'a mut Particles,
+    /// All contacts.
+    pub contacts: &'a mut dyn ContactForces,
+    /// Films of walls.
+    pub wall_films: &'a mut WallFilms,
+    /// Walls as they are now.
+    pub walls: &'a [WallNow],
+    /// The plan of the run.
+    pub plan: &'a Plan,
+}
+
+/// Grains that an insertion brought in this step.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Arrival {
+    /// The insertion, by its number in the plan.
+    pub insertion: usize,
+    /// The rows that it brought.
+    pub rows: Range<usize>,
+    /// Grains that it had brought before.
+    pub before: u64,
+}
+
+/// What came and went in a step.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Exchanged {
+    /// Rows were added or removed.
+    pub changed: bool,
+    /// What came.
+    pub arrivals: Vec<Arrival>,
+}
