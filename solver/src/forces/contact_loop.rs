@@ -53,8 +53,8 @@ pub struct ContactLoop<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: Adhesio
     blocks: Vec<Block<Histories<N, T, R, A>>>,
     /// For each block the earlier blocks that reach into it, ascending.
     sources: Vec<Vec<usize>>,
-    /// Contacts of the vertices of each sheet with walls.
-    of_sheets: Vec<Block<Histories<N, T, R, A>>>,
+    /// Contacts of the vertices of each sheet with walls, in pieces that threads share.
+    of_sheets: Vec<Vec<Block<Histories<N, T, R, A>>>>,
     /// Loads on features of mesh walls from blocks that have been replaced since.
     feature_loads: FeatureLoads,
     /// Working memory of a pass on one thread. It is kept from step to step, because clearing it costs as much as some contacts.
@@ -338,7 +338,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
 
     fn observation(&self, walls: usize) -> Observation {
         let mut sum = Observation::empty(walls);
-        for block in self.blocks.iter().chain(&self.of_sheets) {
+        for block in self.blocks.iter().chain(self.of_sheets.iter().flatten()) {
             sum.merge(&block.observation);
         }
         sum
@@ -346,7 +346,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
 
     fn sums(&self, walls: usize) -> Observation {
         let mut sum = Observation::empty(walls);
-        for block in self.blocks.iter().chain(&self.of_sheets) {
+        for block in self.blocks.iter().chain(self.of_sheets.iter().flatten()) {
             sum.merge_sums(&block.observation);
         }
         sum
@@ -358,7 +358,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         let records = blocks.iter().map(|block| block.observation.records.len());
         let mut sum = Observation::empty(walls);
         sum.records.reserve_exact(records.sum());
-        for block in blocks.iter_mut().chain(of_sheets) {
+        for block in blocks.iter_mut().chain(of_sheets.iter_mut().flatten()) {
             sum.merge(&block.observation);
             block.observation.records = Vec::new();
         }
@@ -414,35 +414,21 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
 
     fn compute_vertices(
         &mut self,
-        sheet: usize,
-        first: usize,
+        sheet: (usize, usize),
         vertices: &[Particle],
         context: &StepContext<'_>,
+        pool: Option<&rayon::ThreadPool>,
         loads: &mut [Load],
     ) {
-        self.touch_vertices((sheet, first), vertices, context, loads);
+        self.touch_vertices(sheet, vertices, context, pool, loads);
     }
 
     fn save_vertices(&self) -> Vec<SavedSlots> {
-        let saved = |block: &Block<_>| {
-            let mut saved = SavedSlots::new(Self::nothing());
-            for (slot, history) in block.saved_near_walls() {
-                saved.push(slot, history, Histories::<N, T, R, A>::write);
-            }
-            saved
-        };
-        self.of_sheets.iter().map(saved).collect()
+        self.saved_vertices()
     }
 
     fn restore_vertices(&mut self, saved: &[SavedSlots]) {
-        let restored = |slots: &SavedSlots| {
-            let mut block = Block::empty(0..0);
-            for saved in slots.iter() {
-                block.push_saved_at_wall(&saved, <Histories<N, T, R, A>>::read(saved.history));
-            }
-            block
-        };
-        self.of_sheets = saved.iter().map(restored).collect();
+        self.restored_vertices(saved);
     }
 
     fn listed(&self) -> usize {

@@ -240,13 +240,13 @@ pub trait ContactForces: Send {
     fn adopt_vertices(&mut self, near_walls: &[Vec<NearWall>]);
 
     /// Computes the loads of walls on the vertices of a sheet, which count as spheres without spin. Loads on walls and energies are part of the
-    /// observation; rows of exchanges begin at [`FIRST_VERTEX`] with the `first` vertex of this sheet.
+    /// observation; rows of exchanges begin at [`FIRST_VERTEX`]. `sheet`: its number, and that of its first vertex among those of all sheets.
     fn compute_vertices(
         &mut self,
-        sheet: usize,
-        first: usize,
+        sheet: (usize, usize),
         vertices: &[Particle],
         context: &StepContext<'_>,
+        pool: Option<&rayon::ThreadPool>,
         loads: &mut [Load],
     );
 

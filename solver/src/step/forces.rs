@@ -152,7 +152,7 @@ impl Engine {
         for (number, (vertices, surface)) in vertices.iter().zip(&self.surfaces).enumerate() {
             let mut loads = vec![Load::default(); vertices.len()];
             let contacts = &mut self.forces.contacts;
-            contacts.compute_vertices(number, first, vertices, &context, &mut loads);
+            contacts.compute_vertices((number, first), vertices, &context, pool, &mut loads);
             first += surface.positions.len();
             self.vertex_loads.push(loads);
         }
