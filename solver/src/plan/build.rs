@@ -122,6 +122,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
         dimensions,
     );
     let mut pairs = plan_pairs(scene, &uses, &mut errors);
+    warnings.extend(membranes::without_energy(&sheets, &pairs, &uses));
     let found = errors.len();
     magnitudes(scene, &start, &clumps, &insertions, dimensions, &mut errors);
     bridges::larger_than_grains(scene, &start, &clumps, &insertions, &mut errors);

@@ -713,14 +713,18 @@ fn vertices_touch_walls() {
     assert!(engine.snapshot() == resumed.snapshot());
 }
 
-/// The vertices of a large sheet are shared among threads where they touch walls, to the same bytes, also when the run is stopped meanwhile.
+/// The vertices of a large sheet are shared among threads where they touch walls, and its triangles where its mesh follows, to the same bytes, also when
+/// the run is stopped meanwhile.
 #[test]
-fn threads_share_vertices_at_walls() {
+fn threads_share_large_sheets() {
     let mut sheet = square(50, 0.1, 0.1, 2);
     sheet.touches_walls = true;
     sheet.thickness = 2e-3;
-    sheet.vertices.iter_mut().for_each(|at| at.z += 0.003);
-    assert!(sheet.vertices.len() > 2 * 1024, "more than two pieces");
+    sheet.vertices.iter_mut().for_each(|at| at.z += 0.0015);
+    assert!(sheet.vertices.len() > 2 * 1024 && sheet.triangles.len() > 4096);
+    let above = |ball: &NewParticle| ball.position.z > 0.0;
+    let mut balls: Vec<NewParticle> = thrown(1).into_iter().filter(above).collect();
+    balls.iter_mut().for_each(|ball| ball.position.z -= 0.001);
     let setup = Setup {
         step: 1e-5,
         output: "interval = 0.1, energy_budget = true, walls = true",
@@ -733,7 +737,7 @@ fn threads_share_vertices_at_walls() {
         normal = [0.0, 0.0, 1.0]"#,
         ..Setup::default()
     };
-    let plan = setup.plan(Vec::new(), vec![sheet]);
+    let plan = setup.plan(balls, vec![sheet]);
     let start = |threads| {
         let mut engine = Engine::new(Arc::clone(&plan), threads).unwrap();
         let velocities = &mut engine.surfaces[0].velocities;
@@ -742,9 +746,9 @@ fn threads_share_vertices_at_walls() {
     };
     let [mut one, mut two, mut resumed] = [1, 2, 1].map(start);
     for round in 0..4 {
-        one.steps_at_once(100, Some(SEE)).unwrap();
-        two.steps_at_once(100, Some(SEE)).unwrap();
-        resumed.steps_at_once(100, Some(SEE)).unwrap();
+        one.steps_at_once(40, Some(SEE)).unwrap();
+        two.steps_at_once(40, Some(SEE)).unwrap();
+        resumed.steps_at_once(40, Some(SEE)).unwrap();
         let snapshot = Snapshot::decode(&resumed.snapshot().encode()).unwrap();
         resumed = Engine::restore(Arc::clone(&plan), snapshot, 2).unwrap();
         let expected = one.snapshot().encode();
@@ -754,6 +758,7 @@ fn threads_share_vertices_at_walls() {
         assert_eq!(load(&one), load(&two), "{round}");
     }
     assert!((one.surfaces()[0].velocities.iter()).any(|v| v.z > 0.1));
+    assert!(at_sheets(&one.observation()) > 0);
 }
 
 /// What a sheet cannot be together with is refused by name.
