@@ -50,8 +50,8 @@ pub struct ContactLoop<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: Adhesio
     blocks: Vec<Block<Histories<N, T, R, A>>>,
     /// For each block the earlier blocks that reach into it, ascending.
     sources: Vec<Vec<usize>>,
-    /// Contacts of the vertices of each sheet with walls.
-    of_sheets: Vec<Block<Histories<N, T, R, A>>>,
+    /// Contacts of the vertices of each sheet with walls, in pieces that threads share.
+    of_sheets: Vec<Vec<Block<Histories<N, T, R, A>>>>,
     /// Loads on features of mesh walls from blocks that have been replaced since.
     feature_loads: FeatureLoads,
     /// Working memory of a pass on one thread. It is kept from step to step, because clearing it costs as much as some contacts.
@@ -204,13 +204,13 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
 
     fn compute_vertices(
         &mut self,
-        sheet: usize,
-        first: usize,
+        sheet: (usize, usize),
         vertices: &[Particle],
         context: &StepContext<'_>,
+        pool: Option<&rayon::ThreadPool>,
         loads: &mut [Load],
     ) {
-        self.touch_vertices((sheet, first), vertices, context, loads);
+        self.touch_vertices(sheet, vertices, context, pool, loads);
     }
 
     fn set_bridge(&mut self, place: &BondPlace, bridge: Bridge) {

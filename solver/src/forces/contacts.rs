@@ -44,13 +44,14 @@ pub trait ContactForces: ObservesContacts + HoldsContacts + SavesContacts + Send
     ) -> MotionBound;
 
     /// Computes the loads of walls on the vertices of a sheet, which count as spheres without spin. Loads on walls and energies are part of the
-    /// observation; rows of exchanges begin at [`FIRST_VERTEX`](super::FIRST_VERTEX) with the `first` vertex of this sheet.
+    /// observation; rows of exchanges begin at [`FIRST_VERTEX`](super::FIRST_VERTEX). `sheet`: its number, and that of its first vertex among those of
+    /// all sheets.
     fn compute_vertices(
         &mut self,
-        sheet: usize,
-        first: usize,
+        sheet: (usize, usize),
         vertices: &[Particle],
         context: &StepContext<'_>,
+        pool: Option<&rayon::ThreadPool>,
         loads: &mut [Load],
     );
 

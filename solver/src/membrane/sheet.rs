@@ -109,6 +109,53 @@ pub(super) struct RestTriangle {
     pub lengths: [f64; 3],
 }
 
+/// Of all edges at rest what each step reads, as [`RestEdge`] has it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct RestEdges {
+    /// N/m
+    pub stiffness: Vec<f64>,
+    /// m
+    pub length: Vec<f64>,
+    /// Over the length, 1/m.
+    pub inverse: Vec<f64>,
+}
+
+/// Some entries for each vertex, in order.
+#[derive(Debug, Clone, PartialEq, Default)]
+struct Grouped<T> {
+    /// Where the entries of each vertex begin, and the end.
+    start: Vec<u32>,
+    entries: Vec<T>,
+}
+
+impl<T: Ord + Copy> Grouped<T> {
+    fn new(vertices: usize, pairs: impl Iterator<Item = (u32, T)>) -> Self {
+        let mut pairs: Vec<(u32, T)> = pairs.collect();
+        pairs.sort_unstable();
+        let mut start = vec![0; vertices + 1];
+        for &(vertex, _) in &pairs {
+            start[vertex as usize + 1] += 1;
+        }
+        for k in 0..vertices {
+            start[k + 1] += start[k];
+        }
+        let entries = pairs.into_iter().map(|(_, entry)| entry).collect();
+        Self { start, entries }
+    }
+
+    #[inline]
+    fn of(&self, vertex: usize) -> &[T] {
+        &self.entries[self.start[vertex] as usize..self.start[vertex + 1] as usize]
+    }
+}
+
+/// What each vertex adds up.
+#[derive(Debug, Clone, PartialEq, Default)]
+struct Gathers {
+    edges: Grouped<[u32; 2]>,
+    corners: Grouped<u32>,
+}
+
 /// A sheet: what never changes in a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sheet {
@@ -118,10 +165,12 @@ pub struct Sheet {
     pub(super) hinges: Vec<RestHinge>,
     pub(super) triangles: Vec<RestTriangle>,
     masses: Vec<f64>,
-    /// Where the entries of each vertex begin in `gathered`, and the end.
-    pub(super) gather_start: Vec<u32>,
-    /// Corners of triangles whose forces each vertex adds up, in this order: three times the triangle, plus the place of the corner.
-    pub(super) gathered: Vec<u32>,
+    /// Of all edges, component by component.
+    pub(super) rest: RestEdges,
+    /// Ends of all edges.
+    pub(super) ends: Vec<[u32; 2]>,
+    /// What each vertex adds up.
+    gathers: Gathers,
     /// The edges of each triangle, from its first, second and third corner on.
     pub(super) edges_of: Vec<[u32; 3]>,
 }
@@ -158,8 +207,9 @@ impl Sheet {
             hinges: Vec::new(),
             triangles,
             masses,
-            gather_start: Vec::new(),
-            gathered: Vec::new(),
+            rest: RestEdges::default(),
+            ends: Vec::new(),
+            gathers: Gathers::default(),
             edges_of: Vec::new(),
             topology,
             law,
@@ -254,17 +304,34 @@ impl Sheet {
                 }
             }
         }
+        let vertices = self.topology.vertices();
         let corners = triangles.as_flattened().iter().zip(0u32..);
-        let mut pairs: Vec<(u32, u32)> = corners.map(|(&vertex, slot)| (vertex, slot)).collect();
-        pairs.sort_unstable();
-        self.gather_start = vec![0; self.topology.vertices() + 1];
-        for &(vertex, _) in &pairs {
-            self.gather_start[vertex as usize + 1] += 1;
-        }
-        for k in 0..self.topology.vertices() {
-            self.gather_start[k + 1] += self.gather_start[k];
-        }
-        self.gathered = pairs.into_iter().map(|(_, slot)| slot).collect();
+        self.gathers.corners =
+            Grouped::new(vertices, corners.map(|(&vertex, slot)| (vertex, slot)));
+        let edges = (0u32..).zip(self.topology.edges());
+        let ends = edges.flat_map(|(index, edge)| {
+            let [a, b] = edge.ends;
+            [(a, [index, b]), (b, [index, a])]
+        });
+        self.gathers.edges = Grouped::new(vertices, ends);
+        self.ends = self.topology.edges().iter().map(|edge| edge.ends).collect();
+        self.rest = RestEdges {
+            stiffness: self.edges.iter().map(|edge| edge.stiffness).collect(),
+            length: self.edges.iter().map(|edge| edge.length).collect(),
+            inverse: self.edges.iter().map(|edge| edge.length.recip()).collect(),
+        };
+    }
+
+    /// The edges at a vertex, and the vertex at the other end of each.
+    #[inline]
+    pub(super) fn edges_at(&self, vertex: usize) -> &[[u32; 2]] {
+        self.gathers.edges.of(vertex)
+    }
+
+    /// The corners of triangles at a vertex: three times the triangle, plus the place of the corner.
+    #[inline]
+    pub(super) fn corners_at(&self, vertex: usize) -> &[u32] {
+        self.gathers.corners.of(vertex)
     }
 
     /// Its triangles, edges and rims.

@@ -130,7 +130,8 @@ impl Engine {
         let mut first = 0;
         for (number, (vertices, surface)) in vertices.iter().zip(&*surfaces).enumerate() {
             let mut loads = vec![Load::default(); vertices.len()];
-            contacts.compute_vertices(number, first, vertices, &context, &mut loads);
+            let pool = pool.as_deref();
+            contacts.compute_vertices((number, first), vertices, &context, pool, &mut loads);
             first += surface.positions.len();
             vertex_loads.push(loads);
         }

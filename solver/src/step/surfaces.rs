@@ -94,10 +94,18 @@ impl Core {
         let wall = &mut self.walls[first + number];
         let (corners, way) = (surface.corners(), surface.way_since_listed());
         // Triangles that were left behind for many steps may have turned.
-        let followed = if std::mem::take(&mut self.stale[number]) {
-            wall.follow_anew(&corners, way, &self.images)
-        } else {
-            wall.follow(&corners, way, &self.images)
+        let is_stale = std::mem::take(&mut self.stale[number]);
+        let images = &self.images;
+        let mut follow = || {
+            if is_stale {
+                wall.follow_anew(&corners, way, images)
+            } else {
+                wall.follow(&corners, way, images)
+            }
+        };
+        let followed = match self.pool.as_deref() {
+            Some(pool) => pool.install(follow),
+            None => follow(),
         };
         followed.map_err(|error| RunError::Surface {
             surface: self.plan.physics().surfaces()[number].name.clone(),

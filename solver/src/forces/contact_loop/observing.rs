@@ -23,7 +23,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ObservesCont
 
     fn observation(&self, walls: usize, records: bool) -> Observation {
         let mut sum = Observation::empty(walls);
-        for block in self.blocks.iter().chain(&self.of_sheets) {
+        for block in self.blocks.iter().chain(self.of_sheets.iter().flatten()) {
             if records {
                 sum.merge(&block.observation);
             } else {
@@ -34,7 +34,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ObservesCont
     }
 
     fn take_records(&mut self) -> Vec<ContactRecord> {
-        let blocks = self.blocks.iter_mut().chain(&mut self.of_sheets);
+        let of_sheets = self.of_sheets.iter_mut().flatten();
+        let blocks = self.blocks.iter_mut().chain(of_sheets);
         let mut taken: Vec<_> = blocks
             .map(|block| std::mem::take(&mut block.observation.records))
             .collect();

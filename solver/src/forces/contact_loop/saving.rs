@@ -12,7 +12,7 @@ use crate::state::{Pieces, Plain};
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<N, T, R, A> {
     /// The numbers of an empty history.
-    fn nothing() -> Vec<f64> {
+    pub(super) fn nothing() -> Vec<f64> {
         let mut nothing = Vec::new();
         <Histories<N, T, R, A>>::default().write(&mut nothing);
         nothing
@@ -170,15 +170,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> SavesContact
     }
 
     fn put_vertices(&self, pieces: &mut Pieces) {
-        let saved = |block: &Block<_>| {
-            let mut saved = SavedSlots::new(Self::nothing());
-            for (slot, history) in block.saved_near_walls() {
-                saved.push(slot, history, Histories::<N, T, R, A>::write);
-            }
-            saved
-        };
-        let sheets: Vec<SavedSlots> = self.of_sheets.iter().map(saved).collect();
-        sheets.put(pieces.end());
+        self.saved_vertices().put(pieces.end());
     }
 
     fn take_vertices(
@@ -193,14 +185,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> SavesContact
         for (slots, &vertices) in saved.iter().zip(vertices) {
             slots.check_at_walls(<Histories<N, T, R, A>>::LENGTH, vertices, walls)?;
         }
-        let restored = |slots: &SavedSlots| {
-            let mut block = Block::empty(0..0);
-            for saved in slots.iter() {
-                block.push_saved_at_wall(&saved, <Histories<N, T, R, A>>::read(saved.history));
-            }
-            block
-        };
-        self.of_sheets = saved.iter().map(restored).collect();
+        self.restored_vertices(&saved);
         Ok(())
     }
 

@@ -1,12 +1,25 @@
 //! Contacts of the vertices of sheets with walls: those of spheres without spin.
 
+use std::ops::Range;
+
+use rayon::prelude::*;
+
 use super::ContactLoop;
 use super::block::Block;
 use super::pass::{Pass, Rows};
 use super::slots::{FREE, WallSlot};
-use crate::contact::{AdhesionLaw, NormalLaw, RollingLaw, TangentialLaw};
-use crate::forces::{FIRST_VERTEX, NearWall, Observation, StepContext, Watch};
+use crate::contact::{AdhesionLaw, Histories, History, NormalLaw, RollingLaw, TangentialLaw};
+use crate::forces::{FIRST_VERTEX, NearWall, Observation, SavedSlots, StepContext, Watch};
 use crate::state::{Load, Particle};
+
+/// Vertices of a sheet that a thread takes at a time. Sums are made within these and then over them, so they do not depend on threads.
+const PIECE: usize = 1024;
+
+/// The rows of the piece with this one.
+fn piece_of(row: u32) -> Range<usize> {
+    let start = row as usize / PIECE * PIECE;
+    start..start + PIECE
+}
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<N, T, R, A> {
     /// New entries for the vertices of each sheet; slots go along with their vertex, wall and image.
@@ -14,8 +27,15 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
         let old = std::mem::take(&mut self.of_sheets);
         let mut old = old.into_iter();
         for near_walls in near_walls {
-            let before = old.next().unwrap_or_else(|| Block::empty(0..0));
-            self.of_sheets.push(carried(&before, near_walls));
+            let before = old.next().unwrap_or_default();
+            let pieces = near_walls.chunk_by(|one, other| piece_of(one.row) == piece_of(other.row));
+            let blocks = pieces.map(|near_walls| {
+                let rows = piece_of(near_walls[0].row);
+                let place = before.binary_search_by_key(&rows.start, |block| block.rows.start);
+                let empty = Block::empty(rows);
+                carried(place.map_or(&empty, |place| &before[place]), near_walls)
+            });
+            self.of_sheets.push(blocks.collect());
         }
     }
 
@@ -25,6 +45,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
         (sheet, first): (usize, usize),
         vertices: &[Particle],
         context: &StepContext<'_>,
+        pool: Option<&rayon::ThreadPool>,
         loads: &mut [Load],
     ) {
         let context = StepContext {
@@ -45,25 +66,73 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
             (&[], None),
             &context,
         );
-        let Some(block) = self.of_sheets.get_mut(sheet) else {
+        let Some(blocks) = self.of_sheets.get_mut(sheet) else {
             return;
         };
-        if context.watch.is_some() {
-            block.observation = Observation::empty(context.walls.len());
+        let mut loads = (0..).zip(loads.chunks_mut(PIECE));
+        let mut pieces: Vec<(&mut Block<_>, &mut [Load])> = Vec::with_capacity(blocks.len());
+        for block in blocks {
+            let number = block.rows.start / PIECE;
+            let own = loads.find(|(piece, _)| *piece == number);
+            pieces.extend(own.map(|(_, loads)| (block, loads)));
         }
-        pass.walls(block, &Rows::together(vertices), loads);
-        block.events.clear();
-        block.rubs.clear();
-        block.observation.largest_overlap = 0.0;
-        for exchange in &mut block.observation.exchanges {
-            exchange.row += FIRST_VERTEX + first as u32;
+        let touch = |(block, loads): (&mut Block<_>, &mut [Load])| {
+            if context.watch.is_some() {
+                block.observation = Observation::empty(context.walls.len());
+            }
+            let start = block.rows.start;
+            let own = &vertices[start..start + loads.len()];
+            pass.walls(block, &Rows::together(own), loads);
+            block.events.clear();
+            block.rubs.clear();
+            block.observation.largest_overlap = 0.0;
+            for exchange in &mut block.observation.exchanges {
+                exchange.row += FIRST_VERTEX + first as u32;
+            }
+        };
+        match pool.filter(|_| pieces.len() > 1) {
+            Some(pool) => pool.install(|| pieces.into_par_iter().for_each(touch)),
+            None => pieces.into_iter().for_each(touch),
         }
+    }
+
+    /// What contacts of vertices remember, sheet by sheet.
+    pub(super) fn saved_vertices(&self) -> Vec<SavedSlots> {
+        let saved = |blocks: &Vec<Block<_>>| {
+            let mut saved = SavedSlots::new(Self::nothing());
+            for block in blocks {
+                for (slot, history) in block.saved_near_walls() {
+                    saved.push(slot, history, Histories::<N, T, R, A>::write);
+                }
+            }
+            saved
+        };
+        self.of_sheets.iter().map(saved).collect()
+    }
+
+    /// As saved.
+    pub(super) fn restored_vertices(&mut self, saved: &[SavedSlots]) {
+        let restored = |slots: &SavedSlots| {
+            let mut blocks: Vec<Block<_>> = Vec::new();
+            for saved in slots.iter() {
+                let rows = piece_of(saved.row);
+                if blocks.last().is_none_or(|block| block.rows != rows) {
+                    blocks.push(Block::empty(rows));
+                }
+                if let Some(block) = blocks.last_mut() {
+                    let history = <Histories<N, T, R, A>>::read(saved.history);
+                    block.push_saved_at_wall(&saved, history);
+                }
+            }
+            blocks
+        };
+        self.of_sheets = saved.iter().map(restored).collect();
     }
 }
 
 /// A block with these entries and the slots that `before` has for them.
 fn carried<H: crate::contact::History>(before: &Block<H>, near_walls: &[NearWall]) -> Block<H> {
-    let mut block = Block::empty(0..0);
+    let mut block = Block::empty(before.rows.clone());
     let key = |near: &NearWall| (near.row, near.wall, near.image);
     let mut starts = Vec::with_capacity(before.near_walls.len());
     let mut start = 0;

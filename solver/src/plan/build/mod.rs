@@ -11,6 +11,7 @@ use mercury_common::scene::{Scene, SceneError, SceneErrors};
 use super::checks;
 use super::insertions::check_among_walls;
 use super::magnitudes::magnitudes;
+use super::membranes;
 use super::meshes;
 use super::requests;
 use super::sleeping::sleeping;
@@ -60,6 +61,11 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     let mut found = Findings::default();
     let mut parts = Parts::of(scene, most_sites, &mut found);
     let laws = Laws::of(scene, &parts, &mut found);
+    (found.warnings).extend(membranes::without_energy(
+        &parts.sheets,
+        &laws.pairs,
+        &parts.uses,
+    ));
     // A pair that could not be resolved could change the step.
     let resolved = found.errors.len();
     let laws = check_sizes(scene, &parts, laws, &mut found);

@@ -2,6 +2,7 @@
 
 mod checks;
 mod laws;
+mod membranes;
 mod meshes;
 mod mixing;
 mod reports;

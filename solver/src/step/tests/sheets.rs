@@ -366,6 +366,64 @@ fn a_sheet_bends_around_a_large_ball() {
     }
 }
 
+/// Laws whose contacts count by a part where they join: momenta of a ball in a sheet that bends around it are kept in every step, and the audit lacks
+/// no more than what the theory page says.
+#[test]
+fn plastic_and_wet_contacts_join() {
+    const PLASTIC: &str = r#"{ law = "plastic", loading_stiffness = 200.0, unloading_stiffness = 800.0, cohesion_stiffness = 50.0, penetration_depth = 0.05, dissipation = 1e-3 }"#;
+    const WILLETT: &str = r#"liquid = { law = "willett", surface_tension = 0.07, contact_angle_degrees = 20.0, max_bridge_volume = 1e-10 }"#;
+    const BAGHERI: &str = r#"liquid = { law = "bagheri", surface_tension = 0.07, contact_angle_degrees = 20.0, viscosity = 1e-3, max_bridge_volume = 1e-10 }"#;
+    for (name, normal, laws, film, bound) in [
+        ("plastic", PLASTIC, "", 0.0, 1e-6),
+        ("plastic with friction", PLASTIC, FRICTION, 0.0, 1e-6),
+        ("wet", LINEAR, WILLETT, 1e-8, 1e-2),
+        ("wet and viscous", HARD, BAGHERI, 1e-8, 1e-2),
+    ] {
+        let mut sheet = square(12, 0.06, 0.1, 4);
+        for at in &mut sheet.vertices {
+            *at -= dvec3(0.03, 0.03, 0.0);
+        }
+        let (radius, at) = (0.1, dvec3(0.001, 0.002, 0.103));
+        let thrown = ball(at, radius, dvec3(0.1, 0.0, -2.0), dvec3(3.0, 1.0, 0.0));
+        let setup = Setup {
+            step: 2e-6,
+            laws,
+            normal,
+            output: "interval = 0.1, energy_budget = true",
+            ..Setup::default()
+        };
+        let plan = setup.plan_of(|draft| {
+            draft.particles = vec![thrown];
+            draft.surfaces = vec![sheet];
+            if film > 0.0 {
+                draft.liquid = Some(crate::liquid::LiquidPlan {
+                    films: std::iter::once((0, film)).collect(),
+                    ..crate::liquid::LiquidPlan::default()
+                });
+            }
+        });
+        let mut engine = Engine::new(plan, 1).unwrap();
+        let seen = engine.take_observation();
+        let (first, start) = (momenta(&engine), energy(&engine, &seen));
+        let (mut most_contacts, mut most) = (0, 0.0f64);
+        for step in 0..3_000 {
+            engine.step(Some(SEE)).unwrap();
+            let seen = engine.take_observation();
+            engine.complete_step().unwrap();
+            most_contacts = most_contacts.max(at_sheets(&seen));
+            for (now, first) in momenta(&engine).iter().zip(&first) {
+                let size = first.1.max(now.1);
+                let off = now.0.distance(first.0);
+                assert!(off < 1e-11 * size, "{name}, {step}: {off:e} of {size:e}");
+            }
+            let lacks = energy(&engine, &seen) + engine.audit().dissipated() - start;
+            most = most.max((lacks / start).abs());
+        }
+        assert!(most_contacts > 3, "{name}: {most_contacts}");
+        assert!(most < bound, "{name}: {most:e}");
+    }
+}
+
 const HARD: &str = r#"{ law = "linear", stiffness = 500.0, restitution = 0.6 }"#;
 
 /// Both faces push a ball away, and a sheet with a front only that one; from behind a ball passes.
@@ -653,6 +711,54 @@ fn vertices_touch_walls() {
         "{pushed}, {momentum}"
     );
     assert!(engine.snapshot() == resumed.snapshot());
+}
+
+/// The vertices of a large sheet are shared among threads where they touch walls, and its triangles where its mesh follows, to the same bytes, also when
+/// the run is stopped meanwhile.
+#[test]
+fn threads_share_large_sheets() {
+    let mut sheet = square(50, 0.1, 0.1, 2);
+    sheet.touches_walls = true;
+    sheet.thickness = 2e-3;
+    sheet.vertices.iter_mut().for_each(|at| at.z += 0.0015);
+    assert!(sheet.vertices.len() > 2 * 1024 && sheet.triangles.len() > 4096);
+    let above = |ball: &NewParticle| ball.position.z > 0.0;
+    let mut balls: Vec<NewParticle> = thrown(1).into_iter().filter(above).collect();
+    balls.iter_mut().for_each(|ball| ball.position.z -= 0.001);
+    let setup = Setup {
+        step: 1e-5,
+        output: "interval = 0.1, energy_budget = true, walls = true",
+        more: r#"
+        [[walls]]
+        name = "floor"
+        material = "m"
+        shape = "plane"
+        point = [0.0, 0.0, 0.0]
+        normal = [0.0, 0.0, 1.0]"#,
+        ..Setup::default()
+    };
+    let plan = setup.plan(balls, vec![sheet]);
+    let start = |threads| {
+        let mut engine = Engine::new(Arc::clone(&plan), threads).unwrap();
+        let velocities = &mut engine.surfaces[0].velocities;
+        velocities.fill(dvec3(0.3, 0.1, -1.0));
+        engine
+    };
+    let [mut one, mut two, mut resumed] = [1, 2, 1].map(start);
+    for round in 0..4 {
+        one.steps_at_once(40, Some(SEE)).unwrap();
+        two.steps_at_once(40, Some(SEE)).unwrap();
+        resumed.steps_at_once(40, Some(SEE)).unwrap();
+        let snapshot = Snapshot::decode(&resumed.snapshot().encode()).unwrap();
+        resumed = Engine::restore(Arc::clone(&plan), snapshot, 2).unwrap();
+        let expected = one.snapshot().encode();
+        assert!(expected == two.snapshot().encode(), "two threads, {round}");
+        assert!(expected == resumed.snapshot().encode(), "resumed, {round}");
+        let load = |engine: &Engine| engine.observation().walls[0].0.force;
+        assert_eq!(load(&one), load(&two), "{round}");
+    }
+    assert!((one.surfaces()[0].velocities.iter()).any(|v| v.z > 0.1));
+    assert!(at_sheets(&one.observation()) > 0);
 }
 
 /// What a sheet cannot be together with is refused by name.

@@ -56,6 +56,9 @@ impl Facet {
 
     /// The normal of its corners.
     pub(super) fn own_normal(&self) -> DVec3 {
+        if self.skew == 0.0 {
+            return self.normal;
+        }
         let [a, b, c] = self.corners;
         (b - a).cross(c - a).normalize()
     }

@@ -4,10 +4,16 @@
 //! follow; so it stays right, and good as long as neighbours stay neighbours.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::super::error::{WallError, finite_vector};
 use super::facet::Facet;
 use super::{Extent, LANES, Leaf, Mesh, find_patches, has_area, short_sides_first, steady_normals};
+
+/// From so many triangles on a mesh is fitted by all threads of the pool in which it is called, if any.
+const LARGE: usize = 4096;
+/// Triangles that a thread takes at a time, at least.
+const CHUNK: usize = 1024;
 
 /// New places that a mesh can take.
 struct Placed {
@@ -60,14 +66,21 @@ impl Mesh {
         for &place in &vertices {
             finite_vector("corners", place)?;
         }
-        let mut triangles = Vec::with_capacity(self.facets.len());
-        for (facet, &triangle) in self.facets.iter().zip(&self.file_order) {
+        let tolerance = self.tolerance;
+        let placed = |facet: &Facet| {
             let new = short_sides_first(lowest_first(facet.vertices), &vertices);
             let [a, b, c] = new.map(|k| vertices[k as usize]);
-            if !has_area([a, b, c], self.tolerance) {
-                return Err(WallError::LostArea { triangle });
-            }
-            triangles.push(new);
+            has_area([a, b, c], tolerance).then_some(new)
+        };
+        let all: Vec<Option<[u32; 3]>> = if self.is_shared() {
+            let facets = self.facets.par_iter().with_min_len(CHUNK);
+            facets.map(placed).collect()
+        } else {
+            self.facets.iter().map(placed).collect()
+        };
+        let mut triangles = Vec::with_capacity(all.len());
+        for (new, &triangle) in all.into_iter().zip(&self.file_order) {
+            triangles.push(new.ok_or(WallError::LostArea { triangle })?);
         }
         Ok(Placed {
             vertices,
@@ -85,13 +98,26 @@ impl Mesh {
         moved
     }
 
+    /// Whether threads share the triangles.
+    fn is_shared(&self) -> bool {
+        self.facets.len() >= LARGE && rayon::current_thread_index().is_some()
+    }
+
     /// Makes anew what follows from the places of the corners; `corners`: those of the triangles.
     fn refit(&mut self, corners: &[[u32; 3]]) {
-        for (facet, &corners) in self.facets.iter_mut().zip(corners) {
+        let is_shared = self.is_shared();
+        let vertices = &self.vertices;
+        let fit = |(facet, &corners): (&mut Facet, &[u32; 3])| {
             let first = facet.vertices.iter().position(|&k| k == corners[0]);
             let mut edges = facet.edges;
             edges.rotate_left(first.unwrap_or(0));
-            *facet = Facet::new(&self.vertices, corners, edges);
+            *facet = Facet::new(vertices, corners, edges);
+        };
+        if is_shared {
+            let facets = self.facets.par_iter_mut().zip(corners);
+            facets.with_min_len(CHUNK).for_each(fit);
+        } else {
+            self.facets.iter_mut().zip(corners).for_each(fit);
         }
         if self.front_only {
             self.topology.find_normals(&self.vertices, corners);
@@ -100,8 +126,14 @@ impl Mesh {
         if !self.keeps_all {
             find_patches(&mut self.facets, &self.topology, self.vertices.len());
         }
-        for (leaf, facets) in self.leaves.iter_mut().zip(self.facets.chunks(LANES)) {
-            *leaf = Leaf::new(facets);
+        if is_shared {
+            let leaves = (self.leaves.par_iter_mut()).zip(self.facets.par_chunks(LANES));
+            let leaves = leaves.with_min_len(CHUNK / LANES);
+            leaves.for_each(|(leaf, facets)| *leaf = Leaf::new(facets));
+        } else {
+            for (leaf, facets) in self.leaves.iter_mut().zip(self.facets.chunks(LANES)) {
+                *leaf = Leaf::new(facets);
+            }
         }
         self.tree.refit(&self.facets);
         let area = self.facets.iter().map(Facet::area).sum::<f64>();
