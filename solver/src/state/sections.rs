@@ -5,6 +5,10 @@ use std::ops::Range;
 
 use super::codec::{DecodeError, Decoder, Encoder, Plain, whole};
 
+/// Name of the section behind the last one, with a checksum of the names: so a state that is cut between two sections is seen to be cut,
+/// and a name that is damaged to be damaged.
+const END: &str = "end";
+
 /// The sections of a state in their order, all checksums compared. Equal bytes are an equal state.
 #[derive(Clone, PartialEq, Eq, Default)]
 pub struct Sections {
@@ -33,14 +37,14 @@ impl Sections {
         self.places.push((name, begin..self.bytes.len()));
     }
 
-    /// Reads the sections before the one named `end`, or all there are.
+    /// Reads the sections before the one named `end`, or all if there is none.
     ///
     /// # Errors
     /// If one is cut or damaged.
-    pub fn take_from(decoder: &mut Decoder<'_>, end: Option<&str>) -> Result<Self, DecodeError> {
+    pub fn take_from(decoder: &mut Decoder<'_>, end: &str) -> Result<Self, DecodeError> {
         let mut sections = Self::default();
         while let Some(name) = decoder.next_name() {
-            if Some(name.as_str()) == end {
+            if name == end {
                 break;
             }
             let content = decoder.content(&name)?;
@@ -92,6 +96,14 @@ impl Sections {
         Ok(edited)
     }
 
+    fn checksum_of_names(&self) -> u32 {
+        let mut checksum = crc32fast::Hasher::new();
+        self.places
+            .iter()
+            .for_each(|(name, _)| checksum.update(name.as_bytes()));
+        checksum.finalize()
+    }
+
     /// As bytes, with a version and checksums.
     #[must_use]
     pub fn encode(&self) -> Vec<u8> {
@@ -99,6 +111,7 @@ impl Sections {
         for (name, content) in self.iter() {
             encoder.section_by(name, |pieces| pieces.end().extend_from_slice(content));
         }
+        encoder.section(END, &self.checksum_of_names());
         encoder.finish()
     }
 
@@ -108,8 +121,15 @@ impl Sections {
     /// If the bytes are no state, of another version, cut or damaged.
     pub fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
         let mut decoder = Decoder::new(bytes)?;
-        let sections = Self::take_from(&mut decoder, None)?;
+        let sections = Self::take_from(&mut decoder, END)?;
+        let names: u32 = decoder.section(END)?;
         decoder.finish()?;
+        if names != sections.checksum_of_names() {
+            return Err(DecodeError::Wrong {
+                section: END.to_owned(),
+                reason: "the name of a section is damaged".to_owned(),
+            });
+        }
         Ok(sections)
     }
 }
@@ -141,7 +161,7 @@ mod tests {
         // Those before the last one.
         let bytes = sections.encode();
         let mut decoder = Decoder::new(&bytes).unwrap();
-        let first = Sections::take_from(&mut decoder, Some("three")).unwrap();
+        let first = Sections::take_from(&mut decoder, "three").unwrap();
         assert_eq!(first.iter().len(), 2);
         assert_eq!(decoder.section::<String>("three").as_deref(), Ok("end"));
     }

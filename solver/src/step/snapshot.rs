@@ -58,6 +58,15 @@ const SECTIONS: &[Section] = &[
         take: Core::take_particles,
     },
     Section {
+        name: "walls",
+        is_there: always,
+        put: |core, pieces| {
+            let saved: Vec<_> = core.walls().iter().map(WallNow::save).collect();
+            saved.put(pieces.end());
+        },
+        take: Core::take_walls,
+    },
+    Section {
         name: PAIRS,
         is_there: always,
         put: |core, pieces| {
@@ -86,15 +95,6 @@ const SECTIONS: &[Section] = &[
             core.lists = Plain::take(bytes)?;
             core.lists.check(core.particles.len())
         },
-    },
-    Section {
-        name: "walls",
-        is_there: always,
-        put: |core, pieces| {
-            let saved: Vec<_> = core.walls().iter().map(WallNow::save).collect();
-            saved.put(pieces.end());
-        },
-        take: Core::take_walls,
     },
     Section {
         name: "boundaries",
@@ -157,7 +157,7 @@ impl Snapshot {
     /// # Errors
     /// Those of [`Snapshot::decode`].
     pub fn take_from(decoder: &mut Decoder<'_>, end: &str) -> Result<Self, DecodeError> {
-        Sections::take_from(decoder, Some(end)).map(Self)
+        Sections::take_from(decoder, end).map(Self)
     }
 
     /// The sections, to look at one by one.
