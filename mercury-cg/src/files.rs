@@ -1,4 +1,4 @@
-//! The files that are written: those of the library, and Parquet, which needs polars and is therefore the program's alone.
+//! The files that are written: those of the library, and Parquet, which is long to compile and therefore the program's alone.
 
 use std::path::{Path, PathBuf};
 

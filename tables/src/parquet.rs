@@ -1,4 +1,4 @@
-//! Parquet by polars: its crate for the format, `polars-parquet`, over its arrays, `polars-arrow`.
+//! Parquet by the crate `parquet` of arrow-rs, over the arrays that frames are made of, too.
 
 mod reader;
 mod writer;

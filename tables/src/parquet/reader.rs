@@ -1,25 +1,30 @@
 //! Reading whole files.
 
+use std::collections::HashSet;
 use std::fs::File;
-use std::io::{Cursor, Read, Seek as _, SeekFrom};
+use std::io::{Read, Seek as _, SeekFrom};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+use std::sync::Arc;
 
+use arrow_array::cast::AsArray as _;
+use arrow_array::types::{
+    Float32Type, Float64Type, Int8Type, Int16Type, Int32Type, Int64Type, UInt8Type, UInt16Type,
+    UInt32Type, UInt64Type,
+};
+use arrow_array::{Array as _, ArrayRef, ArrowPrimitiveType};
+use arrow_schema::{DataType, Field, Schema};
 use mercury_common::error::FormatError;
 use mercury_common::readable::shortened;
-use polars_arrow::array::{Array, BooleanArray, PrimitiveArray, Utf8ViewArray};
-use polars_arrow::datatypes::{ArrowDataType, Field};
-use polars_arrow::types::NativeType;
-use polars_buffer::Buffer;
-use polars_error::{PolarsError, PolarsResult};
-use polars_parquet::parquet::compression::Compression;
-use polars_parquet::read::{
-    BasicDecompressor, ColumnChunkMetadata, FileMetadata, PageReader, column_iter_to_arrays,
-    infer_schema, read_metadata,
+use parquet::arrow::ProjectionMask;
+use parquet::arrow::arrow_reader::{
+    ArrowReaderMetadata, ArrowReaderOptions, ParquetRecordBatchReaderBuilder,
 };
-
+use parquet::basic::Compression;
+use parquet::errors::{ParquetError, Result};
+use parquet::file::metadata::ColumnChunkMetaData;
+use polars_parquet_format::PageHeader;
 use polars_parquet_format::thrift::protocol::TCompactInputProtocol;
-use polars_parquet_format::{FileMetaData as Footer, PageHeader};
 
 use super::UNIT;
 use crate::column::{Column, Values};
@@ -30,12 +35,8 @@ pub(crate) const MAGIC: &[u8] = b"PAR1";
 /// Where programs that know Arrow note its types.
 const ARROW_SCHEMA: &str = "ARROW:schema";
 
-/// What a file may be compressed by.
-const CODECS: [Compression; 3] = [
-    Compression::Uncompressed,
-    Compression::Snappy,
-    Compression::Zstd,
-];
+/// Rows that are decoded at a time.
+const ROWS: usize = 1 << 16;
 
 /// A table may take so many bytes in memory, or [`MOST_FOR_EACH`] for each byte of the file if that is more. Runs of equal values
 /// and compression let a file of some hundred bytes claim anything.
@@ -49,22 +50,19 @@ const VALUE: u64 = 16;
 struct Room(u64);
 
 impl Room {
-    fn take(&mut self, bytes: u64) -> PolarsResult<()> {
+    fn take(&mut self, bytes: u64) -> Result<()> {
         self.0 = self.0.checked_sub(bytes).ok_or_else(|| {
-            PolarsError::ComputeError(
-                format!(
-                    "it claims to hold more than {} MB and than {MOST_FOR_EACH} times its size",
-                    MOST / 1_000_000
-                )
-                .into(),
-            )
+            ParquetError::General(format!(
+                "it claims to hold more than {} MB and than {MOST_FOR_EACH} times its size",
+                MOST / 1_000_000
+            ))
         })?;
         Ok(())
     }
 }
 
 /// See [`Table::read_parquet`].
-pub(crate) fn read(path: &Path) -> Result<Table, FormatError> {
+pub(crate) fn read(path: &Path) -> std::result::Result<Table, FormatError> {
     let mut file = File::open(path).map_err(|error| unreadable(path, &error))?;
     let (first, last) = ends(&mut file).map_err(|error| unreadable(path, &error))?;
     if first != MAGIC {
@@ -77,12 +75,15 @@ pub(crate) fn read(path: &Path) -> Result<Table, FormatError> {
         return Err(FormatError::of_file(path, found));
     }
     // Files of other programs may be damaged in ways that the library answers with a panic.
-    let read = catch_unwind(AssertUnwindSafe(|| read_whole(path, &mut file)));
+    let read = catch_unwind(AssertUnwindSafe(|| read_whole(path, &file)));
     let damaged = |reason: &str| {
         FormatError::of_file(path, format!("the Parquet file cannot be read: {reason}"))
     };
     match read {
-        Ok(table) => table.map_err(|error| damaged(&error.to_string())),
+        Ok(table) => table.map_err(|error| match error {
+            ParquetError::General(reason) | ParquetError::EOF(reason) => damaged(&reason),
+            other => damaged(&other.to_string()),
+        }),
         Err(_) => Err(damaged("its bytes contradict each other")),
     }
 }
@@ -102,14 +103,15 @@ fn ends(file: &mut File) -> std::io::Result<(Vec<u8>, Vec<u8>)> {
     Ok((first, last))
 }
 
-fn read_whole(path: &Path, file: &mut File) -> PolarsResult<Table> {
+fn read_whole(path: &Path, file: &File) -> Result<Table> {
     let length = file.metadata()?.len();
     let mut room = Room(MOST.max(length.saturating_mul(MOST_FOR_EACH)));
-    check_footer(file, length)?;
-    let footer = read_metadata(file)?;
-    let schema = infer_schema(&footer)?;
-    let entries = footer.key_value_metadata.iter().flatten();
-    let mut metadata: Vec<(String, String)> = entries
+    // The types of Arrow that a program may have noted are left aside: the file's own say enough.
+    let options = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
+    let known = ArrowReaderMetadata::load(file, options)?;
+    let footer = Arc::clone(known.metadata());
+    let entries = footer.file_metadata().key_value_metadata();
+    let mut metadata: Vec<(String, String)> = (entries.into_iter().flatten())
         .filter(|entry| entry.key != ARROW_SCHEMA)
         .map(|entry| (entry.key.clone(), entry.value.clone().unwrap_or_default()))
         .collect();
@@ -117,10 +119,35 @@ fn read_whole(path: &Path, file: &mut File) -> PolarsResult<Table> {
         path: path.to_owned(),
         ..Origin::default()
     };
+    let (mut roots, mut names) = (Vec::new(), HashSet::new());
+    for (root, field) in known.schema().fields().iter().enumerate() {
+        if !names.insert(field.name()) {
+            let name = shortened(field.name(), 100);
+            return Err(ParquetError::General(format!(
+                "two columns are called `{name}`"
+            )));
+        }
+        if is_known(field.data_type()) {
+            roots.push(root);
+        } else {
+            let what = format!("values of type {}", field.data_type());
+            origin.left_out.push((field.name().clone(), what));
+        }
+    }
+    let leaves = footer.file_metadata().schema_descr();
+    for group in footer.row_groups() {
+        for (leaf, chunk) in group.columns().iter().enumerate() {
+            if roots.contains(&leaves.get_column_root_idx(leaf)) {
+                check(chunk, file, &mut room)?;
+            }
+        }
+    }
+    let arrays = arrays_of(file, &known, &roots)?;
     let mut columns = Vec::new();
-    for field in schema.iter_values() {
-        let name = field.name.to_string();
-        match column(&footer, field, file, &mut room)? {
+    for (root, arrays) in roots.into_iter().zip(arrays) {
+        let field = known.schema().field(root);
+        let name = field.name().clone();
+        match column(field.data_type(), &arrays, &mut room)? {
             Ok(values) => {
                 let unit = metadata
                     .iter()
@@ -131,17 +158,6 @@ fn read_whole(path: &Path, file: &mut File) -> PolarsResult<Table> {
             Err(what) => origin.left_out.push((name, what)),
         }
     }
-    let rows = columns.first().map_or(0, |column| column.values.len());
-    if let Some(other) = columns.iter().find(|column| column.values.len() != rows) {
-        return Err(PolarsError::ComputeError(
-            format!(
-                "the column `{}` has {} rows, the first one {rows}",
-                shortened(&other.name, 100),
-                other.values.len()
-            )
-            .into(),
-        ));
-    }
     let mut table = columns
         .into_iter()
         .fold(Table::read_from(origin), Table::with);
@@ -149,140 +165,110 @@ fn read_whole(path: &Path, file: &mut File) -> PolarsResult<Table> {
     Ok(table)
 }
 
-/// What [`TCompactInputProtocol`] may count for each byte that it reads: a list counts 8 for each entry, of which each has a byte, and a
-/// struct 2.
-const COUNTED: usize = 16;
+/// Whether a column of ours can hold it.
+fn is_known(kind: &DataType) -> bool {
+    use DataType as D;
+    kind.is_integer() || matches!(kind, D::Float32 | D::Float64 | D::Boolean | D::Utf8)
+}
 
-/// Reads the footer with lists that are no longer than it has bytes for: the library takes memory for as many entries as a list claims.
-fn check_footer(file: &mut File, length: u64) -> PolarsResult<()> {
-    // Behind it stand its length and the magic word.
-    let tail = size_of::<u32>() + MAGIC.len();
-    let mut claimed = [0; size_of::<u32>()];
-    file.seek(SeekFrom::End(-(tail as i64)))?;
-    file.read_exact(&mut claimed)?;
-    let claimed = u64::from(u32::from_le_bytes(claimed));
-    let Some(start) = length.checked_sub(tail as u64 + claimed) else {
-        return Err(PolarsError::ComputeError(
-            "its footer is longer than the file".into(),
-        ));
-    };
-    let mut footer = Vec::new();
-    file.seek(SeekFrom::Start(start))?;
-    Read::by_ref(file).take(claimed).read_to_end(&mut footer)?;
-    let most = footer.len().saturating_mul(COUNTED);
-    let mut protocol = TCompactInputProtocol::new(footer.as_slice(), most);
-    match Footer::read_from_in_protocol(&mut protocol) {
-        Ok(_) => Ok(()),
-        Err(error) => Err(PolarsError::ComputeError(
-            format!("its footer is damaged: {error}").into(),
-        )),
+/// The columns with these numbers, each in pieces.
+fn arrays_of(
+    file: &File,
+    known: &ArrowReaderMetadata,
+    roots: &[usize],
+) -> Result<Vec<Vec<ArrayRef>>> {
+    let mut arrays = vec![Vec::new(); roots.len()];
+    if roots.is_empty() {
+        return Ok(arrays);
     }
+    // Equal texts are stored once in the file; as views they are in memory, too.
+    let fields = known.schema().fields().iter();
+    let fields = fields.map(|field| match field.data_type() {
+        DataType::Utf8 => Field::clone(field).with_data_type(DataType::Utf8View),
+        _ => Field::clone(field),
+    });
+    let schema = Schema::new(fields.collect::<Vec<_>>());
+    let options = ArrowReaderOptions::new().with_schema(Arc::new(schema));
+    let known = ArrowReaderMetadata::try_new(Arc::clone(known.metadata()), options)?;
+    let builder = ParquetRecordBatchReaderBuilder::new_with_metadata(file.try_clone()?, known);
+    let mask = ProjectionMask::roots(builder.parquet_schema(), roots.iter().copied());
+    for batch in builder
+        .with_projection(mask)
+        .with_batch_size(ROWS)
+        .build()?
+    {
+        for (own, array) in arrays.iter_mut().zip(batch?.columns()) {
+            own.push(Arc::clone(array));
+        }
+    }
+    Ok(arrays)
 }
 
 /// The values of a column, or what is in it that no column of ours can hold.
 fn column(
-    footer: &FileMetadata,
-    field: &Field,
-    file: &mut File,
+    kind: &DataType,
+    arrays: &[ArrayRef],
     room: &mut Room,
-) -> PolarsResult<Result<Values, String>> {
-    use ArrowDataType as D;
-    let mut arrays = Vec::new();
-    let known = matches!(
-        field.dtype,
-        D::Float64
-            | D::Float32
-            | D::Int8
-            | D::Int16
-            | D::Int32
-            | D::Int64
-            | D::UInt8
-            | D::UInt16
-            | D::UInt32
-            | D::UInt64
-            | D::Boolean
-            | D::Utf8View
-    );
-    if !known {
-        return Ok(Err(format!("values of type {:?}", field.dtype)));
-    }
-    for group in &footer.row_groups {
-        let Some(mut chunks) = group.columns_under_root_iter(&field.name) else {
-            return Err(PolarsError::ComputeError(
-                format!("a row group has no column `{}`", field.name).into(),
-            ));
-        };
-        let Some(chunk) = chunks.next() else { continue };
-        let codec = chunk.compression();
-        if !CODECS.contains(&codec) {
-            return Err(PolarsError::ComputeError(
-                format!(
-                    "it is compressed by {codec:?}, not by Snappy or Zstandard\nhelp: write it by one of them, or uncompressed"
-                )
-                .into(),
-            ));
-        }
-        arrays.extend(arrays_of(chunk, field, file, room)?);
-    }
-    let arrays: Vec<&dyn Array> = arrays.iter().map(AsRef::as_ref).collect();
-    Ok(match field.dtype {
-        D::Float64 => Ok(Values::F64(numbers::<f64>(&arrays)?.map(or_nan).collect())),
-        D::Float32 => {
-            let values = wider::<f32, f64>(&arrays)?;
-            Ok(Values::F64(values.map(or_nan).collect()))
-        }
-        D::Int8 => all(wider::<i8, i32>(&arrays)?).map(Values::I32),
-        D::Int16 => all(wider::<i16, i32>(&arrays)?).map(Values::I32),
-        D::UInt16 => all(wider::<u16, u32>(&arrays)?).map(Values::U32),
-        D::Int32 => all(numbers(&arrays)?).map(Values::I32),
-        D::Int64 => all(numbers(&arrays)?).map(Values::I64),
-        D::UInt8 => all(numbers(&arrays)?).map(Values::U8),
+) -> Result<std::result::Result<Values, String>> {
+    use DataType as D;
+    Ok(match kind {
+        D::Float64 => Ok(Values::F64(
+            numbers::<Float64Type>(arrays).map(or_nan).collect(),
+        )),
+        D::Float32 => Ok(Values::F64(
+            wider::<Float32Type, f64>(arrays).map(or_nan).collect(),
+        )),
+        D::Int8 => all(wider::<Int8Type, i32>(arrays)).map(Values::I32),
+        D::Int16 => all(wider::<Int16Type, i32>(arrays)).map(Values::I32),
+        D::UInt16 => all(wider::<UInt16Type, u32>(arrays)).map(Values::U32),
+        D::Int32 => all(numbers::<Int32Type>(arrays)).map(Values::I32),
+        D::Int64 => all(numbers::<Int64Type>(arrays)).map(Values::I64),
+        D::UInt8 => all(numbers::<UInt8Type>(arrays)).map(Values::U8),
         D::UInt32 if arrays.iter().any(|array| array.null_count() > 0) => {
-            Ok(Values::OptionalU32(numbers(&arrays)?.collect()))
+            Ok(Values::OptionalU32(numbers::<UInt32Type>(arrays).collect()))
         }
-        D::UInt32 => all(numbers(&arrays)?).map(Values::U32),
-        D::UInt64 => all(numbers(&arrays)?).map(Values::U64),
-        D::Boolean => {
-            let arrays: Vec<&BooleanArray> = of_type(&arrays)?;
-            all(arrays.into_iter().flatten()).map(Values::Bool)
-        }
+        D::UInt32 => all(numbers::<UInt32Type>(arrays)).map(Values::U32),
+        D::UInt64 => all(numbers::<UInt64Type>(arrays)).map(Values::U64),
+        D::Boolean => all(arrays.iter().flat_map(|array| array.as_boolean())).map(Values::Bool),
         _ => {
-            let arrays: Vec<&Utf8ViewArray> = of_type(&arrays)?;
+            let texts = || arrays.iter().flat_map(|array| array.as_string_view());
             // Equal texts are stored once in the file and in the arrays, but not in a column.
-            for array in &arrays {
-                room.take(array.total_bytes_len() as u64)?;
+            for text in texts().flatten() {
+                room.take(text.len() as u64)?;
             }
-            let texts = arrays.into_iter().flatten();
-            all(texts.map(|text| text.map(str::to_owned))).map(Values::Text)
+            all(texts().map(|text| text.map(str::to_owned))).map(Values::Text)
         }
     })
 }
 
-/// The values of a column in one row group.
-fn arrays_of(
-    chunk: &ColumnChunkMetadata,
-    field: &Field,
-    file: &mut File,
-    room: &mut Room,
-) -> PolarsResult<Vec<Box<dyn Array>>> {
-    let range = chunk.byte_range();
+/// Whether a column in one row group can be read: how it is compressed, and what its pages claim to hold.
+fn check(chunk: &ColumnChunkMetaData, mut file: &File, room: &mut Room) -> Result<()> {
+    let codec = chunk.compression();
+    if !matches!(
+        codec,
+        Compression::UNCOMPRESSED | Compression::SNAPPY | Compression::ZSTD(_)
+    ) {
+        let codec = format!("{codec:?}");
+        let codec = codec.split('(').next().unwrap_or_default();
+        return Err(ParquetError::General(format!(
+            "it is compressed by {codec}, not by Snappy or Zstandard\nhelp: write it by one of them, or uncompressed"
+        )));
+    }
+    let (start, length) = chunk.byte_range();
     let mut bytes = Vec::new();
-    file.seek(SeekFrom::Start(range.start))?;
-    let length = range.end.saturating_sub(range.start);
-    Read::by_ref(file).take(length).read_to_end(&mut bytes)?;
-    let bytes = Cursor::new(Buffer::from(bytes));
-    claims(bytes.get_ref(), room)?;
-    // No page, and no text in the head of one, is longer than all of them.
-    let most = bytes.get_ref().len().saturating_mul(COUNTED);
-    let pages = PageReader::new(bytes, chunk, Vec::new(), most);
-    let kind = &chunk.descriptor().descriptor.primitive_type;
-    let pages = BasicDecompressor::new(pages, Vec::new());
-    let (arrays, _) = column_iter_to_arrays(vec![pages], vec![kind], field.clone(), None)?;
-    Ok(arrays)
+    file.seek(SeekFrom::Start(start))?;
+    Read::by_ref(&mut file)
+        .take(length)
+        .read_to_end(&mut bytes)?;
+    claims(&bytes, room)
 }
 
+/// What [`TCompactInputProtocol`] may count for each byte that it reads: a list counts 8 for each entry, of which each has a byte, and a
+/// struct 2.
+const COUNTED: usize = 16;
+
 /// Takes what the pages of a chunk claim to hold; the library believes them.
-fn claims(mut chunk: &[u8], room: &mut Room) -> PolarsResult<()> {
+fn claims(mut chunk: &[u8], room: &mut Room) -> Result<()> {
     while !chunk.is_empty() {
         let most = chunk.len().saturating_mul(COUNTED);
         let mut protocol = TCompactInputProtocol::new(&mut chunk, most);
@@ -306,31 +292,21 @@ fn claims(mut chunk: &[u8], room: &mut Room) -> PolarsResult<()> {
     Ok(())
 }
 
-fn of_type<'a, A: Array>(arrays: &[&'a dyn Array]) -> PolarsResult<Vec<&'a A>> {
-    let array = |array: &&'a dyn Array| array.as_any().downcast_ref::<A>();
-    let arrays: Option<Vec<&A>> = arrays.iter().map(array).collect();
-    arrays.ok_or_else(|| PolarsError::ComputeError("row groups of different types".into()))
+fn numbers<T: ArrowPrimitiveType>(arrays: &[ArrayRef]) -> impl Iterator<Item = Option<T::Native>> {
+    arrays.iter().flat_map(|array| array.as_primitive::<T>())
 }
 
-fn numbers<'a, T: NativeType>(
-    arrays: &[&'a dyn Array],
-) -> PolarsResult<impl Iterator<Item = Option<T>> + use<'a, T>> {
-    let arrays: Vec<&PrimitiveArray<T>> = of_type(arrays)?;
-    let values = arrays.into_iter().flat_map(|array| array.iter());
-    Ok(values.map(Option::<&T>::copied))
-}
-
-fn wider<'a, T: NativeType, U: From<T>>(
-    arrays: &[&'a dyn Array],
-) -> PolarsResult<impl Iterator<Item = Option<U>> + use<'a, T, U>> {
-    Ok(numbers::<T>(arrays)?.map(|value| value.map(U::from)))
+fn wider<T: ArrowPrimitiveType, U: From<T::Native>>(
+    arrays: &[ArrayRef],
+) -> impl Iterator<Item = Option<U>> {
+    numbers::<T>(arrays).map(|value| value.map(U::from))
 }
 
 fn or_nan(value: Option<f64>) -> f64 {
     value.unwrap_or(f64::NAN)
 }
 
-fn all<T>(values: impl Iterator<Item = Option<T>>) -> Result<Vec<T>, String> {
+fn all<T>(values: impl Iterator<Item = Option<T>>) -> std::result::Result<Vec<T>, String> {
     let values: Option<Vec<T>> = values.collect();
     values.ok_or_else(|| "missing values among whole numbers, truth values or text".to_owned())
 }

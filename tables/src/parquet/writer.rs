@@ -3,36 +3,27 @@
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use mercury_common::whole_file::{FileError, WholeFile};
-use polars_arrow::array::{Array, BooleanArray, PrimitiveArray, Utf8Array};
-use polars_arrow::datatypes::{ArrowDataType, ArrowSchema, Field};
-use polars_error::{PolarsError, PolarsResult};
-use polars_parquet::parquet::error::ParquetError;
-use polars_parquet::parquet::write::{FileWriter, WriteOptions as FileOptions};
-use polars_parquet::write::{
-    CompressedPage, CompressionOptions, DynIter, DynStreamingIterator, Encoding, KeyValue,
-    ParquetType, StatisticsOptions, Version, WriteOptions, array_to_columns, compress,
-    fallible_streaming_iterator, to_parquet_schema,
+use arrow_array::{
+    ArrayRef, BooleanArray, Float64Array, Int32Array, Int64Array, LargeStringArray, UInt8Array,
+    UInt32Array, UInt64Array,
 };
+use arrow_schema::{DataType, Field, Schema, SchemaRef};
+use mercury_common::whole_file::{FileError, WholeFile};
+use parquet::arrow::arrow_writer::{
+    ArrowColumnChunk, ArrowRowGroupWriterFactory, ArrowWriter, ArrowWriterOptions, compute_leaves,
+};
+use parquet::basic::{Compression, ZstdLevel};
+use parquet::errors::Result as ParquetResult;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::{EnabledStatistics, WriterProperties};
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::ColumnPath;
 use rayon::prelude::*;
 
 use super::UNIT;
 use crate::column::{Kind, Spec, Values};
-
-/// How pages are written: the first version of the format, which all readers know.
-const OPTIONS: WriteOptions = WriteOptions {
-    statistics: StatisticsOptions {
-        min_value: true,
-        max_value: true,
-        distinct_count: false,
-        null_count: true,
-        binary_statistics_truncate_length: None,
-    },
-    version: Version::V1,
-    compression: CompressionOptions::Zstd(None),
-    data_page_size: None,
-};
 
 /// Why a table was not written.
 #[derive(Debug, thiserror::Error)]
@@ -71,9 +62,9 @@ pub enum WriteError {
 pub struct ParquetWriter {
     file: WholeFile,
     specs: Vec<Spec>,
-    types: Vec<ParquetType>,
-    metadata: Vec<KeyValue>,
-    writer: FileWriter<BufWriter<File>>,
+    schema: SchemaRef,
+    writer: SerializedFileWriter<BufWriter<File>>,
+    encoders: ArrowRowGroupWriterFactory,
 }
 
 impl std::fmt::Debug for ParquetWriter {
@@ -99,28 +90,27 @@ impl ParquetWriter {
                 return Err(columns(path, reason));
             }
         }
-        let fields = specs.iter().map(field);
-        let schema: ArrowSchema = fields.map(|field| (field.name.clone(), field)).collect();
-        let schema = to_parquet_schema(&schema).map_err(|error| unwritable(path, &error))?;
+        let fields: Vec<Field> = specs.iter().map(field).collect();
+        let schema = Arc::new(Schema::new(fields));
         let units = specs.iter().filter(|spec| !spec.unit.is_empty());
         let units = units.map(|spec| (format!("{UNIT}{}", spec.name), spec.unit.clone()));
         let metadata = units.chain(metadata.iter().cloned());
-        let metadata = metadata.map(|(key, value)| KeyValue {
-            key,
-            value: Some(value),
-        });
+        let metadata = metadata.map(|(key, value)| KeyValue::new(key, value));
         let file = WholeFile::create(path)?;
-        let options = FileOptions {
-            write_statistics: true,
-            version: OPTIONS.version,
-        };
-        let by = concat!("mercury-tables version ", env!("CARGO_PKG_VERSION"));
+        let options = ArrowWriterOptions::new()
+            .with_properties(properties(&specs, metadata.collect()))
+            // Otherwise readers would take the types of Arrow for those of the file.
+            .with_skip_arrow_metadata(true);
+        let writer =
+            ArrowWriter::try_new_with_options(file.writer()?, Arc::clone(&schema), options)
+                .and_then(ArrowWriter::into_serialized_writer);
+        let (writer, encoders) = writer.map_err(|error| unwritable(path, &error))?;
         Ok(Self {
-            types: schema.fields().to_vec(),
-            metadata: metadata.collect(),
-            writer: FileWriter::new(file.writer()?, schema, options, Some(by.to_owned())),
-            specs,
             file,
+            specs,
+            schema,
+            writer,
+            encoders,
         })
     }
 
@@ -137,20 +127,30 @@ impl ParquetWriter {
         if rows == 0 {
             return Ok(());
         }
-        let pages: PolarsResult<Vec<Vec<CompressedPage>>> = values
-            .into_par_iter()
-            .zip(&self.types)
-            .map(|(values, kind)| pages(values, kind))
+        let written = self.write_group(values);
+        written.map_err(|error| unwritable(self.file.path(), &error))
+    }
+
+    fn write_group(&mut self, values: Vec<Values>) -> ParquetResult<()> {
+        let number = self.writer.flushed_row_groups().len();
+        let encoders = self.encoders.create_column_writers(number)?;
+        let fields = self.schema.fields();
+        let chunks: ParquetResult<Vec<ArrowColumnChunk>> = (values.into_par_iter())
+            .zip(encoders)
+            .zip(fields.par_iter())
+            .map(|((values, mut encoder), field)| {
+                for leaf in compute_leaves(field, &array(values))? {
+                    encoder.write(&leaf)?;
+                }
+                encoder.close()
+            })
             .collect();
-        let pages = pages.map_err(|error| unwritable(path, &error))?;
-        let group = DynIter::new(pages.iter().map(|pages| {
-            let pages = pages.iter().map(Ok::<_, PolarsError>);
-            Ok(DynStreamingIterator::new(
-                fallible_streaming_iterator::convert(pages),
-            ))
-        }));
-        let written = self.writer.write(rows as u64, group);
-        written.map_err(|error| unwritable(path, &error))
+        let mut group = self.writer.next_row_group()?;
+        for chunk in chunks? {
+            chunk.append_to_row_group(&mut group)?;
+        }
+        group.close()?;
+        Ok(())
     }
 
     fn check(&self, values: &[Values]) -> Result<(), String> {
@@ -182,19 +182,33 @@ impl ParquetWriter {
     /// # Errors
     /// When it cannot be written; a file that was there before is still there then.
     pub fn finish(self) -> Result<(), WriteError> {
-        let Self {
-            file,
-            metadata,
-            mut writer,
-            ..
-        } = self;
+        let Self { file, writer, .. } = self;
         // The end flushes the buffer.
-        let ended = writer.end(Some(metadata));
+        let ended = writer.close();
         ended.map_err(|error| unwritable(file.path(), &error))?;
-        drop(writer);
         file.finish()?;
         Ok(())
     }
+}
+
+/// How a file is written: the first version of the format, which all readers know. Numbers seldom repeat, so only text has a
+/// dictionary.
+fn properties(specs: &[Spec], metadata: Vec<KeyValue>) -> WriterProperties {
+    let by = concat!("mercury-tables version ", env!("CARGO_PKG_VERSION"));
+    // The default level of zstd.
+    let level = ZstdLevel::try_new(3).unwrap_or_default();
+    let properties = WriterProperties::builder()
+        .set_created_by(by.to_owned())
+        .set_compression(Compression::ZSTD(level))
+        .set_dictionary_enabled(false)
+        .set_statistics_enabled(EnabledStatistics::Chunk)
+        .set_offset_index_disabled(true)
+        .set_key_value_metadata(Some(metadata));
+    let texts = specs.iter().filter(|spec| spec.kind == Kind::Text);
+    let properties = texts.fold(properties, |properties, spec| {
+        properties.set_column_dictionary_enabled(ColumnPath::new(vec![spec.name.clone()]), true)
+    });
+    properties.build()
 }
 
 fn columns(path: &Path, reason: String) -> WriteError {
@@ -209,43 +223,29 @@ fn unwritable(path: &Path, error: &impl std::fmt::Display) -> WriteError {
 
 fn field(spec: &Spec) -> Field {
     let kind = match spec.kind {
-        Kind::F64 => ArrowDataType::Float64,
-        Kind::I32 => ArrowDataType::Int32,
-        Kind::I64 => ArrowDataType::Int64,
-        Kind::U8 => ArrowDataType::UInt8,
-        Kind::U32 | Kind::OptionalU32 => ArrowDataType::UInt32,
-        Kind::U64 => ArrowDataType::UInt64,
-        Kind::Bool => ArrowDataType::Boolean,
-        Kind::Text => ArrowDataType::LargeUtf8,
+        Kind::F64 => DataType::Float64,
+        Kind::I32 => DataType::Int32,
+        Kind::I64 => DataType::Int64,
+        Kind::U8 => DataType::UInt8,
+        Kind::U32 | Kind::OptionalU32 => DataType::UInt32,
+        Kind::U64 => DataType::UInt64,
+        Kind::Bool => DataType::Boolean,
+        Kind::Text => DataType::LargeUtf8,
     };
     let optional = spec.kind == Kind::OptionalU32;
-    Field::new(spec.name.as_str().into(), kind, optional)
+    Field::new(&spec.name, kind, optional)
 }
 
-/// The pages of a column, compressed.
-fn pages(values: Values, kind: &ParquetType) -> PolarsResult<Vec<CompressedPage>> {
-    // Numbers seldom repeat, and a dictionary of them would take zeros of both signs, or all NaN, for the same.
-    let encoding = match values.kind() {
-        Kind::Text => Encoding::RleDictionary,
-        _ => Encoding::Plain,
-    };
-    let array: Box<dyn Array> = match values {
-        Values::F64(v) => PrimitiveArray::from_vec(v).boxed(),
-        Values::I32(v) => PrimitiveArray::from_vec(v).boxed(),
-        Values::I64(v) => PrimitiveArray::from_vec(v).boxed(),
-        Values::U8(v) => PrimitiveArray::from_vec(v).boxed(),
-        Values::U32(v) => PrimitiveArray::from_vec(v).boxed(),
-        Values::OptionalU32(v) => PrimitiveArray::<u32>::from(v).boxed(),
-        Values::U64(v) => PrimitiveArray::from_vec(v).boxed(),
-        Values::Bool(v) => BooleanArray::from_slice(v).boxed(),
-        Values::Text(v) => Utf8Array::<i64>::from_slice(v).boxed(),
-    };
-    let mut compressed = Vec::new();
-    for pages in array_to_columns(array, kind.clone(), OPTIONS, &[encoding])? {
-        for page in pages {
-            let page = compress(page?, Vec::new(), OPTIONS.compression);
-            compressed.push(page.map_err(|error: ParquetError| PolarsError::from(error))?);
-        }
+fn array(values: Values) -> ArrayRef {
+    match values {
+        Values::F64(v) => Arc::new(Float64Array::from(v)),
+        Values::I32(v) => Arc::new(Int32Array::from(v)),
+        Values::I64(v) => Arc::new(Int64Array::from(v)),
+        Values::U8(v) => Arc::new(UInt8Array::from(v)),
+        Values::U32(v) => Arc::new(UInt32Array::from(v)),
+        Values::OptionalU32(v) => Arc::new(UInt32Array::from(v)),
+        Values::U64(v) => Arc::new(UInt64Array::from(v)),
+        Values::Bool(v) => Arc::new(BooleanArray::from(v)),
+        Values::Text(v) => Arc::new(LargeStringArray::from(v)),
     }
-    Ok(compressed)
 }
