@@ -1,7 +1,7 @@
 //! Delimited text with a header.
 //!
-//! Read by ourselves rather than by polars, whose reader names no line in its errors, fills short rows with missing values and
-//! renames columns that stand twice.
+//! Read by ourselves rather than by the crate `csv`, whose records have the wrong line behind comments, blank lines and Windows line
+//! ends, and which takes a quote that is not closed for one that ends with the file (`docs/decisions/0029-libraries.md`).
 
 use std::borrow::Cow;
 use std::collections::HashSet;

@@ -1,6 +1,7 @@
 //! Wavefront OBJ: the lines `v` and `f`.
 //!
-//! A reader of our own: tobj gives no place of an error and overflows on the index 0. The tests compare with it.
+//! A reader of our own: tobj gives no place of an error, and panics on some faces (`docs/decisions/0029-libraries.md`). The tests compare
+//! with it.
 
 use std::path::Path;
 
