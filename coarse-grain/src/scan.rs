@@ -41,7 +41,7 @@ pub fn write<'a>(
     }
     let mut table = Vec::new();
     let mut blocks = Vec::new();
-    let mut told = (0, None);
+    let mut reported = (0, None);
     for (k, &width) in widths.iter().enumerate() {
         let mut analysis = Analysis {
             time: TimeMode::Average,
@@ -49,7 +49,7 @@ pub fn write<'a>(
             ..analysis.clone()
         };
         analysis.evaluator.kernel.width = width;
-        told = analysis.run(states(), |block| {
+        reported = analysis.run(states(), |block| {
             if k == 0 {
                 let heading = csv::header(&analysis.evaluator, &block, false);
                 let (units, names) = heading.split_once('\n').unwrap_or_default();
@@ -68,8 +68,8 @@ pub fn write<'a>(
             }
             Ok(())
         })?;
-        if told.0 == 0 {
-            return Err(told.1.unwrap_or_else(|| {
+        if reported.0 == 0 {
+            return Err(reported.1.unwrap_or_else(|| {
                 CgError::Input("no frame is selected, or the input has none".to_owned())
             }));
         }
@@ -83,5 +83,5 @@ pub fn write<'a>(
         };
         write_whole(path, drawn.as_ref().unwrap_or(&table))?;
     }
-    Ok(told)
+    Ok(reported)
 }

@@ -908,14 +908,14 @@ fn a_check_says_what_was_noted_while_reading() {
         .map(|i| format!("{}\n", 1.0 + 0.1 * f64::from(i)))
         .collect();
     std::fs::write(at.join("metres.csv"), format!("diameter [m]\n{metres}")).expect("written");
-    let told = [
+    let reported = [
         "divided by 99.5",
         "the largest diameter is 3 m: is the unit right?",
     ];
     let output = psd(at, &["check", "metres.csv", "--target", "target.csv"]);
     assert_eq!(output.status.code(), Some(1));
     let report = text(&output.stdout);
-    for words in told {
+    for words in reported {
         assert!(report.contains(words), "{report}");
     }
     let output = psd(
@@ -926,5 +926,5 @@ fn a_check_says_what_was_noted_while_reading() {
     assert_eq!(value["notes"].as_array().map(Vec::len), Some(2), "{value}");
     // Two samples.
     let output = psd(at, &["check", "metres.csv", "--versus", "metres.csv"]);
-    assert_eq!(text(&output.stdout).matches(told[1]).count(), 2);
+    assert_eq!(text(&output.stdout).matches(reported[1]).count(), 2);
 }

@@ -30,7 +30,7 @@ const FROZEN: &str = include_str!("long/checks.txt");
 
 /// What a subject gave.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Told {
+pub struct Reported {
     checks: Vec<Outcome>,
     /// Below the table of its checks.
     text: String,
@@ -44,7 +44,7 @@ pub struct Subject {
     pub key: &'static str,
     /// Its heading.
     pub title: &'static str,
-    tell: fn(&Path) -> Result<Told>,
+    tell: fn(&Path) -> Result<Reported>,
 }
 
 /// All subjects, in the order of the page.
@@ -108,18 +108,22 @@ pub fn chosen(keys: &[String]) -> Result<Vec<&'static Subject>> {
 ///
 /// # Errors
 /// If a scene is missing or fails, its files cannot be read, or a check has vanished or is not on the frozen list.
-pub fn run(subject: &Subject, runs: &Path, pictures: &Path) -> Result<Told> {
-    let told = (subject.tell)(runs)?;
-    let names: Vec<&str> = told.checks.iter().map(|row| row.name.as_str()).collect();
+pub fn run(subject: &Subject, runs: &Path, pictures: &Path) -> Result<Reported> {
+    let reported = (subject.tell)(runs)?;
+    let names: Vec<&str> = reported
+        .checks
+        .iter()
+        .map(|row| row.name.as_str())
+        .collect();
     let prefix = format!("{}: ", subject.key);
     let frozen: BTreeSet<&str> = FROZEN.lines().filter(|n| n.starts_with(&prefix)).collect();
     let frozen: Vec<&str> = frozen.into_iter().collect();
     compare_names(&names, &frozen.join("\n"))?;
     std::fs::create_dir_all(pictures)?;
-    for (name, picture) in &told.pictures {
+    for (name, picture) in &reported.pictures {
         picture.write_svg(&pictures.join(name))?;
     }
-    Ok(told)
+    Ok(reported)
 }
 
 /// The plan of a scene below `tests/scenes/long`, with `KEY=VALUE` put on top.

@@ -251,9 +251,9 @@ fn frames_without_contacts_of_their_time_are_counted() {
         .map(|state| state.unwrap().time)
         .collect();
     assert_eq!(times, [0.0, 0.2]);
-    let (count, told) = source.skipped();
+    let (count, reported) = source.skipped();
     assert_eq!(
-        (count, told.as_deref()),
+        (count, reported.as_deref()),
         (1, Some("particles at t = 0.1, contacts at t = 0.15"))
     );
     let last = source.states(FrameChoice::Last).next().unwrap().unwrap();

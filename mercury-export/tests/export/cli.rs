@@ -278,14 +278,14 @@ fn damaged_native_frames_give_their_good_ones_and_one_message() {
     fs::write(&path, &bytes[..bytes.len() - 100]).unwrap();
     let output = export(place.path(), &["vtu", "run", "--quiet"]);
     assert_eq!(output.status.code(), Some(0));
-    let told = errors(&output);
+    let reported = errors(&output);
     assert!(
-        told.starts_with(
+        reported.starts_with(
             "warning: only the first 3 frames could be used\nrun/run.particles.arrow: "
         ),
-        "{told}"
+        "{reported}"
     );
-    assert!(told.contains("behind 3 whole frames"), "{told}");
+    assert!(reported.contains("behind 3 whole frames"), "{reported}");
     assert!(place.path().join("run/vtu/run.particles.0002.vtu").exists());
     assert!(!place.path().join("run/vtu/run.particles.0003.vtu").exists());
 }

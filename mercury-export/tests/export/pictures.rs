@@ -111,8 +111,8 @@ fn draw(
     };
     let mut heard = 0;
     let sink = Box::new(Pictures::new(&job, choice.clone(), kind)?);
-    let (told, files) = export(&job, sink, |_| heard += 1)?;
-    assert_eq!((told.frames, heard), (3, 3));
+    let (reported, files) = export(&job, sink, |_| heard += 1)?;
+    assert_eq!((reported.frames, heard), (3, 3));
     Ok(files)
 }
 

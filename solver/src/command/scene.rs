@@ -106,7 +106,7 @@ fn plan_and_run(
         if let Some(progress) = &progress {
             progress.note(now);
         }
-        line.share_left(now.share(), now.left, || told(now));
+        line.share_left(now.share(), now.left, || reported(now));
     };
     let how = How {
         within,
@@ -178,7 +178,7 @@ fn before_end(progress: Option<Arc<ProgressFile>>) -> BeforeEnd {
 }
 
 /// What the progress line says of a run.
-fn told(progress: &Progress<'_>) -> String {
+fn reported(progress: &Progress<'_>) -> String {
     let asleep = match progress.engine.sleepers() {
         Some((asleep, _)) => format!(" ({asleep} asleep)"),
         None => String::new(),

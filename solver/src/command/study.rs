@@ -292,7 +292,7 @@ fn check(
     jobs: usize,
     any_memory: bool,
 ) -> Result<(String, Vec<Needs>), Failure> {
-    let (mut told, mut problems) = (String::new(), Vec::new());
+    let (mut reported, mut problems) = (String::new(), Vec::new());
     let mut needs = Vec::new();
     let (mut refused, mut prefix) = (0, String::new());
     for (number, run) in asked.study.runs.iter().enumerate() {
@@ -310,7 +310,7 @@ fn check(
             Err(why) => {
                 refused += 1;
                 if refused <= MOST_TOLD {
-                    told += &format!("run `{}`:\n{}\n", run.name, why.message.trim_end());
+                    reported += &format!("run `{}`:\n{}\n", run.name, why.message.trim_end());
                 }
                 // An error of the scene itself occurs in every run.
                 let found = why.problems().unwrap_or_default();
@@ -327,11 +327,11 @@ fn check(
         return Ok((prefix, needs));
     }
     if refused > MOST_TOLD {
-        told += &format!("and {} more\n", refused - MOST_TOLD);
+        reported += &format!("and {} more\n", refused - MOST_TOLD);
     }
     let runs = counted(study.runs.len(), "run");
     Err(Failure::input(format!(
-        "{told}{refused} of {runs} cannot be run; no run of the study was begun"
+        "{reported}{refused} of {runs} cannot be run; no run of the study was begun"
     ))
     .with_problems(problems))
 }
@@ -605,7 +605,7 @@ fn conclude(
     for problem in &problems {
         eprintln!("warning: {problem}");
     }
-    let mut told = String::new();
+    let mut reported = String::new();
     let failed = study.runs.iter().zip(&board.states);
     let failed = failed.filter_map(|(run, state)| match state {
         State::Failed(why) => Some((run, why)),
@@ -613,10 +613,10 @@ fn conclude(
     });
     let failed: Vec<_> = failed.collect();
     for (run, why) in failed.iter().take(MOST_TOLD) {
-        told += &format!("run `{}`:\n{}\n", run.name, why.trim_end());
+        reported += &format!("run `{}`:\n{}\n", run.name, why.trim_end());
     }
     if failed.len() > MOST_TOLD {
-        told += &format!("and {} more, see {FILE}\n", failed.len() - MOST_TOLD);
+        reported += &format!("and {} more, see {FILE}\n", failed.len() - MOST_TOLD);
     }
     if waiting > 0 {
         use Ordering::Relaxed;
@@ -626,7 +626,7 @@ fn conclude(
             "stopped by the time limit"
         };
         let what = format!(
-            "{told}{by}: {waiting} of {} to go on with\nhelp: the same command goes on where it was stopped",
+            "{reported}{by}: {waiting} of {} to go on with\nhelp: the same command goes on where it was stopped",
             counted(board.states.len(), "run")
         );
         return Err(ended(Failure::new(Exit::Resumable, what), arguments));
@@ -636,7 +636,7 @@ fn conclude(
     }
     let all = counted(board.states.len(), "run");
     let what = format!(
-        "{told}{} of {all} failed\nhelp: the same command tries them again; --force runs all anew",
+        "{reported}{} of {all} failed\nhelp: the same command tries them again; --force runs all anew",
         failed.len()
     );
     Err(ended(Failure::run(what), arguments))

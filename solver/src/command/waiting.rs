@@ -65,7 +65,7 @@ impl Waiting {
                         (task, since) = (now, Instant::now());
                         line.clear();
                     }
-                    if let Some(what) = told(&stage, now) {
+                    if let Some(what) = reported(&stage, now) {
                         line.busy(|_| {
                             format!("{what}  {}", duration(since.elapsed().as_secs_f64()))
                         });
@@ -90,7 +90,7 @@ impl Drop for Waiting {
 }
 
 /// A text for the present task; `None` while steps are made, which have other messages.
-fn told(stage: &Stage, task: Task) -> Option<String> {
+fn reported(stage: &Stage, task: Task) -> Option<String> {
     Some(match (task, stage.placed()) {
         (Task::Planning, _) => "reading and planning the scene".to_owned(),
         (Task::Starting, (0, _)) => "first lists and forces".to_owned(),

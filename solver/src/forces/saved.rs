@@ -82,12 +82,12 @@ impl Head {
     /// Appends it, behind a slot of the row `before`.
     #[inline(always)]
     fn put(&self, before: Option<u32>, bytes: &mut Vec<u8>) {
-        let told = |flag: u8, is_told: bool| if is_told { flag } else { 0 };
+        let reported = |flag: u8, is_reported: bool| if is_reported { flag } else { 0 };
         let first = self.state as u8
-            | told(REMEMBERS, self.remembers)
-            | told(OTHER_ROW, before != Some(self.row))
-            | told(OTHER_IMAGE, self.image != NO_SHIFT)
-            | told(FEATURE, self.feature != FREE);
+            | reported(REMEMBERS, self.remembers)
+            | reported(OTHER_ROW, before != Some(self.row))
+            | reported(OTHER_IMAGE, self.image != NO_SHIFT)
+            | reported(FEATURE, self.feature != FREE);
         // Two numbers at once, as there are several slots for each particle.
         let mut raw = [first; 1 + size_of::<u32>()];
         raw[1..].copy_from_slice(&self.partner.to_le_bytes());
@@ -437,10 +437,10 @@ mod tests {
     proptest! {
         #[test]
         fn what_is_pushed_comes_back_to_the_bit(
-            told in proptest::collection::vec(any_slot(), 0..30)
+            reported in proptest::collection::vec(any_slot(), 0..30)
         ) {
             let mut row = 5;
-            let pushed: Vec<SavedSlot<'_>> = told
+            let pushed: Vec<SavedSlot<'_>> = reported
                 .iter()
                 .map(|(ahead, partner, image, state, feature, history)| {
                     row += ahead;

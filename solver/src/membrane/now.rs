@@ -40,7 +40,7 @@ pub struct HoldPlan {
     /// Which.
     pub vertices: Vec<u32>,
     /// How they move.
-    pub course: HoldCourse,
+    pub ramp: HoldCourse,
     /// Start, s.
     pub from: f64,
     /// End, s.
@@ -231,7 +231,7 @@ impl MembraneNow {
     pub fn update_holds(&mut self, plan: &MembranePlan, surface: &mut Surface, at: &Moment<'_>) {
         let half = 0.5 * at.dt;
         let is_wanted = |hold: &HoldPlan| {
-            let is_there = match hold.course {
+            let is_there = match hold.ramp {
                 HoldCourse::Wall(wall) => at.walls[wall].state.present,
                 _ => true,
             };
@@ -255,7 +255,7 @@ impl MembraneNow {
             if self.is_active[number] || !wanted[number] {
                 continue;
             }
-            let pose = hold.course.pose(at.time, at.walls);
+            let pose = hold.ramp.pose(at.time, at.walls);
             for &vertex in &hold.vertices {
                 let k = vertex as usize;
                 self.held_by[k] = number as u32;
@@ -336,8 +336,8 @@ impl MembraneNow {
             if !is_active {
                 continue;
             }
-            let axes = hold.course.axes();
-            let pose = hold.course.pose(at.time, at.walls);
+            let axes = hold.ramp.axes();
+            let pose = hold.ramp.pose(at.time, at.walls);
             for &vertex in &hold.vertices {
                 let k = vertex as usize;
                 let mass = plan.sheet.masses()[k];
@@ -345,7 +345,7 @@ impl MembraneNow {
                 let force = surface.forces[k] + mass * at.gravity;
                 let mut velocity = before;
                 if drift > 0.0 {
-                    let wanted = match &hold.course {
+                    let wanted = match &hold.ramp {
                         HoldCourse::Velocity(components) => {
                             DVec3::from_array(components.map(Option::unwrap_or_default))
                         }
@@ -422,7 +422,7 @@ impl MembraneNow {
         for (number, hold) in plan.holds.iter().enumerate() {
             let mut load = HoldLoad::default();
             if self.is_active[number] {
-                let axes = hold.course.axes().map(|held| f64::from(u8::from(held)));
+                let axes = hold.ramp.axes().map(|held| f64::from(u8::from(held)));
                 for &vertex in &hold.vertices {
                     let k = vertex as usize;
                     let all = surface.forces[k] + sheet.masses()[k] * at.gravity;
@@ -468,7 +468,7 @@ impl MembraneNow {
     ) -> Option<(DVec3, DVec3)> {
         let mut found = None;
         for (hold, load) in plan.holds.iter().zip(&self.hold_loads) {
-            if hold.course == HoldCourse::Wall(wall) {
+            if hold.ramp == HoldCourse::Wall(wall) {
                 let (force, torque) = found.get_or_insert((DVec3::ZERO, DVec3::ZERO));
                 *force += load.force;
                 *torque += load.torque - reference.cross(load.force);

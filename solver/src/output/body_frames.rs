@@ -6,7 +6,7 @@ use mercury_common::frames::{BodyFrame, BodyWriter, ClumpKind};
 
 use super::particle_frames::{frame_flags, frames_header};
 use super::stream::{Begin, Sink, Stream, begin_frames};
-use super::{OutputError, State};
+use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 
 pub(super) struct BodyFrames {
@@ -30,7 +30,7 @@ impl BodyFrames {
 }
 
 impl Stream for BodyFrames {
-    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
         if state.due.frame {
             self.writer.append(self.table.frame(state))?;
         }
@@ -61,7 +61,7 @@ impl BodyTable {
     }
 
     /// The bodies of a state, in the order of their ids.
-    pub(super) fn frame(&self, state: &State) -> BodyFrame {
+    pub(super) fn frame(&self, state: &OrderedFrame) -> BodyFrame {
         let bodies = || state.bodies.iter();
         BodyFrame {
             time: state.time,

@@ -5,7 +5,7 @@ use std::path::Path;
 use mercury_common::formats::number::{NumberStyle, push_number};
 
 use super::stream::{Begin, Sink, Stream, TextFile};
-use super::{OutputError, State};
+use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 
 const HEAD: &[u8] = b"time,kinetic,rotational,gravitational,elastic,dissipated_normal,dissipated_tangential,dissipated_rolling,dissipated_liquid,wall_work,servo_work,inserted,deleted,deleted_elastic,vanished_walls,put_to_rest,error,closure\n";
@@ -37,7 +37,7 @@ impl BudgetFile {
 }
 
 impl Stream for BudgetFile {
-    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
         let Some(budget) = state.budget.as_ref().filter(|_| state.due.frame) else {
             return Ok(());
         };

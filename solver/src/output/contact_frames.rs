@@ -6,7 +6,7 @@ use mercury_common::frames::{ContactColumns, ContactFrame, ContactWriter, Histor
 
 use super::particle_frames::frames_header;
 use super::stream::{Begin, Sink, Stream, begin_frames};
-use super::{OutputError, State};
+use super::{OrderedFrame, OutputError};
 use crate::contact::{AnyRolling, HistoryNumber};
 use crate::forces::Partner;
 use crate::plan::Plan;
@@ -50,7 +50,7 @@ pub(super) fn contact_columns(plan: &Plan, history: &[HistoryNumber]) -> Contact
 }
 
 impl Stream for ContactFrames {
-    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
         if !state.due.contacts {
             return Ok(());
         }
@@ -64,7 +64,7 @@ impl Stream for ContactFrames {
 }
 
 /// The contacts sorted by the lower id, then pairs by the higher one, then walls, then membranes.
-pub(super) fn contact_frame(state: &State, columns: &ContactColumns) -> ContactFrame {
+pub(super) fn contact_frame(state: &OrderedFrame, columns: &ContactColumns) -> ContactFrame {
     let mut records: Vec<_> = state.observation.records.iter().collect();
     records.sort_by_cached_key(|record| {
         let partner = match record.partner {

@@ -9,7 +9,7 @@ use mercury_common::formats::orientation::euler_from_quaternion;
 
 use super::data_rows::{DataRows, Row};
 use super::stream::{Begin, Sink, Stream, TextFile};
-use super::{OutputError, State};
+use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 
 pub(super) struct DataFile {
@@ -38,7 +38,7 @@ impl DataFile {
 }
 
 impl Stream for DataFile {
-    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
         if !state.due.frame {
             return Ok(());
         }

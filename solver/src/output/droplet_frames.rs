@@ -6,7 +6,7 @@ use mercury_common::frames::{DropletFrame, DropletWriter};
 
 use super::particle_frames::frames_header;
 use super::stream::{Begin, Sink, Stream, begin_frames};
-use super::{OutputError, State};
+use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 
 /// A frame for each output interval.
@@ -24,7 +24,7 @@ impl DropletFrames {
 }
 
 impl Stream for DropletFrames {
-    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
         if !state.due.frame {
             return Ok(());
         }

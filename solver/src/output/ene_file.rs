@@ -7,7 +7,7 @@ use mercury_common::formats::ene::{write_header, write_row};
 use mercury_common::formats::number::NumberStyle;
 
 use super::stream::{Begin, Sink, Stream, TextFile};
-use super::{OutputError, State, energies};
+use super::{OrderedFrame, OutputError, energies};
 use crate::plan::Plan;
 
 pub(super) struct EneFile {
@@ -34,7 +34,7 @@ impl EneFile {
 }
 
 impl Stream for EneFile {
-    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
         if !state.due.frame {
             return Ok(());
         }

@@ -17,7 +17,7 @@ use super::body_frames::BodyTable;
 use super::contact_frames::{contact_columns, contact_frame};
 use super::particle_frames::{ParticleTable, frames_header};
 use super::stream::{Begin, Sink, Stream, TextFile};
-use super::{OutputError, State};
+use super::{OrderedFrame, OutputError};
 use crate::contact::HistoryNumber;
 use crate::plan::{FieldPlan, Plan};
 
@@ -111,7 +111,7 @@ impl FieldTable {
     }
 
     /// The state in the form in which coarse-graining reads it from frames.
-    fn state(&self, state: &State) -> Result<mercury_cg::state::State, CgError> {
+    fn state(&self, state: &OrderedFrame) -> Result<mercury_cg::state::State, CgError> {
         let particles = self.particles.frame(state);
         let bodies = self.bodies.as_ref().map(|table| table.frame(state));
         let contacts = (self.contacts.as_ref()).map(|columns| contact_frame(state, columns));
@@ -144,7 +144,7 @@ impl FieldTable {
 }
 
 impl Stream for FieldTable {
-    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
         let looks = self.plan.looks_at(state.time, self.time_step);
         if state.due.fields & self.bit == 0 || !looks {
             return Ok(());

@@ -11,7 +11,7 @@ use mercury_pictures::{
 };
 
 use super::wall_frames::surfaces;
-use super::{OutputError, State};
+use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 use crate::state::{FIXED, PRESCRIBED};
 
@@ -25,7 +25,7 @@ pub type Put<'a> = dyn Fn(&Path, &[u8]) -> Result<bool, OutputError> + 'a;
 pub fn draw_final(
     folder: &Path,
     plan: &Plan,
-    last: &State,
+    last: &OrderedFrame,
     put: &Put<'_>,
 ) -> Result<(), OutputError> {
     let (frame, colour) = frame(plan, last);
@@ -42,7 +42,7 @@ pub fn draw_final(
 }
 
 /// The view, and the quantity that its colours show.
-fn frame(plan: &Plan, last: &State) -> (Frame, ColourBy) {
+fn frame(plan: &Plan, last: &OrderedFrame) -> (Frame, ColourBy) {
     let particles = &last.particles;
     let flat = plan.physics().dimensions() == 2;
     let grains = particles.iter().map(|p| (p.radius, p.velocity));

@@ -6,7 +6,7 @@ use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
 
 use super::region_counts::materials;
 use super::stream::{Begin, Sink, Stream, TextFile, push_csv_name};
-use super::{OutputError, State};
+use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 use crate::state::MaterialIndex;
 
@@ -35,7 +35,7 @@ impl FluxCounts {
 }
 
 impl Stream for FluxCounts {
-    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
         if !state.due.frame {
             return Ok(());
         }

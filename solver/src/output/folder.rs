@@ -489,8 +489,8 @@ mod tests {
             fs::write(folder.join(name), "prefix = \"lid\"\n").unwrap();
         }
         let refused = prepare(folder, "drum", Earlier::Continue).unwrap_err();
-        let told = "the run in this folder is one of `lid`, not of `drum`";
-        assert!(refused.to_string().contains(told), "{refused}");
+        let reported = "the run in this folder is one of `lid`, not of `drum`";
+        assert!(refused.to_string().contains(reported), "{refused}");
         assert!(folder.join("lid.data").exists() && folder.join("plan.toml").exists());
     }
 

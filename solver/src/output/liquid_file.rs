@@ -5,7 +5,7 @@ use std::path::Path;
 use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
 
 use super::stream::{Begin, Sink, Stream, TextFile};
-use super::{OutputError, State};
+use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 
 const HEAD: &[u8] = b"time,films,bridges,wall_films,in_flight,emitted,absorbed,lost,left,evaporated,inserted,deleted,error,bridge_count,formed,ruptured\n";
@@ -24,7 +24,7 @@ impl LiquidFile {
 }
 
 impl Stream for LiquidFile {
-    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
         let Some(row) = state.liquid.as_ref().filter(|_| state.due.frame) else {
             return Ok(());
         };

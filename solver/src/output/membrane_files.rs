@@ -12,7 +12,7 @@ use mercury_pictures::SheetEnergies;
 
 use super::particle_frames::frames_header;
 use super::stream::{Begin, Sink, Stream, TextFile, begin_frames, push_csv_name};
-use super::{OutputError, State};
+use super::{OrderedFrame, OutputError};
 use crate::membrane::{HoldLoad, MembraneNow, MembranePlan};
 use crate::plan::Plan;
 use crate::step::Engine;
@@ -215,7 +215,7 @@ impl MembraneCsv {
 }
 
 impl Stream for MembraneCsv {
-    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
         let Some(membranes) = state.membranes.as_ref().filter(|_| state.due.frame) else {
             return Ok(());
         };
@@ -270,7 +270,7 @@ impl HoldCsv {
 }
 
 impl Stream for HoldCsv {
-    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
         let Some(membranes) = state.membranes.as_ref().filter(|_| state.due.frame) else {
             return Ok(());
         };
@@ -307,7 +307,7 @@ impl MembraneFrames {
 }
 
 impl Stream for MembraneFrames {
-    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
         if let (Some(membranes), true) = (&state.membranes, state.due.frame) {
             self.writer.append(membranes.vertices.clone())?;
         }
@@ -333,7 +333,7 @@ impl MembraneTriangles {
 }
 
 impl Stream for MembraneTriangles {
-    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
         if let (Some(membranes), true) = (&state.membranes, state.due.frame) {
             self.writer.append(membranes.triangles.clone())?;
         }

@@ -1,6 +1,6 @@
 //! The files of a run: frames, energies, wall loads, pictures, its summary and its log.
 //!
-//! The time loop hands a [`Moment`] to the [`Writer`], whose thread puts it in the order of ids ([`State`]) and gives it to one
+//! The time loop hands a [`FrameCopy`] to the [`Writer`], whose thread puts it in the order of ids ([`OrderedFrame`]) and gives it to one
 //! `Stream` for each file. The modules: `schedule` says when, `moment` and `state` what, `energies` sums up, and each kind of
 //! file has its own module; `folder` guards what is already there.
 
@@ -17,15 +17,15 @@ mod field_tables;
 mod final_picture;
 mod flux_counts;
 pub mod folder;
+mod frame_copy;
 mod fstat_file;
 mod liquid_file;
 mod membrane_files;
 mod memory;
-mod moment;
+mod ordered_frame;
 mod particle_frames;
 mod region_counts;
 mod schedule;
-mod state;
 mod stream;
 pub mod summary;
 #[cfg(test)]
@@ -41,13 +41,13 @@ mod writer;
 pub use budget::{BudgetRow, Exchanged, Gap, energy_flows, is_closed};
 pub use energies::energies;
 pub use final_picture::{Put, draw_final};
+pub use frame_copy::FrameCopy;
 pub use membrane_files::MembraneState;
 pub use memory::{OutputBytes, output_bytes};
-pub use moment::Moment;
+pub use ordered_frame::OrderedFrame;
 pub use particle_frames::particle_columns;
 pub use region_counts::materials as counted_materials;
 pub use schedule::{Due, Schedule};
-pub use state::State;
 pub use stream::OutputError;
 pub use wear_files::WearState;
 pub use writer::{POSITIONS, Positions, ToWrite, Writer, Written};

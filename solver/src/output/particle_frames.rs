@@ -8,7 +8,7 @@ use mercury_common::frames::{
 };
 
 use super::stream::{Begin, Sink, Stream, begin_frames};
-use super::{OutputError, State};
+use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 use crate::state::{FIXED, PRESCRIBED, volume};
 
@@ -81,7 +81,7 @@ pub(super) fn frames_header(plan: &Plan) -> FramesHeader {
 }
 
 impl Stream for ParticleFrames {
-    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
         if state.due.frame {
             self.writer.append(self.table.frame(state))?;
         }
@@ -101,7 +101,7 @@ pub(super) fn frame_flags(flags: u32) -> u8 {
 
 impl ParticleTable {
     /// The particles of a state.
-    pub(super) fn frame(&self, state: &State) -> ParticleFrame {
+    pub(super) fn frame(&self, state: &OrderedFrame) -> ParticleFrame {
         let particles = &state.particles;
         ParticleFrame {
             time: state.time,

@@ -6,7 +6,7 @@ use glam::DVec3;
 use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
 
 use super::stream::{Begin, Sink, Stream, TextFile, push_csv_name};
-use super::{OutputError, State};
+use super::{OrderedFrame, OutputError};
 use crate::boundaries::CountedRegion;
 use crate::plan::Plan;
 use crate::state::{MaterialIndex, volume};
@@ -95,7 +95,7 @@ impl Content {
 /// The content of a region, material by material; summed over spheres in the order of their ids, then over bodies in that of
 /// theirs. Each counts as a whole where its centre is; fixed ones do not count.
 pub(super) fn contents(
-    state: &State,
+    state: &OrderedFrame,
     region: &CountedRegion,
     materials: &[(MaterialIndex, String)],
     dimensions: u8,
@@ -124,7 +124,7 @@ pub(super) fn contents(
 }
 
 impl Stream for RegionCounts {
-    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
         if !state.due.frame {
             return Ok(());
         }

@@ -10,7 +10,7 @@ use mercury_common::frames::{FrameWriteError, FrameWriter, FramesHeader, Table, 
 use mercury_common::whole_file::FileError;
 use mercury_pictures::PictureError;
 
-use super::State;
+use super::OrderedFrame;
 use crate::stage::OutputFile;
 
 /// Why the outputs of a run could not be written.
@@ -64,7 +64,7 @@ impl From<CgError> for OutputError {
 /// One file of a run.
 pub(super) trait Stream: Send {
     /// Writes what is due of this state.
-    fn write(&mut self, state: &State) -> Result<(), OutputError>;
+    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError>;
 
     /// Where its bytes go.
     fn sink(&self) -> Sink<'_>;

@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::contact_frames::contact_frame;
 use super::fstat_file::contact_rows;
 use super::region_counts::{Content, contents};
-use super::{Due, Exchanged, Moment, Schedule, State, Writer, energies, folder};
+use super::{Due, Exchanged, FrameCopy, OrderedFrame, Schedule, Writer, energies, folder};
 use crate::bodies::{Clump, NewBody};
 use crate::boundaries::{CountedRegion, Region};
 use crate::forces::{ContactRecord, Observation, Partner, Watch};
@@ -54,8 +54,8 @@ fn record(row: u32, partner: Partner) -> ContactRecord {
 }
 
 /// Rows 0, 1, 2 hold the ids 9, 4, 6: ranks 2, 0, 1.
-fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> State {
-    let moment = Moment {
+fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> OrderedFrame {
+    let moment = FrameCopy {
         liquid: None,
         tracks: Vec::new(),
         wear: None,
@@ -89,7 +89,7 @@ fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> State {
         droplets: Vec::new(),
     };
     let images = Images::new(DVec3::ZERO, DVec3::splat(10.0), [true, false, false]);
-    State::new(moment, &images)
+    OrderedFrame::new(moment, &images)
 }
 
 #[test]
@@ -216,9 +216,9 @@ fn branches_of_unequal_spheres_join_their_centres() {
         row,
         image: NO_SHIFT,
     };
-    let mut told = record(1, with(0));
-    told.history.clear();
-    let frame = contact_frame(&state(0, vec![told]), &columns);
+    let mut reported = record(1, with(0));
+    reported.history.clear();
+    let frame = contact_frame(&state(0, vec![reported]), &columns);
     assert_eq!((frame.i[0], frame.j[0]), (4, Some(9)));
     assert!((frame.branch[0] - DVec3::X * (1.0 + 0.5 - 0.2)).length() < 1e-15);
 }
@@ -416,7 +416,7 @@ fn everything_written() -> Arc<Plan> {
         file = "plate.stl"
         material = "m"
         [[fields]]
-        name = "course"
+        name = "ramp"
         fields = ["density", "stress"]
         coordinates = "Z"
         grid = [5]
@@ -465,7 +465,7 @@ fn outputs_continued_are_the_same_bytes() {
     let time_step = plan.physics().time_step();
     let mut schedule = Schedule::behind(plan.outputs().files(), time_step, 0);
     let at_start = Exchanged::by_now(&engine);
-    let moment = Moment::take(&mut engine, schedule.everything(), &at_start);
+    let moment = FrameCopy::take(&mut engine, schedule.everything(), &at_start);
     assert!(writer.send(moment));
     let mut moments = Vec::new();
     for step in 1..=plan.physics().steps() {
@@ -477,7 +477,7 @@ fn outputs_continued_are_the_same_bytes() {
         engine.step(watch).unwrap();
         if due.any() {
             engine.complete_step().unwrap();
-            moments.push(Moment::take(&mut engine, due, &at_start));
+            moments.push(FrameCopy::take(&mut engine, due, &at_start));
         }
     }
     let (first, second) = moments.split_at(moments.len() / 2);

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
 
-use super::moment::TrackPoint;
+use super::frame_copy::TrackPoint;
 use super::stream::{Begin, Sink, Stream, TextFile, push_csv_name};
-use super::{OutputError, State};
+use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 
 pub(super) struct TrackFile {
@@ -27,7 +27,7 @@ impl TrackFile {
 }
 
 impl Stream for TrackFile {
-    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
         if !state.due.tracks {
             return Ok(());
         }

@@ -8,7 +8,7 @@ use mercury_common::frames::{TriangleLoadFrame, TriangleLoadWriter};
 
 use super::particle_frames::frames_header;
 use super::stream::{Begin, Sink, Stream, begin_frames};
-use super::{OutputError, State};
+use super::{OrderedFrame, OutputError};
 use crate::forces::{FeatureLoad, LoadSums};
 use crate::plan::Plan;
 use crate::walls::{Mesh, Shape};
@@ -29,7 +29,7 @@ impl TriangleLoads {
 }
 
 impl Stream for TriangleLoads {
-    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
         if let ([Some(sums), _], true) = (&state.load_sums, state.due.frame) {
             self.writer.append(self.table.frame(state, sums))?;
         }
@@ -66,7 +66,7 @@ impl TriangleTable {
 
     /// Means over the force evaluations of `sums`, directions as the walls stand now. What came through an edge or corner is shared
     /// out evenly to the triangles that meet there.
-    pub(super) fn frame(&self, state: &State, sums: &LoadSums) -> TriangleLoadFrame {
+    pub(super) fn frame(&self, state: &OrderedFrame, sums: &LoadSums) -> TriangleLoadFrame {
         let mut frame = TriangleLoadFrame {
             time: state.time,
             step: state.step,

@@ -19,7 +19,7 @@ use super::particle_frames::ParticleTable;
 use super::stream::{Begin, Sink, Stream};
 use super::triangle_loads::TriangleTable;
 use super::wall_frames::{surfaces, wall_frame};
-use super::{OutputError, State};
+use super::{OrderedFrame, OutputError};
 use crate::contact::HistoryNumber;
 use crate::plan::Plan;
 
@@ -141,7 +141,7 @@ fn unfit(folder: &Path, reason: String) -> VtuError {
 }
 
 impl Stream for VtkFiles {
-    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
         if !state.due.vtk {
             return Ok(());
         }

@@ -7,7 +7,7 @@ use mercury_common::surfaces::{Placement, Surface};
 
 use super::particle_frames::frames_header;
 use super::stream::{Begin, Sink, Stream, begin_frames};
-use super::{OutputError, State};
+use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 use crate::walls::{Outline, Shape};
 
@@ -25,7 +25,7 @@ impl WallFrames {
 }
 
 impl Stream for WallFrames {
-    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
         if state.due.frame {
             self.writer.append(wall_frame(state))?;
         }
@@ -47,7 +47,7 @@ pub(super) fn surfaces(plan: &Plan) -> Vec<Surface> {
 }
 
 /// Where the walls stand.
-pub(super) fn wall_frame(state: &State) -> WallFrame {
+pub(super) fn wall_frame(state: &OrderedFrame) -> WallFrame {
     let (present, placement) = (state.walls.iter())
         .map(|wall| {
             let placement = Placement {

@@ -5,7 +5,7 @@ use std::path::Path;
 use mercury_common::formats::number::{NumberStyle, push_number};
 
 use super::stream::{Begin, Sink, Stream, TextFile, push_csv_name};
-use super::{OutputError, State};
+use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 
 pub(super) struct WallLoads {
@@ -31,7 +31,7 @@ impl WallLoads {
 }
 
 impl Stream for WallLoads {
-    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
         if !state.due.frame {
             return Ok(());
         }

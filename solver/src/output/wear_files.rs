@@ -8,7 +8,7 @@ use mercury_common::frames::{WearFrame, WearTriangleFrame, WearTriangleWriter, W
 
 use super::particle_frames::frames_header;
 use super::stream::{Begin, Sink, Stream, TextFile, begin_frames, push_csv_name};
-use super::{OutputError, State};
+use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 use crate::wear::{Wear, WearRow};
 
@@ -83,7 +83,7 @@ impl WearCsv {
 }
 
 impl Stream for WearCsv {
-    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
         let Some(wear) = state.wear.as_ref().filter(|_| state.due.frame) else {
             return Ok(());
         };
@@ -134,7 +134,7 @@ impl WearFrames {
 }
 
 impl Stream for WearFrames {
-    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
         if let (Some(wear), true) = (&state.wear, state.due.frame) {
             self.writer.append(wear.vertices.clone())?;
         }
@@ -159,7 +159,7 @@ impl WearTriangles {
 }
 
 impl Stream for WearTriangles {
-    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
         if let (Some(wear), true) = (&state.wear, state.due.frame) {
             self.writer.append(wear.triangles.clone())?;
         }

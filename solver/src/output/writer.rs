@@ -32,7 +32,7 @@ use super::vtk_files::VtkFiles;
 use super::wall_frames::WallFrames;
 use super::wall_loads::WallLoads;
 use super::wear_files::{WearCsv, WearFrames, WearTriangles};
-use super::{Moment, OutputError, State, energies};
+use super::{FrameCopy, OrderedFrame, OutputError, energies};
 use crate::contact::HistoryNumber;
 use crate::membrane::MembranePlan;
 use crate::neighbours::Images;
@@ -58,15 +58,15 @@ pub struct Writer {
 #[derive(Debug)]
 enum Message {
     /// Write what is due of this state.
-    Write(Box<Moment>),
+    Write(Box<FrameCopy>),
     /// Say how far everything has come.
-    Tell(SyncSender<Told>),
+    Tell(SyncSender<Reported>),
     /// Sync all files to the disk, add their positions, and write this checkpoint.
     Checkpoint(Box<ToWrite>),
 }
 
 /// The positions of all files, and the growing files.
-type Told = (Positions, Vec<OutputFile>);
+type Reported = (Positions, Vec<OutputFile>);
 
 /// A checkpoint but for what the writer adds.
 #[derive(Debug)]
@@ -195,7 +195,7 @@ pub struct Written {
     /// The largest overlap over the smaller radius in any frame.
     pub deepest: f64,
     /// The last state.
-    pub last: Option<State>,
+    pub last: Option<OrderedFrame>,
 }
 
 impl Writer {
@@ -224,7 +224,7 @@ impl Writer {
         let watched = Watched {
             folder: folder.to_owned(),
             stage: Arc::clone(stage),
-            told: Vec::new(),
+            reported: Vec::new(),
         };
         let thread = std::thread::Builder::new()
             .name("output".to_owned())
@@ -248,7 +248,7 @@ impl Writer {
     /// Passes a state to the writer; waits only while the queue is full. False if the writer has given up: [`Writer::finish`]
     /// says why.
     #[must_use]
-    pub fn send(&self, moment: Moment) -> bool {
+    pub fn send(&self, moment: FrameCopy) -> bool {
         self.sender.send(Message::Write(Box::new(moment))).is_ok()
     }
 
@@ -256,15 +256,15 @@ impl Writer {
     /// says why.
     #[must_use]
     pub fn positions(&self) -> Option<Positions> {
-        self.told().map(|(positions, _)| positions)
+        self.reported().map(|(positions, _)| positions)
     }
 
     /// The same, and the files that grow.
     #[must_use]
-    pub fn told(&self) -> Option<(Positions, Vec<OutputFile>)> {
-        let (answer, told) = sync_channel(1);
+    pub fn reported(&self) -> Option<(Positions, Vec<OutputFile>)> {
+        let (answer, reported) = sync_channel(1);
         self.sender.send(Message::Tell(answer)).ok()?;
-        told.recv().ok()
+        reported.recv().ok()
     }
 
     /// Keeps the memory of a state that is not written for the first checkpoint.
@@ -429,7 +429,7 @@ fn write_all(
             Message::Write(moment) => {
                 // So that memory holds one state, not the last one beside the next.
                 drop(last.take());
-                let mut state = State::new(*moment, images);
+                let mut state = OrderedFrame::new(*moment, images);
                 let budget = sums.take_in(&state, &accounting);
                 state.budget = budget.energies.flows.is_some().then_some(budget);
                 at_end = Some(budget);
@@ -515,7 +515,7 @@ struct Watched {
     folder: PathBuf,
     stage: Arc<Stage>,
     /// The growing files at the last report.
-    told: Vec<OutputFile>,
+    reported: Vec<OutputFile>,
 }
 
 impl Watched {
@@ -529,19 +529,19 @@ impl Watched {
     }
 
     /// Reports what was written of a state.
-    fn tell_of(&mut self, state: &State, streams: &mut [Box<dyn Stream>]) {
+    fn tell_of(&mut self, state: &OrderedFrame, streams: &mut [Box<dyn Stream>]) {
         if !self.stage.is_heard() {
             return;
         }
         let all = growing(streams);
-        let is_new = |file: &&OutputFile| !self.told.contains(file);
+        let is_new = |file: &&OutputFile| !self.reported.contains(file);
         let mut outputs: Vec<OutputFile> = all.iter().filter(is_new).cloned().collect();
         for path in streams.iter_mut().flat_map(|stream| stream.made()) {
             // It is on the disk and is not removed.
             let bytes = std::fs::metadata(&path).map_or(0, |file| file.len());
             outputs.push(self.file(&path, bytes));
         }
-        self.told = all;
+        self.reported = all;
         self.stage.tell(Event::Written {
             step: state.step,
             time: state.time,
@@ -561,7 +561,7 @@ struct Accounting {
 
 impl Accounting {
     /// The energies of a state.
-    fn row(&self, state: &State) -> EnergyRow {
+    fn row(&self, state: &OrderedFrame) -> EnergyRow {
         let row = energies(state, self.gravity, self.dimensions);
         EnergyRow {
             time: row.time,
@@ -576,7 +576,7 @@ impl Accounting {
 
 impl RunningSums {
     /// Takes in a state, and gives its energies with their budget.
-    fn take_in(&mut self, state: &State, accounting: &Accounting) -> BudgetRow {
+    fn take_in(&mut self, state: &OrderedFrame, accounting: &Accounting) -> BudgetRow {
         self.initial
             .get_or_insert_with(|| state.mass_and_momentum().1);
         let row = accounting.row(state);

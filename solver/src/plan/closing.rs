@@ -147,8 +147,8 @@ fn crosses(plan: &Plan, insertion: &InsertionPlan, wall: &Wall) -> bool {
 fn put(now: &mut WallNow, wall: &Wall, time: f64, dt: f64, images: &Images) {
     for (servo, state) in wall.motion.all_servos().zip(&mut now.servos) {
         let load: f64 = match &servo.target {
-            Target::Force(course) | Target::Pressure(course, _) => {
-                course.rows().iter().map(|[_, load]| *load).sum()
+            Target::Force(ramp) | Target::Pressure(ramp, _) => {
+                ramp.rows().iter().map(|[_, load]| *load).sum()
             }
         };
         let seconds = (time.min(servo.until) - servo.from).max(0.0);

@@ -151,7 +151,7 @@ mod tests {
             plan.notes().warnings()
         );
 
-        let told = |found: &str| {
+        let reported = |found: &str| {
             let plan = planned();
             assert_eq!(plan.physics().clumps()[0].surface, None);
             let expected = format!(
@@ -165,11 +165,11 @@ mod tests {
             );
         };
         fs::write(path("ball.stl"), "").unwrap();
-        told(": the file is empty");
+        reported(": the file is empty");
         let damaged = facet.replace("1e-3 0 0", "nan 0 0");
         fs::write(path("ball.stl"), format!("solid a\n{damaged}endsolid a\n")).unwrap();
-        told(":5:8: \"nan\" for a coordinate, expected a finite number");
+        reported(":5:8: \"nan\" for a coordinate, expected a finite number");
         fs::remove_file(path("ball.stl")).unwrap();
-        told(": the file cannot be read: ");
+        reported(": the file cannot be read: ");
     }
 }

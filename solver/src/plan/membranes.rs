@@ -14,7 +14,7 @@ use super::meshes::{placement, triangles};
 use super::pair::PairPlan;
 use super::time_step::Limit;
 use super::usage::MaterialUse;
-use super::walls::{component_about, course};
+use super::walls::{component_about, ramp};
 use crate::contact::parameter::short;
 use crate::membrane::{
     Bending, Elasticity, HoldCourse, HoldPlan, Law, Load, MembranePlan, Rates, Sheet, Topology,
@@ -426,7 +426,7 @@ fn plan_hold(
         errors.push(error.with_help("a closed sheet has no rim; vertices are picked by where they are at the start, inside the region"));
         return None;
     }
-    let course = match &hold.motion {
+    let ramp = match &hold.motion {
         HoldMotion::Still => HoldCourse::Velocity([Some(0.0); 3]),
         HoldMotion::Velocity(components) => HoldCourse::Velocity(**components),
         HoldMotion::Wall(wall) => {
@@ -468,7 +468,7 @@ fn plan_hold(
     Some(HoldPlan {
         name: hold.name.value.clone(),
         vertices: held,
-        course,
+        ramp,
         from: *hold.from,
         until: hold.until.as_deref().copied().unwrap_or(f64::INFINITY),
     })
@@ -503,9 +503,7 @@ fn load(pressure: &MembranePressure) -> Result<Load, SceneError> {
         MembranePressure::Given(Some(SceneLoad::Constant(number))) if **number == 0.0 => {
             Load::Given(Vec::new())
         }
-        MembranePressure::Given(Some(load)) => {
-            Load::Given(course(load, "pressure")?.rows().to_vec())
-        }
+        MembranePressure::Given(Some(load)) => Load::Given(ramp(load, "pressure")?.rows().to_vec()),
         MembranePressure::Gas {
             gas,
             ambient,
@@ -600,7 +598,7 @@ pub(super) fn describe(surface: &SurfacePlan, membrane: &MembranePlan) -> Vec<St
         short(law.stiffness())
     ));
     for hold in &membrane.holds {
-        let how = match &hold.course {
+        let how = match &hold.ramp {
             HoldCourse::Velocity([Some(0.0), Some(0.0), Some(0.0)]) => "held".to_owned(),
             HoldCourse::Velocity(components) => {
                 let words = components.map(|v| v.map_or("free".to_owned(), short));

@@ -133,7 +133,7 @@ pub(super) fn remarks(
     warnings: &mut Vec<String>,
     notes: &mut Vec<String>,
 ) {
-    let mut told = 0;
+    let mut reported = 0;
     for wall in walls {
         let Shape::Mesh(mesh) = &wall.shape else {
             continue;
@@ -157,8 +157,8 @@ pub(super) fn remarks(
             _ => continue,
         };
         // In front, as other errors may follow from it.
-        let at = told.min(warnings.len());
-        told += 1;
+        let at = reported.min(warnings.len());
+        reported += 1;
         warnings.insert(at, format!(
             "walls.{name}: the mesh{} {what}: it reaches from {} to {} m, the domain from {} to {} m; correct its unit by scale (0.001 for a file in millimetres) and its place by offset",
             file_of(scene, name),

@@ -73,20 +73,20 @@ fn line(component: &Component) -> String {
 }
 
 fn of_servo(servo: &Servo) -> String {
-    let (unit, rows) = (servo.target.unit(), servo.target.course().rows());
+    let (unit, rows) = (servo.target.unit(), servo.target.ramp().rows());
     let load = match rows {
         [[_, value]] => format!("{} {unit}", short(*value)),
         rows => {
-            let told: Vec<String> = (rows.iter().take(4))
+            let reported: Vec<String> = (rows.iter().take(4))
                 .map(|[time, value]| format!("{} {unit} at {} s", short(*value), short(*time)))
                 .collect();
-            let rest = rows.len().saturating_sub(told.len());
+            let rest = rows.len().saturating_sub(reported.len());
             let more = if rest > 0 {
                 format!(" and {rest} more rows")
             } else {
                 String::new()
             };
-            format!("{}{more}", told.join(", "))
+            format!("{}{more}", reported.join(", "))
         }
     };
     let over = match &servo.target {
@@ -120,7 +120,7 @@ pub(super) fn vector(v: DVec3) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::walls::Course;
+    use crate::walls::Ramp;
 
     #[test]
     fn what_moves_is_told_with_axis_speed_and_time() {
@@ -134,7 +134,7 @@ mod tests {
                 until,
             })
         };
-        let rows = Course::new(vec![[0.0, 5.0], [1.5, 20.0]]).unwrap();
+        let rows = Ramp::new(vec![[0.0, 5.0], [1.5, 20.0]]).unwrap();
         let rotation = Component::Rotation {
             axis: DVec3::Y,
             origin: DVec3::new(0.5, 0.0, 0.0),
@@ -147,7 +147,7 @@ mod tests {
             from: 2.0,
             until: 3.0,
         };
-        let pressure = Target::Pressure(Course::constant(1e4).unwrap(), Area::OfWall);
+        let pressure = Target::Pressure(Ramp::constant(1e4).unwrap(), Area::OfWall);
         let motion = Motion::new(vec![rotation, translation, servo(Target::Force(rows), 2.0)]);
         assert_eq!(
             lines(&motion.unwrap()),

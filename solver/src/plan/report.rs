@@ -494,13 +494,13 @@ fn until_rest(plan: &Plan) -> String {
     let physics = plan.physics();
     let end = physics.steps() as f64 * physics.time_step();
     let goes_on = |wall: &&Wall| wall.motion.windows().any(|[_, until]| until >= end);
-    let mut told = "or until the particles rest".to_owned();
+    let mut reported = "or until the particles rest".to_owned();
     if let Some(wall) = physics.walls().iter().find(goes_on) {
-        told += &format!(", which they do not as long as wall `{}` moves", wall.name);
+        reported += &format!(", which they do not as long as wall `{}` moves", wall.name);
     } else if let Some(event) = physics.last_event() {
-        told += &format!(", but not before {event}");
+        reported += &format!(", but not before {event}");
     }
-    told
+    reported
 }
 
 fn time(text: &mut String, plan: &Plan) -> std::fmt::Result {

@@ -10,7 +10,7 @@ use super::meshes;
 use crate::neighbours::Images;
 use crate::state::MaterialIndex;
 use crate::walls::{
-    Area, Component, Cone, Course, Cylinder, Disc, Motion, MotionTable, Plane, Revolution, Servo,
+    Area, Component, Cone, Cylinder, Disc, Motion, MotionTable, Plane, Ramp, Revolution, Servo,
     Shape, Side, SphereShell, Target, Wall, WallError,
 };
 
@@ -298,11 +298,11 @@ pub(super) fn component_about(
 /// What a servo along `axis` aims at.
 fn target(wall: &SceneWall, axis: DVec3, aim: &ServoTarget) -> Result<Target, SceneError> {
     Ok(match aim {
-        ServoTarget::Force(load) => Target::Force(course(load, "force")?),
+        ServoTarget::Force(load) => Target::Force(ramp(load, "force")?),
         ServoTarget::Pressure {
             load,
             area: Some(area),
-        } => Target::Pressure(course(load, "pressure")?, Area::Given(**area)),
+        } => Target::Pressure(ramp(load, "pressure")?, Area::Given(**area)),
         ServoTarget::Pressure { load, area: None } => {
             let has_one = matches!(
                 wall.shape,
@@ -327,7 +327,7 @@ fn target(wall: &SceneWall, axis: DVec3, aim: &ServoTarget) -> Result<Target, Sc
                     error.with_help("for example: area = 9e-4   # m2, as seen along the axis")
                 );
             }
-            Target::Pressure(course(load, "pressure")?, Area::OfWall)
+            Target::Pressure(ramp(load, "pressure")?, Area::OfWall)
         }
     })
 }
@@ -362,16 +362,16 @@ fn edge_on(wall: &SceneWall, axis: DVec3) -> Option<String> {
 }
 
 /// A load in time; `column` names it in a table.
-pub(super) fn course(load: &Load, column: &str) -> Result<Course, SceneError> {
+pub(super) fn ramp(load: &Load, column: &str) -> Result<Ramp, SceneError> {
     match load {
         Load::Constant(value) => {
-            Course::constant(**value).map_err(|error| value.error(error.to_string()))
+            Ramp::constant(**value).map_err(|error| value.error(error.to_string()))
         }
         Load::Rows(rows) => {
-            Course::new(rows.value.clone()).map_err(|error| rows.error(error.to_string()))
+            Ramp::new(rows.value.clone()).map_err(|error| rows.error(error.to_string()))
         }
         Load::Table(file) => {
-            Course::read(file, column).map_err(|error| file.error(error.to_string()))
+            Ramp::read(file, column).map_err(|error| file.error(error.to_string()))
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::boundaries::Tally;
 use crate::step::Engine;
 
 /// A line for each face and deletion through which a particle left, and for each flux plane.
-pub(super) fn told(engine: &Engine, options: &RunOptions) -> Vec<String> {
+pub(super) fn reported(engine: &Engine, options: &RunOptions) -> Vec<String> {
     let (plan, boundaries) = (engine.plan(), engine.boundaries());
     let amount = |tally: &Tally| format!("{}, {} kg", tally.number, rounded(tally.mass, 6));
     let mut lines = Vec::new();
@@ -39,7 +39,7 @@ pub(super) fn told(engine: &Engine, options: &RunOptions) -> Vec<String> {
 
 /// The counts of a plane from the text of its file, or the reason why they are not known.
 fn through(name: &str, path: &Path, text: &io::Result<String>) -> String {
-    let told = match text {
+    let reported = match text {
         Ok(text) => match crossed(text, name) {
             Some([forward, backward, mass]) => {
                 let mass = rounded(mass, 6);
@@ -49,7 +49,7 @@ fn through(name: &str, path: &Path, text: &io::Result<String>) -> String {
         },
         Err(error) => format!("not known, as {} cannot be read: {error}", path.display()),
     };
-    format!("through `{name}`: {told}")
+    format!("through `{name}`: {reported}")
 }
 
 /// Sums over the rows of a plane: the particles that crossed along its normal and back, and their mass (kg), with those back

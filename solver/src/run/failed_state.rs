@@ -2,7 +2,7 @@
 
 use super::Run;
 use crate::forces::Watch;
-use crate::output::{Due, Moment};
+use crate::output::{Due, FrameCopy};
 use crate::step::RunError;
 
 impl Run {
@@ -25,6 +25,6 @@ impl Run {
         // If the writer has given up, the caller learns the reason from the error itself.
         let _ = self
             .writer
-            .send(Moment::take(&mut self.engine, due, &self.at_start));
+            .send(FrameCopy::take(&mut self.engine, due, &self.at_start));
     }
 }

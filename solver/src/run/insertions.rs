@@ -17,7 +17,7 @@ const FEWEST: u64 = 8;
 /// of each of its ingredients.
 ///
 /// `have_places`: for each insertion that waits for space, whether there is some.
-pub(super) fn told(plan: &Plan, boundaries: &Boundaries, have_places: &[bool]) -> Vec<String> {
+pub(super) fn reported(plan: &Plan, boundaries: &Boundaries, have_places: &[bool]) -> Vec<String> {
     let mut lines = Vec::new();
     let insertions = plan.physics().insertions().iter();
     for ((insertion, state), &has_place) in insertions.zip(boundaries.insertions()).zip(have_places)

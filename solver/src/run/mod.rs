@@ -42,7 +42,7 @@ use crate::forces::{Watch, block_size};
 use crate::lanes::Width;
 use crate::output::summary::Status;
 use crate::output::{
-    Due, Exchanged, Moment, OutputError, POSITIONS, Schedule, ToWrite, Writer, folder,
+    Due, Exchanged, FrameCopy, OutputError, POSITIONS, Schedule, ToWrite, Writer, folder,
 };
 use crate::plan::{Ahead, Here, Plan, Workload, checkpoint_paths};
 use crate::results::NamedResult;
@@ -411,7 +411,7 @@ impl Run {
                 let rest = (plan.physics().until_at_rest()).then(|| Rest::new(&plan));
                 let at_start = Exchanged::by_now(&engine);
                 // If the writer has given up, `advance` notices it, and `finish` returns the reason.
-                let moment = Moment::take(&mut engine, schedule.everything(), &at_start);
+                let moment = FrameCopy::take(&mut engine, schedule.everything(), &at_start);
                 let _ = writer.send(moment);
                 let is_worn = engine.is_worn();
                 let known = Known {
@@ -636,7 +636,7 @@ impl Run {
         }
         self.stepping += since.elapsed();
         if due.any() {
-            let moment = Moment::take(&mut self.engine, due, &self.at_start);
+            let moment = FrameCopy::take(&mut self.engine, due, &self.at_start);
             if !self.writer.send(moment) {
                 return Ok(false);
             }
@@ -648,8 +648,8 @@ impl Run {
             return Ok(true);
         };
         self.engine.complete_step()?;
-        let moment = Moment::take(&mut self.engine, closing, &self.at_start);
-        Ok(self.writer.send(Moment {
+        let moment = FrameCopy::take(&mut self.engine, closing, &self.at_start);
+        Ok(self.writer.send(FrameCopy {
             observation: seen,
             ..moment
         }))
@@ -687,7 +687,7 @@ impl Run {
         ) {
             // It is written last: its presence means that everything is done. The outputs have less now than they will have then.
             let mut state = state;
-            let Some((positions, outputs)) = self.writer.told() else {
+            let Some((positions, outputs)) = self.writer.reported() else {
                 return false;
             };
             state.section(POSITIONS, &positions);

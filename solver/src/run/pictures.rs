@@ -100,7 +100,7 @@ mod tests {
         let [early, late] = ["early", "late"].map(|name| place.path().join(name));
         let stop = Arc::new(AtomicBool::new(false));
         let (go_on, wait) = channel::<()>();
-        let (tell, told) = channel();
+        let (tell, reported) = channel();
         let (asks, paths) = (Arc::clone(&stop), [early.clone(), late.clone()]);
         let is_done = unless_stopped(&stop, move |gate| {
             let put = |path: &Path| gate.pass(|| Ok(write_whole(path, b"x")?));
@@ -115,7 +115,7 @@ mod tests {
         assert!(!is_done.unwrap());
         assert!(early.exists());
         go_on.send(()).unwrap();
-        assert!(told.recv().unwrap(), "it was let through");
+        assert!(reported.recv().unwrap(), "it was let through");
         assert!(!late.exists());
     }
 

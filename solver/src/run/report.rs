@@ -166,7 +166,7 @@ impl fmt::Display for Report {
             duration(self.total_seconds)
         )?;
         if let Some(sleeping) = &s.sleeping {
-            writeln!(f, "  sleeping   {}", told(sleeping))?;
+            writeln!(f, "  sleeping   {}", reported(sleeping))?;
         }
         for line in &self.insertions {
             writeln!(f, "  insertion  {line}")?;
@@ -208,7 +208,7 @@ impl fmt::Display for Report {
 }
 
 /// How many particles sleep, and how much work this saved.
-fn told(sleeping: &SleepSummary) -> String {
+fn reported(sleeping: &SleepSummary) -> String {
     format!(
         "{} asleep, {:.1} % of all steps of spheres and pebbles left out; {} times one fell asleep, {} times one was woken, {:.1e} J of kinetic energy removed",
         sleeping.asleep,
@@ -306,9 +306,9 @@ pub(super) fn report(
         budget: Budget::new(engine, written),
         files: Vec::new(),
         folder: options.folder.display().to_string(),
-        insertions: insertions::told(plan, engine.boundaries(), &have_places),
-        servos: servos::told(engine),
-        exits: exit_report::told(engine, options),
+        insertions: insertions::reported(plan, engine.boundaries(), &have_places),
+        servos: servos::reported(engine),
+        exits: exit_report::reported(engine, options),
         not_at_rest: None,
         share_alone: looped.alone as f64 / looped.particle_steps.max(1) as f64,
         rebuilds,

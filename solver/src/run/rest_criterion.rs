@@ -28,7 +28,7 @@ pub(super) struct Rest {
     gravity: f64,
     /// Where there is none: half the square of the reference speed of the plan, J/kg.
     energy: f64,
-    /// Moment of inertia over m R^2.
+    /// FrameCopy of inertia over m R^2.
     inertia: f64,
     calm: u64,
     /// Calm looks that make rest.

@@ -6,7 +6,7 @@ use crate::step::Engine;
 use crate::walls::{Followed, Servo, Target, Wall};
 
 /// A line for each servo: its target at the end of its time, and the load that it held.
-pub(super) fn told(engine: &Engine) -> Vec<String> {
+pub(super) fn reported(engine: &Engine) -> Vec<String> {
     all(engine)
         .map(|(name, servo, met)| line(&name, servo, &met, engine.time()))
         .collect()
@@ -65,16 +65,16 @@ fn line(name: &str, servo: &Servo, met: &Followed, time: f64) -> String {
     let Some(held) = held(servo, met, time) else {
         return format!("{name}: its time has not begun");
     };
-    let mut told = format!("{name}: {held}");
+    let mut reported = format!("{name}: {held}");
     if let Target::Pressure(..) = servo.target {
-        told += &format!(", over {} m^2", rounded(met.area(), 4));
+        reported += &format!(", over {} m^2", rounded(met.area(), 4));
     }
     match met.reached_at() {
         _ if met.largest() == 0.0 => {}
-        Some(time) => told += &format!("; first there at t = {} s", rounded(time, 6)),
-        None => told += "; never there",
+        Some(time) => reported += &format!("; first there at t = {} s", rounded(time, 6)),
+        None => reported += "; never there",
     }
-    told
+    reported
 }
 
 fn warning(name: &str, servo: &Servo, met: &Followed, time: f64) -> String {

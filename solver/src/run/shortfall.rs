@@ -111,7 +111,7 @@ mod tests {
         material = \"sand\"\npsd = { kind = \"monodisperse\", diameter = 0.02 }\nattempts = 100\nuntil = 0.5\n";
 
     /// Warnings of an insertion with this total that placed so many grains of 0.02 m, at this time (s).
-    fn told(total: &str, number: u64, limit: Limit, failed: u64, time: f64) -> Vec<String> {
+    fn reported(total: &str, number: u64, limit: Limit, failed: u64, time: f64) -> Vec<String> {
         told_where(false, total, number, limit, failed, time)
     }
 
@@ -153,22 +153,22 @@ mod tests {
         let late = "its time ended at 0.5 s";
         for (found, expected) in [
             (
-                told(total, 3035, Limit::Time, 99, 1.0),
+                reported(total, 3035, Limit::Time, 99, 1.0),
                 format!("`rain`: 3035 of 60000 placed; {late}: raise its rate or insert for longer"),
             ),
             (
-                told(total, 3035, Limit::Time, 100, 1.0),
+                reported(total, 3035, Limit::Time, 100, 1.0),
                 format!(
                     "`rain`: 3035 of 60000 placed; {late}, and its region was too full at times: enlarge it, or let what is there move away faster"
                 ),
             ),
             // Its last step was the run's last one.
             (
-                told(total, 3035, Limit::Rate, 0, 0.5),
+                reported(total, 3035, Limit::Rate, 0, 0.5),
                 format!("`rain`: 3035 of 60000 placed; {late}: raise its rate or insert for longer"),
             ),
             (
-                told("total = { mass = 2.5 }", 3, Limit::Space, 500, 0.2),
+                reported("total = { mass = 2.5 }", 3, Limit::Space, 500, 0.2),
                 "`rain`: 3.0000e-2 of 2.5000e0 kg placed; its region had no space for more when the run ended: enlarge it, or let the run go on".to_owned(),
             ),
             (
@@ -176,15 +176,15 @@ mod tests {
                 "`rain`: 3035 of 60000 placed; places in its region became free too slowly: enlarge it, or let the run go on".to_owned(),
             ),
             (
-                told("total = { volume = 1e-4 }", 0, Limit::Time, 0, 1.0),
+                reported("total = { volume = 1e-4 }", 0, Limit::Time, 0, 1.0),
                 format!("`rain`: 0.0000e0 of 1.0000e-4 m^3 placed; {late}: raise its rate or insert for longer"),
             ),
             (
-                told("total = { full = true }", 0, Limit::Total, 500, 0.1),
+                reported("total = { full = true }", 0, Limit::Total, 500, 0.1),
                 "`rain`: nothing was placed; nothing found a place in its region".to_owned(),
             ),
             (
-                told("rate = { number = 1e-3 }", 0, Limit::Time, 0, 1.0),
+                reported("rate = { number = 1e-3 }", 0, Limit::Time, 0, 1.0),
                 format!("`rain`: nothing was placed; {late}: raise its rate or insert for longer"),
             ),
         ] {
@@ -196,12 +196,12 @@ mod tests {
     fn nothing_is_told_of_insertions_that_are_done_or_go_on() {
         let total = "total = { number = 60000 }";
         for found in [
-            told(total, 60000, Limit::Total, 500, 1.0),
-            told(total, 60000, Limit::Rate, 0, 1.0),
-            told(total, 3035, Limit::Rate, 500, 0.2),
-            told(total, 0, Limit::NotBegun, 0, 0.2),
-            told("total = { full = true }", 10, Limit::Total, 500, 1.0),
-            told("rate = { number = 10.0 }", 10, Limit::Time, 0, 1.0),
+            reported(total, 60000, Limit::Total, 500, 1.0),
+            reported(total, 60000, Limit::Rate, 0, 1.0),
+            reported(total, 3035, Limit::Rate, 500, 0.2),
+            reported(total, 0, Limit::NotBegun, 0, 0.2),
+            reported("total = { full = true }", 10, Limit::Total, 500, 1.0),
+            reported("rate = { number = 10.0 }", 10, Limit::Time, 0, 1.0),
         ] {
             assert!(found.is_empty(), "{found:?}");
         }

@@ -169,9 +169,9 @@ fn a_run_leaves_exactly_its_files() {
         "test.track.csv",
     ];
     assert_eq!(found, expected);
-    let mut told = report.files.clone();
-    told.sort();
-    assert_eq!(told, expected);
+    let mut reported = report.files.clone();
+    reported.sort();
+    assert_eq!(reported, expected);
     let picture = fs::read_to_string(place.path().join("test.final.svg")).unwrap();
     assert_eq!(picture.matches("<circle").count(), 2, "both spheres");
     assert!(picture.contains("speed"), "they move");

@@ -12,7 +12,7 @@ use super::long_steps::{LongStep, long_steps, next_long_step};
 use super::time_left::Cost;
 use super::{RunOptions, ahead_of};
 use crate::forces::Watch;
-use crate::output::{Exchanged, Moment, Schedule};
+use crate::output::{Exchanged, FrameCopy, Schedule};
 use crate::plan::{Ahead, Plan, Workload};
 use crate::stage::Task;
 use crate::step::{Engine, RunError};
@@ -128,7 +128,7 @@ pub fn trial(plan: Plan, options: &RunOptions, limit: Duration) -> Result<Option
         if due.any() {
             engine.complete_step()?;
             // As a run would hand it over.
-            drop(Moment::take(&mut engine, due, &Exchanged::default()));
+            drop(FrameCopy::take(&mut engine, due, &Exchanged::default()));
         }
         stage.begin(Task::Stepping);
         let took = since.elapsed();
@@ -184,8 +184,8 @@ fn touching(engine: &mut Engine) -> u64 {
 }
 
 /// One number, or the range.
-fn range([least, most]: [f64; 2], told: impl Fn(f64) -> String) -> String {
-    match (told(least), told(most)) {
+fn range([least, most]: [f64; 2], reported: impl Fn(f64) -> String) -> String {
+    match (reported(least), reported(most)) {
         (least, most) if least == most => least,
         (least, most) => format!("{least} to {most}"),
     }

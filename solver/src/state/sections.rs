@@ -21,9 +21,9 @@ impl fmt::Debug for Sections {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut map = f.debug_map();
         for (name, bytes) in self.iter() {
-            let told =
+            let reported =
                 format_args!("{} bytes, {:08x}", bytes.len(), crc32fast::hash(bytes)).to_string();
-            map.entry(&name, &told);
+            map.entry(&name, &reported);
         }
         map.finish()
     }

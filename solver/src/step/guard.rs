@@ -300,7 +300,7 @@ impl Guard {
         Err(RunError::Guarded {
             step: event.step,
             time: event.time,
-            what: told(core, &event),
+            what: reported(core, &event),
             help: help(core, &event),
         })
     }
@@ -319,7 +319,7 @@ impl Guard {
                 Some(format!(
                     "guard: {steps} at step {} (t = {time} s): {}",
                     worst.step,
-                    told(core, &worst)
+                    reported(core, &worst)
                 ))
             })
             .collect()
@@ -347,7 +347,7 @@ impl Engine {
     }
 }
 
-fn told(core: &Core, event: &Event) -> String {
+fn reported(core: &Core, event: &Event) -> String {
     let limits = core.plan.physics().guard();
     let place = |x: DVec3| format!("({}, {}, {}) m", short(x.x), short(x.y), short(x.z));
     let (kind, alarm) = match event.what {

@@ -492,7 +492,7 @@ impl Motion {
     pub fn events(&self) -> impl Iterator<Item = f64> + '_ {
         let kinks = self.all_servos().filter(|servo| servo.max_speed > 0.0);
         let kinks = kinks.filter_map(|servo| {
-            let [time, _] = servo.target.course().rows().last()?;
+            let [time, _] = servo.target.ramp().rows().last()?;
             (*time < servo.until).then_some(*time)
         });
         let times = self.windows().flatten().chain(kinks);

@@ -21,8 +21,8 @@
 
 use glam::DVec3;
 
-use super::course::{Area, Target};
 use super::pose::{Pose, RigidVelocity};
+use super::ramp::{Area, Target};
 
 /// Windows of the means in the time for which a servo has acted.
 const WINDOWS: f64 = 20.0;
@@ -234,7 +234,7 @@ impl Servo {
         wall: &WallStiffness,
         (time, dt): (f64, f64),
     ) {
-        let asked = self.target.course().at(time);
+        let asked = self.target.ramp().at(time);
         state.next_velocity = self.answer(asked * area - force, wall, dt);
         if self.is_acting(time, dt) {
             let actual = if area > 0.0 { force / area } else { 0.0 };
@@ -292,7 +292,7 @@ crate::state::plain!(Followed {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Course;
+    use super::super::Ramp;
     use super::*;
 
     const MAX_SPEED: f64 = 0.5;
@@ -300,7 +300,7 @@ mod tests {
     fn servo() -> Servo {
         Servo {
             axis: DVec3::Z,
-            target: Target::Force(Course::constant(-3.0).unwrap()),
+            target: Target::Force(Ramp::constant(-3.0).unwrap()),
             max_speed: MAX_SPEED,
             from: 0.0,
             until: f64::INFINITY,
@@ -409,7 +409,7 @@ mod tests {
     #[test]
     fn a_load_that_swings_about_its_target_is_there() {
         let servo = Servo {
-            target: Target::Pressure(Course::constant(1000.0).unwrap(), Area::Given(1.0)),
+            target: Target::Pressure(Ramp::constant(1000.0).unwrap(), Area::Given(1.0)),
             ..servo()
         };
         // 100 swings in a run of 10 s and five in a window of 0.5 s; it ends in the lowest point.
@@ -451,7 +451,7 @@ mod tests {
 
     #[test]
     fn a_pressure_is_a_force_over_the_area() {
-        let target = |area| Target::Pressure(Course::constant(100.0).unwrap(), area);
+        let target = |area| Target::Pressure(Ramp::constant(100.0).unwrap(), area);
         let over = |area| Servo {
             target: target(area),
             ..servo()

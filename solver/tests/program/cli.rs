@@ -414,12 +414,15 @@ fn the_folder_of_a_running_run_is_refused_even_with_force() {
     for arguments in [&["pair.toml"][..], &["pair.toml", "--force"]] {
         let output = solve(folder.path(), arguments);
         assert_eq!(code(&output), Some(2));
-        let told = errors(&output);
+        let reported = errors(&output);
         assert!(
-            told.starts_with("pair: this folder is being written by another run (process "),
-            "{told}"
+            reported.starts_with("pair: this folder is being written by another run (process "),
+            "{reported}"
         );
-        assert!(told.contains("help: wait for its end or stop it"), "{told}");
+        assert!(
+            reported.contains("help: wait for its end or stop it"),
+            "{reported}"
+        );
     }
     running.kill().unwrap();
     running.wait().unwrap();

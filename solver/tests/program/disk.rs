@@ -55,10 +55,10 @@ fn the_plan_tells_how_many_frames_come_and_what_they_take() {
     assert_eq!(disk["vtk_frames"], 11.0);
     solve(folder.path(), &["--quiet"]);
     let found = size(&folder.path().join("a")) as f64;
-    let told = disk["bytes"].as_f64().unwrap();
+    let reported = disk["bytes"].as_f64().unwrap();
     assert!(
-        (found / 1.5..found * 1.5).contains(&told),
-        "{told} announced, {found} found"
+        (found / 1.5..found * 1.5).contains(&reported),
+        "{reported} announced, {found} found"
     );
 
     let text = solve(folder.path(), &["--check", "--output", "b"]);

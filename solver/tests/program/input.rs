@@ -198,20 +198,20 @@ fn a_link_that_leads_nowhere_is_named() {
 fn what_is_no_scene_and_no_checkpoint_is_said_in_plain_words() {
     let folder = folder_with("ball.toml", SCENE);
     let place = folder.path();
-    let told = |arguments: &[&str], message: &str| {
+    let reported = |arguments: &[&str], message: &str| {
         let output = solve(place, arguments);
         assert_eq!(code(&output), Some(2), "{arguments:?}");
         assert!(errors(&output).contains(message), "{}", errors(&output));
     };
-    told(&["nosuch.toml"], "nosuch.toml: the scene cannot be read: ");
+    reported(&["nosuch.toml"], "nosuch.toml: the scene cannot be read: ");
     assert!(!errors(&solve(place, &["nosuch.toml"])).contains("1:1"));
     fs::write(place.join("empty.restart"), "").unwrap();
-    told(
+    reported(
         &["--inspect", "empty.restart"],
         "the file is empty: there is no state of a run in it",
     );
     fs::write(place.join("cut.restart"), "MERC").unwrap();
-    told(&["--inspect", "cut.restart"], "cut off in section `head`");
+    reported(&["--inspect", "cut.restart"], "cut off in section `head`");
 }
 
 #[test]

@@ -282,11 +282,11 @@ fn a_study_is_told_run_by_run() {
         "v=max(particles.vx)",
         "--json",
     ];
-    let told = object(&solve(
+    let reported = object(&solve(
         folder.path(),
         &[&arguments[..], &["--check"]].concat(),
     ));
-    let study = &told["study"];
+    let study = &reported["study"];
     // What each run takes is what the plan of the same run says.
     let runs = study["runs"].as_array().unwrap();
     assert_eq!(runs.len(), 2);
@@ -313,8 +313,8 @@ fn a_study_is_told_run_by_run() {
     assert!(study["title"].is_string());
     let output = solve(folder.path(), &arguments);
     assert_eq!(code(&output), Some(0), "{}", errors(&output));
-    let told = object(&output);
-    let rows = told["rows"].as_array().unwrap();
+    let reported = object(&output);
+    let rows = reported["rows"].as_array().unwrap();
     assert_eq!(rows.len(), 2);
     assert_eq!(rows[1]["run"], "end=0.002");
     assert_eq!(rows[1]["status"], "finished");
@@ -340,19 +340,19 @@ fn a_checkpoint_is_told_in_numbers() {
         &["--inspect", "pair/pair.0.restart", "--json"],
     );
     assert_eq!(code(&output), Some(0), "{}", errors(&output));
-    let told = object(&output);
-    assert_eq!(told["step"], 200);
-    assert_eq!(told["time_step"], 1e-5);
-    assert_eq!(told["particles"], 2);
-    assert_eq!(told["frames"], 3);
-    assert_eq!(told["title"], "Two spheres");
+    let reported = object(&output);
+    assert_eq!(reported["step"], 200);
+    assert_eq!(reported["time_step"], 1e-5);
+    assert_eq!(reported["particles"], 2);
+    assert_eq!(reported["frames"], 3);
+    assert_eq!(reported["title"], "Two spheres");
     let bytes = fs::metadata(folder.path().join("pair/pair.0.restart"))
         .unwrap()
         .len();
-    assert_eq!(told["bytes"], bytes);
-    assert_eq!(told["scene"]["time.end"], 0.002);
-    assert_eq!(told["scene"]["materials.glass.normal.law"], "linear");
-    assert_eq!(told["scene"]["output.pictures"], false);
+    assert_eq!(reported["bytes"], bytes);
+    assert_eq!(reported["scene"]["time.end"], 0.002);
+    assert_eq!(reported["scene"]["materials.glass.normal.law"], "linear");
+    assert_eq!(reported["scene"]["output.pictures"], false);
 }
 
 /// What stands in a file outside of the folder must be in no answer, nor whether it is there.

@@ -108,24 +108,24 @@ fn a_run_is_told_from_its_begin_to_its_end() {
     );
     assert_eq!(code(&output), Some(0), "{}", errors(&output));
     let summary: Value = serde_json::from_str(&said(&output)).unwrap();
-    let told = lines(&folder.path().join("log"));
-    let (first, last) = (&told[0], &told[told.len() - 1]);
+    let reported = lines(&folder.path().join("log"));
+    let (first, last) = (&reported[0], &reported[reported.len() - 1]);
     assert_eq!(first["event"], "begin");
     assert_eq!(first["version"], env!("CARGO_PKG_VERSION"));
     assert_eq!(first["scene"], "pair.toml");
-    let clocks: Vec<f64> = told
+    let clocks: Vec<f64> = reported
         .iter()
         .map(|line| line["clock"].as_f64().unwrap())
         .collect();
     // Of this century, and none before the one above it.
     assert!(clocks[0] > 1.7e9 && clocks.is_sorted(), "{clocks:?}");
-    let mut phases: Vec<&str> = (of(&told, "phase").iter())
+    let mut phases: Vec<&str> = (of(&reported, "phase").iter())
         .map(|line| line["phase"].as_str().unwrap())
         .collect();
     // More than once where one lasts for a second.
     phases.dedup();
     assert_eq!(phases, ["planning", "starting", "stepping", "finishing"]);
-    let run = of(&told, "run")[0];
+    let run = of(&reported, "run")[0];
     assert_eq!(
         (&run["folder"], &run["prefix"]),
         (&"pair".into(), &"pair".into())
@@ -134,11 +134,11 @@ fn a_run_is_told_from_its_begin_to_its_end() {
         (&run["steps"], &run["resumed"]),
         (&400.into(), &Value::Null)
     );
-    let steps: Vec<u64> = (of(&told, "frame").iter())
+    let steps: Vec<u64> = (of(&reported, "frame").iter())
         .map(|line| line["step"].as_u64().unwrap())
         .collect();
     assert_eq!(steps, [0, 100, 200, 300, 400]);
-    let checkpoints: Vec<(u64, &str)> = (of(&told, "checkpoint").iter())
+    let checkpoints: Vec<(u64, &str)> = (of(&reported, "checkpoint").iter())
         .map(|line| {
             (
                 line["step"].as_u64().unwrap(),
@@ -150,7 +150,7 @@ fn a_run_is_told_from_its_begin_to_its_end() {
         checkpoints,
         [(200, "pair.0.restart"), (400, "pair.1.restart")]
     );
-    for line in of(&told, "checkpoint") {
+    for line in of(&reported, "checkpoint") {
         let path = folder
             .path()
             .join("pair")
@@ -194,10 +194,10 @@ fn what_is_told_of_a_frame_is_whole_and_stays() {
         &["pair.toml", "--quiet", "--progress", "log"],
     );
     assert_eq!(code(&output), Some(0), "{}", errors(&output));
-    let told = lines(&folder.path().join("log"));
+    let reported = lines(&folder.path().join("log"));
     let run = folder.path().join("pair");
     let mut seen = std::collections::BTreeSet::new();
-    for (number, line) in of(&told, "frame").iter().enumerate() {
+    for (number, line) in of(&reported, "frame").iter().enumerate() {
         for (name, bytes) in outputs(line) {
             let whole = fs::read(run.join(&name)).unwrap();
             assert!(bytes <= whole.len(), "{name}");
@@ -252,8 +252,8 @@ fn a_run_goes_on_elsewhere_from_what_a_checkpoint_counts_on() {
         &["pair.toml", "--quiet", "--progress", "log"],
     );
     assert_eq!(code(&output), Some(0), "{}", errors(&output));
-    let told = lines(&folder.path().join("log"));
-    let checkpoint = of(&told, "checkpoint")[0];
+    let reported = lines(&folder.path().join("log"));
+    let checkpoint = of(&reported, "checkpoint")[0];
     let (here, there) = (folder.path().join("pair"), folder.path().join("elsewhere"));
     fs::create_dir_all(there.join("vtk")).unwrap();
     let name = checkpoint["file"].as_str().unwrap();
@@ -270,7 +270,7 @@ fn a_run_goes_on_elsewhere_from_what_a_checkpoint_counts_on() {
         fs::write(there.join(&name), &all[..bytes]).unwrap();
     }
     // Of the files for ParaView those that were reported until then, and the lists as they are.
-    for line in &told {
+    for line in &reported {
         if line["event"] == "frame" && line["step"].as_u64() <= checkpoint["step"].as_u64() {
             for (name, _) in outputs(line)
                 .iter()
@@ -363,8 +363,8 @@ fn a_long_run_is_told_of_by_the_clock_and_stopped() {
     }
     signal(&child, "TERM");
     assert_eq!(child.wait().unwrap().code(), Some(75));
-    let told = lines(&path);
-    let steps = of(&told, "step");
+    let reported = lines(&path);
+    let steps = of(&reported, "step");
     let step = |line: &Value| line["step"].as_u64().unwrap();
     assert!(step(steps[1]) > step(steps[0]), "{steps:?}");
     let clock = |line: &Value| line["clock"].as_f64().unwrap();
@@ -384,7 +384,7 @@ fn a_long_run_is_told_of_by_the_clock_and_stopped() {
     ] {
         assert!(one[number].as_f64().unwrap() > 0.0, "{number}: {one}");
     }
-    let (checkpoint, last) = (of(&told, "checkpoint"), &told[told.len() - 1]);
+    let (checkpoint, last) = (of(&reported, "checkpoint"), &reported[reported.len() - 1]);
     assert_eq!(
         (&last["code"], &last["status"]),
         (&75.into(), &"stopped".into())
@@ -399,13 +399,13 @@ fn a_long_run_is_told_of_by_the_clock_and_stopped() {
 #[test]
 fn what_cannot_be_run_is_told_too() {
     let folder = place();
-    let told = |arguments: &[&str]| {
+    let reported = |arguments: &[&str]| {
         let arguments = [arguments, &["--progress", "log"]].concat();
         let output = solve(folder.path(), &arguments);
-        let told = lines(&folder.path().join("log"));
-        (code(&output), told[told.len() - 1].clone())
+        let reported = lines(&folder.path().join("log"));
+        (code(&output), reported[reported.len() - 1].clone())
     };
-    let (code, last) = told(&["pair.toml", "--set", "time.step=-1"]);
+    let (code, last) = reported(&["pair.toml", "--set", "time.step=-1"]);
     assert_eq!(
         (code, &last["code"], &last["status"]),
         (Some(2), &2.into(), &"refused".into())
@@ -416,7 +416,7 @@ fn what_cannot_be_run_is_told_too() {
         (&Value::Null, &Value::Null)
     );
     // Two grains inside each other: the guard ends the run.
-    let (code, last) = told(&["pair.toml", "--set", "particles.0.velocity=[1e3,0,0]"]);
+    let (code, last) = reported(&["pair.toml", "--set", "particles.0.velocity=[1e3,0,0]"]);
     assert_eq!(
         (code, &last["code"], &last["status"]),
         (Some(1), &1.into(), &"failed".into())
@@ -442,7 +442,7 @@ fn what_cannot_be_run_is_told_too() {
         "[study]\nscene = \"pair.toml\"\nsweep = { seed = [1, 2] }\n",
     )
     .unwrap();
-    let (code, last) = told(&["study.toml"]);
+    let (code, last) = reported(&["study.toml"]);
     assert_eq!(code, Some(2));
     assert!(
         last["problems"][0]["help"]
@@ -462,10 +462,10 @@ fn a_file_that_takes_nothing_does_not_end_the_run() {
         &["pair.toml", "--quiet", "--progress", "/dev/full"],
     );
     assert_eq!(code(&output), Some(0), "{}", errors(&output));
-    let told = errors(&output);
+    let reported = errors(&output);
     assert_eq!(
-        told.matches("warning: --progress /dev/full").count(),
+        reported.matches("warning: --progress /dev/full").count(),
         1,
-        "{told}"
+        "{reported}"
     );
 }

@@ -32,8 +32,8 @@ fn warnings(text: &str) -> [Vec<String>; 2] {
             .unwrap();
         let said = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(0), "{said}");
-        let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-        serde_json::from_value(told["warnings"].clone()).unwrap()
+        let reported: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        serde_json::from_value(reported["warnings"].clone()).unwrap()
     })
 }
 
@@ -41,16 +41,16 @@ fn warnings(text: &str) -> [Vec<String>; 2] {
 #[test]
 fn that_nothing_holds_the_particles_is_said_before_and_after() {
     let [before, after] = warnings(SCENE);
-    let told = "gravity: nothing holds the particles, all of which fall out of the domain through its face -z";
+    let reported = "gravity: nothing holds the particles, all of which fall out of the domain through its face -z";
     assert!(
-        before.len() == 1 && before[0].starts_with(told),
+        before.len() == 1 && before[0].starts_with(reported),
         "{before:?}"
     );
     assert_eq!(
         after[0],
         "no particle is left: 100 through the face -z of the domain"
     );
-    assert!(after[1].starts_with(told), "{after:?}");
+    assert!(after[1].starts_with(reported), "{after:?}");
 
     // Upwards it is the other face; without an end of the domain, in a box, or for a time in which no particle falls that far, it
     // is none.
@@ -69,9 +69,9 @@ fn that_nothing_holds_the_particles_is_said_before_and_after() {
 fn an_insertion_into_which_gravity_was_forgotten_is_told() {
     let without = SCENE.replace("gravity = [0, 0, -9.81]", "");
     let [before, _] = warnings(&format!("{without}{BOX}"));
-    let told = "insertions.rain: without gravity, velocity and moving walls";
+    let reported = "insertions.rain: without gravity, velocity and moving walls";
     assert!(
-        before.len() == 1 && before[0].starts_with(told),
+        before.len() == 1 && before[0].starts_with(reported),
         "{before:?}"
     );
     let thrown = without.replace("total =", "velocity = { mean = [0, 0, -0.1] }\ntotal =");
@@ -94,7 +94,7 @@ fn a_servo_that_drives_its_wall_away_is_told() {
         format!("{{ kind = \"servo\", axis = {axis}, {load}, max_speed = 0.01{window} }}")
     };
     let up = "[0, 0, 1]";
-    let told = "walls.lid: its servo has to push along [0, 0, 1], but it can only push along its normal [0, 0, -1]: it will be driven away from the particles at its max_speed; turn the sign of the load, or the axis";
+    let reported = "walls.lid: its servo has to push along [0, 0, 1], but it can only push along its normal [0, 0, -1]: it will be driven away from the particles at its max_speed; turn the sign of the load, or the axis";
     for wrong in [
         servo(up, "force = 20", ""),
         servo("[0, 0, -2]", "force = -20", ""),
@@ -102,7 +102,7 @@ fn a_servo_that_drives_its_wall_away_is_told() {
         servo(up, "force = [[0, 0], [0.1, 20]]", ""),
     ] {
         let [before, _] = warnings(&lid(&wrong));
-        assert_eq!(before, [told], "{wrong}");
+        assert_eq!(before, [reported], "{wrong}");
     }
     let turned =
         "{ kind = \"rotation\", axis = [1, 0, 0], origin = [0, 0, 0.1], angular_velocity = 1 }";
@@ -129,7 +129,7 @@ fn a_servo_that_drives_its_wall_away_is_told() {
     );
     assert_eq!(warnings(&sticky)[0], [""; 0]);
     let smooth = sticky.replace("cohesion_stiffness = 50", "cohesion_stiffness = 0");
-    assert_eq!(warnings(&smooth)[0], [told]);
+    assert_eq!(warnings(&smooth)[0], [reported]);
 }
 
 /// A lid that acts on both sides and comes down while grains come: some are placed above it. It is named before the run, and they are counted in it.
@@ -205,8 +205,8 @@ fn told_before(what: &str, text: &str) -> Vec<String> {
         .unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{said}");
-    let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    serde_json::from_value(told[what].clone()).unwrap()
+    let reported: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    serde_json::from_value(reported[what].clone()).unwrap()
 }
 
 /// With a spring against rolling and without a dashpot a grain swings about its rest: it never comes to rest.

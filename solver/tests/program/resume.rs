@@ -10,7 +10,7 @@ use std::process::{Child, Command, Output, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::common::{errors as told, facts, results, signal};
+use crate::common::{errors as reported, facts, results, signal};
 
 use mercury_solver::forces::Watch;
 use mercury_solver::plan::{plan, read_scene};
@@ -122,7 +122,7 @@ fn interrupted(case: &Case, interruptions: usize, random: &mut Random) -> [usize
         output.status.success(),
         "{}: {}",
         case.name(),
-        told(&output)
+        reported(&output)
     );
     let length = begun.elapsed();
     let mut left = interruptions;
@@ -162,7 +162,7 @@ fn interrupted(case: &Case, interruptions: usize, random: &mut Random) -> [usize
         output.status.success(),
         "{}: {}",
         case.name(),
-        told(&output)
+        reported(&output)
     );
     let (one, other) = (
         results(&straight, &case.name()),
@@ -336,13 +336,17 @@ fn a_stop_keeps_the_step_and_writes_no_frame_of_its_own() {
         let child = place.running(&arguments);
         signal(&child, name);
         let output = child.wait_with_output().unwrap();
-        assert_eq!(output.status.code(), Some(75), "{}", told(&output));
+        assert_eq!(output.status.code(), Some(75), "{}", reported(&output));
         assert!(
-            told(&output).contains("stopped at t = "),
+            reported(&output).contains("stopped at t = "),
             "{}",
-            told(&output)
+            reported(&output)
         );
-        assert!(told(&output).contains("--resume"), "{}", told(&output));
+        assert!(
+            reported(&output).contains("--resume"),
+            "{}",
+            reported(&output)
+        );
         let checkpoint = place.newest();
         let times = place.times();
         for time in &times {
@@ -394,7 +398,7 @@ fn a_stop_file_and_a_time_limit_stop_a_run() {
     let child = place.running(&["heap.toml"]);
     fs::write(place.file("STOP"), "").unwrap();
     let output = child.wait_with_output().unwrap();
-    assert_eq!(output.status.code(), Some(75), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(75), "{}", reported(&output));
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(said.contains("stopped by the file STOP at t = "), "{said}");
     assert!(
@@ -404,7 +408,7 @@ fn a_stop_file_and_a_time_limit_stop_a_run() {
 
     let before = place.newest().head.step;
     let output = place.solve(&["heap.toml", "--resume", "--time-limit", "0.2s"]);
-    assert_eq!(output.status.code(), Some(75), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(75), "{}", reported(&output));
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(said.contains("stopped by the time limit at t = "), "{said}");
     assert!(said.contains("resumed    from t = "), "{said}");
@@ -417,11 +421,11 @@ fn a_finished_run_can_be_made_longer() {
     // The short end is no multiple of the interval: its last frame is not one of the long run.
     let settings = |end: &'static str| ["heap.toml", "--quiet", "--set", end];
     let short = place.solve(&settings("time.end=0.0071"));
-    assert_eq!(short.status.code(), Some(0), "{}", told(&short));
+    assert_eq!(short.status.code(), Some(0), "{}", reported(&short));
     assert_eq!(place.times().last().unwrap().as_str(), "0.0071");
     // There is nothing to do as long as it is not.
     let again = place.solve(&["heap.toml", "--resume", "--set", "time.end=0.0071"]);
-    assert_eq!(again.status.code(), Some(0), "{}", told(&again));
+    assert_eq!(again.status.code(), Some(0), "{}", reported(&again));
     let said = String::from_utf8(again.stdout).unwrap();
     assert!(
         said.contains("has come to its end at t = 0.0071 s already"),
@@ -430,11 +434,11 @@ fn a_finished_run_can_be_made_longer() {
     let mut longer = settings("time.end=0.0133").to_vec();
     longer.push("--resume");
     let longer = place.solve(&longer);
-    assert_eq!(longer.status.code(), Some(0), "{}", told(&longer));
+    assert_eq!(longer.status.code(), Some(0), "{}", reported(&longer));
 
     let straight = Place::new();
     let output = straight.solve(&settings("time.end=0.0133"));
-    assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(0), "{}", reported(&output));
     let (one, other) = (straight.0.path().join("heap"), place.0.path().join("heap"));
     assert!(results(&one, "heap") == results(&other, "heap"));
     assert_eq!(facts(&one), facts(&other));
@@ -442,9 +446,9 @@ fn a_finished_run_can_be_made_longer() {
     let output = place.solve(&["heap.toml", "--resume", "--set", "time.end=0.01"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(
-        told(&output).contains("the checkpoint is at t = 0.0133 s, behind time.end = 0.01 s"),
+        reported(&output).contains("the checkpoint is at t = 0.0133 s, behind time.end = 0.01 s"),
         "{}",
-        told(&output)
+        reported(&output)
     );
 }
 
@@ -452,15 +456,15 @@ fn a_finished_run_can_be_made_longer() {
 fn another_scene_is_refused_by_what_differs() {
     let place = Place::new();
     let output = place.solve(&["heap.toml", "--quiet", "--set", "time.end=0.004"]);
-    assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(0), "{}", reported(&output));
     let before = fs::read(place.file("heap.data")).unwrap();
     let refused = |more: &[&str]| {
         let all = ["heap.toml", "--resume", "--set", "time.end=0.01"];
         let output = place.solve(&[&all, more].concat());
-        assert_eq!(output.status.code(), Some(2), "{}", told(&output));
-        told(&output)
+        assert_eq!(output.status.code(), Some(2), "{}", reported(&output));
+        reported(&output)
     };
-    let told = refused(&[
+    let reported = refused(&[
         "--set",
         "materials.glass.tangential.friction=0.3",
         "--set",
@@ -472,12 +476,12 @@ fn another_scene_is_refused_by_what_differs() {
         "  seed: absent then, 7 now",
         "help: only title, time.end, output.interval",
     ] {
-        assert!(told.contains(line), "no {line:?} in {told}");
+        assert!(reported.contains(line), "no {line:?} in {reported}");
     }
-    let told = refused(&["--set", "walls.box.until=0.5"]);
+    let reported = refused(&["--set", "walls.box.until=0.5"]);
     assert!(
-        told.contains("walls[0].until: absent then, 0.5 now"),
-        "{told}"
+        reported.contains("walls[0].until: absent then, 0.5 now"),
+        "{reported}"
     );
     assert_eq!(
         fs::read(place.file("heap.data")).unwrap(),
@@ -497,7 +501,7 @@ fn a_damaged_checkpoint_is_named_and_the_older_one_used() {
         "output.restart_interval=0.003",
     ];
     let output = place.solve(&settings);
-    assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(0), "{}", reported(&output));
     let newest = place.newest();
     let whole = results(&place.0.path().join("heap"), "heap");
     let mut bytes = fs::read(&newest.path).unwrap();
@@ -506,14 +510,14 @@ fn a_damaged_checkpoint_is_named_and_the_older_one_used() {
     fs::write(&newest.path, &bytes).unwrap();
     let resume = [&settings[..], &["--resume"]].concat();
     let output = place.solve(&resume);
-    assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(0), "{}", reported(&output));
     let name = newest
         .path
         .file_name()
         .unwrap()
         .to_string_lossy()
         .into_owned();
-    let said = told(&output);
+    let said = reported(&output);
     assert!(
         said.contains("not used: ") && said.contains(&name),
         "{said}"
@@ -531,9 +535,9 @@ fn a_damaged_checkpoint_is_named_and_the_older_one_used() {
     let output = place.solve(&resume);
     assert_eq!(output.status.code(), Some(2));
     assert!(
-        told(&output).contains("no checkpoint can be used"),
+        reported(&output).contains("no checkpoint can be used"),
         "{}",
-        told(&output)
+        reported(&output)
     );
 }
 
@@ -541,9 +545,9 @@ fn a_damaged_checkpoint_is_named_and_the_older_one_used() {
 fn what_is_in_a_checkpoint_is_told() {
     let place = Place::new();
     let output = place.solve(&["heap.toml", "--quiet", "--set", "time.end=0.004"]);
-    assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(0), "{}", reported(&output));
     let output = place.solve(&["--inspect", "heap/heap.0.restart"]);
-    assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(0), "{}", reported(&output));
     let said = String::from_utf8(output.stdout).unwrap();
     for part in [
         "a checkpoint of `Heap`",
@@ -557,16 +561,16 @@ fn what_is_in_a_checkpoint_is_told() {
     let output = place.solve(&["--inspect", "heap.toml"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(
-        told(&output).contains("this is not the state of a run"),
+        reported(&output).contains("this is not the state of a run"),
         "{}",
-        told(&output)
+        reported(&output)
     );
     let output = place.solve(&["--inspect", "nothing"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(
-        told(&output).contains("cannot be read"),
+        reported(&output).contains("cannot be read"),
         "{}",
-        told(&output)
+        reported(&output)
     );
 }
 
@@ -575,7 +579,7 @@ fn resume_without_a_checkpoint_begins_anew() {
     let place = Place::new();
     let end = ["heap.toml", "--resume", "--set", "time.end=0.004"];
     let output = place.solve(&end);
-    assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(0), "{}", reported(&output));
     let whole = results(&place.0.path().join("heap"), "heap");
     fs::remove_dir_all(place.0.path().join("heap")).unwrap();
 
@@ -583,17 +587,17 @@ fn resume_without_a_checkpoint_begins_anew() {
     child.kill().unwrap();
     child.wait().unwrap();
     let output = place.solve(&end);
-    assert_eq!(output.status.code(), Some(0), "{}", told(&output));
-    assert!(told(&output).contains("no checkpoint yet: from the beginning"));
+    assert_eq!(output.status.code(), Some(0), "{}", reported(&output));
+    assert!(reported(&output).contains("no checkpoint yet: from the beginning"));
     assert!(results(&place.0.path().join("heap"), "heap") == whole);
     // A whole run is not thrown away for want of a checkpoint.
     fs::remove_file(place.newest().path).unwrap();
     let output = place.solve(&end);
     assert_eq!(output.status.code(), Some(2));
     assert!(
-        told(&output).contains("no checkpoint of it"),
+        reported(&output).contains("no checkpoint of it"),
         "{}",
-        told(&output)
+        reported(&output)
     );
 }
 
@@ -607,12 +611,12 @@ fn a_full_disk_ends_the_run_in_words_with_the_last_checkpoint_whole() {
         .args(["-c", limited, env!("CARGO_BIN_EXE_mercury-solve")])
         .output()
         .unwrap();
-    assert_eq!(output.status.code(), Some(1), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(1), "{}", reported(&output));
     assert!(
-        told(&output).contains("the run failed: heap/heap.")
-            && told(&output).contains("cannot be written"),
+        reported(&output).contains("the run failed: heap/heap.")
+            && reported(&output).contains("cannot be written"),
         "{}",
-        told(&output)
+        reported(&output)
     );
     let at = place.newest().head.step;
     assert!(at > 0);
@@ -621,10 +625,10 @@ fn a_full_disk_ends_the_run_in_words_with_the_last_checkpoint_whole() {
     let interval = "output.restart_interval=0.004";
     let settings = ["heap.toml", "--quiet", "--set", interval, "--set", &time];
     let output = place.solve(&[&settings[..], &["--resume"]].concat());
-    assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(0), "{}", reported(&output));
     let straight = Place::new();
     let output = straight.solve(&settings);
-    assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(0), "{}", reported(&output));
     let (one, other) = (straight.0.path().join("heap"), place.0.path().join("heap"));
     assert!(results(&one, "heap") == results(&other, "heap"));
 }
@@ -636,11 +640,11 @@ fn a_folder_that_vanishes_ends_the_run_in_words() {
     fs::remove_dir_all(place.0.path().join("heap")).unwrap();
     signal(&child, "USR1");
     let output = child.wait_with_output().unwrap();
-    assert_eq!(output.status.code(), Some(1), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(1), "{}", reported(&output));
     assert!(
-        told(&output).contains("the run failed: heap/heap.0.restart"),
+        reported(&output).contains("the run failed: heap/heap.0.restart"),
         "{}",
-        told(&output)
+        reported(&output)
     );
 }
 

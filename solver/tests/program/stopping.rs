@@ -61,9 +61,12 @@ fn a_stop_during_the_start_leaves_no_trace() {
         signal(&child, signal_name);
         let output = child.wait_with_output().unwrap();
         assert_eq!(code(&output), Some(75), "{}", errors(&output));
-        let told = errors(&output);
-        assert!(told.contains("stopped before the first step"), "{told}");
-        assert!(told.contains("help: "), "{told}");
+        let reported = errors(&output);
+        assert!(
+            reported.contains("stopped before the first step"),
+            "{reported}"
+        );
+        assert!(reported.contains("help: "), "{reported}");
         assert!(!folder.path().join("rain").exists(), "a folder is left");
     }
     // What was there stays.

@@ -365,8 +365,8 @@ fn a_file_of_a_run_that_is_gone_is_told_with_what_to_do() {
     fs::remove_file(run.join("ball.walls.csv")).unwrap();
     let (code, _, errors) = solve(folder.path(), &arguments);
     assert_eq!(code, Some(0), "{errors}");
-    let told = "warning: seed=2: push: ball-study/seed=2/ball.walls.csv cannot be read:";
-    assert!(errors.contains(told), "{errors}");
+    let reported = "warning: seed=2: push: ball-study/seed=2/ball.walls.csv cannot be read:";
+    assert!(errors.contains(reported), "{errors}");
     assert!(errors.contains("remove the folder of the run"), "{errors}");
     assert_eq!(column(&study, "push")[1], "");
     // The advice of the message helps.

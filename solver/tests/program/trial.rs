@@ -38,11 +38,14 @@ fn a_trial_tells_a_time_and_writes_nothing() {
         ],
     );
     assert_eq!(code(&output), Some(0), "{}", errors(&output));
-    let told = said(&output);
-    assert!(told.contains("of 2,000,000 steps in"), "{told}");
-    assert!(told.contains("all of it               about"), "{told}");
-    assert!(told.contains("on 1 thread"), "{told}");
-    assert!(told.contains("729 in the trial\n"), "{told}");
+    let reported = said(&output);
+    assert!(reported.contains("of 2,000,000 steps in"), "{reported}");
+    assert!(
+        reported.contains("all of it               about"),
+        "{reported}"
+    );
+    assert!(reported.contains("on 1 thread"), "{reported}");
+    assert!(reported.contains("729 in the trial\n"), "{reported}");
     let as_json = solve(
         folder.path(),
         &["far.toml", "--check", "--json", "--trial=0.05s"],

@@ -364,9 +364,9 @@ fn passing_through_is_named_whatever_the_limits() {
             let output = solve(folder.path(), &text, &limits);
             let said = errors(&output);
             assert_eq!(output.status.code(), Some(1), "{wall}: {said}");
-            let told = format!("has gone through wall `{wall}`: its centre is ");
+            let reported = format!("has gone through wall `{wall}`: its centre is ");
             assert!(
-                said.contains(&told) && said.contains("approaching"),
+                said.contains(&reported) && said.contains("approaching"),
                 "{said}"
             );
 
@@ -374,7 +374,7 @@ fn passing_through_is_named_whatever_the_limits() {
             let output = solve(folder.path(), &text, &warn);
             assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
             let summary = fs::read_to_string(folder.path().join("out/summary.json")).unwrap();
-            assert!(summary.contains(&told), "{summary}");
+            assert!(summary.contains(&reported), "{summary}");
         }
     }
 }

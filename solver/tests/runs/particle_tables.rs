@@ -51,9 +51,9 @@ fn a_table_holds_clumps_and_spheres_as_entries_do() {
     assert!(data(&one_by_one) == data(&table));
     // What is not read is said, once.
     let output = solve(table.path(), &["grains.toml", "--check"]);
-    let told = said(&output);
+    let reported = said(&output);
     let notice = "all.csv: not needed and not read: id, type, mass";
-    assert_eq!(told.matches(notice).count(), 1, "{told}");
+    assert_eq!(reported.matches(notice).count(), 1, "{reported}");
 }
 
 #[test]

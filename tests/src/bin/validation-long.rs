@@ -32,9 +32,9 @@ fn main() -> Result<()> {
         std::fs::write(&validation, page.put_into(&text))
     };
     for subject in chosen(&keys)? {
-        let told = run(subject, &runs, &docs.join("pictures"))?;
+        let reported = run(subject, &runs, &docs.join("pictures"))?;
         let mut page = old();
-        page.put(subject, &told);
+        page.put(subject, &reported);
         write(&page)?;
         println!("{}: docs/validation-long.md is written", subject.key);
     }

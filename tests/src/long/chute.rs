@@ -14,7 +14,7 @@ use mercury_cg::state::State;
 use mercury_pictures::charts::{Axis, Chart, ChartPage, Dash, Hue, Series};
 
 use super::runs::{Run, finished_at};
-use super::{Told, outcome};
+use super::{Reported, outcome};
 use crate::cases::Outcome;
 
 /// Gravity of the scene along the slope and into it, m/s^2: 9.81 at 24 degrees.
@@ -51,7 +51,7 @@ struct Profiles {
 }
 
 /// Runs the scene into a folder below `runs`, or takes the finished run that is there.
-pub(super) fn tell(runs: &Path) -> Result<Told> {
+pub(super) fn tell(runs: &Path) -> Result<Reported> {
     // The stress of the whole layer trembles by a seventh from one moment to the next, and forgets it within some milliseconds.
     let overrides = ["output.interval=0.005", "output.data=false"].map(str::to_owned);
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/chute.toml");
@@ -62,7 +62,7 @@ pub(super) fn tell(runs: &Path) -> Result<Told> {
         particles: run.particles,
         rows: rows(&block)?,
     };
-    Ok(Told {
+    Ok(Reported {
         checks: checks(&profiles.rows)?,
         text: profiles.text(),
         pictures: vec![("chute-profiles.svg", profiles.chart())],

@@ -10,7 +10,7 @@ use mercury_common::frames::ParticleReader;
 use mercury_pictures::charts::{Axis, Chart, ChartPage, Series};
 
 use super::runs::{Run, finished};
-use super::{Told, outcome};
+use super::{Reported, outcome};
 use crate::cases::Outcome;
 
 /// Particles of each material in the scene.
@@ -203,9 +203,9 @@ impl Found {
 }
 
 /// Runs the scene.
-pub(super) fn tell(runs: &Path) -> Result<Told> {
+pub(super) fn tell(runs: &Path) -> Result<Reported> {
     let found = evaluate(&finished("drum-soft", "drum-soft", &[], runs)?)?;
-    Ok(Told {
+    Ok(Reported {
         text: found.text(),
         pictures: vec![("drum-quarters.svg", found.chart())],
         checks: found.checks,

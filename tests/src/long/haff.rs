@@ -10,7 +10,7 @@ use mercury_solver::plan::Plan;
 use mercury_solver::step::Engine;
 
 use super::fits::Line;
-use super::{Told, outcome, small_scene};
+use super::{Reported, outcome, small_scene};
 use crate::cases::Outcome;
 use crate::scene_checks::planned;
 use crate::scenes::start_planned;
@@ -84,7 +84,7 @@ fn clumps(name: &str, side: f64, number: u32, end: f64) -> Result<Plan> {
 }
 
 /// Runs the gases.
-pub(super) fn tell(_runs: &std::path::Path) -> Result<Told> {
+pub(super) fn tell(_runs: &std::path::Path) -> Result<Reported> {
     let mut checks: Vec<Outcome> = Vec::new();
     let mut chart = Chart::new(
         "Granular gases that cool, e = 0.9",
@@ -153,7 +153,7 @@ pub(super) fn tell(_runs: &std::path::Path) -> Result<Told> {
             );
     }
     text.push_str("\nSpheres: `tests/scenes/long/haff.toml`; rods and T-bars: `scenes/clumps/rod-gas.toml` and `t-bar-gas.toml` with more bodies in a larger box and e = 0.9. Smooth, without gravity, periodic. The line is fitted from a tenth (clumps: a fifth) of the time on.\n\n![1/√T over time for spheres, rods and T-bars with fitted lines](pictures/haff.svg)\n");
-    Ok(Told {
+    Ok(Reported {
         checks,
         text,
         pictures: vec![("haff.svg", ChartPage::of(chart))],

@@ -8,7 +8,7 @@ use mercury_common::frames::ParticleReader;
 use mercury_pictures::charts::{Axis, Chart, ChartPage, Dash, Series};
 
 use super::runs::{Run, finished_at};
-use super::{Told, outcome};
+use super::{Reported, outcome};
 use crate::cases::Outcome;
 
 /// Diameter of the outlet, m.
@@ -49,10 +49,10 @@ struct Law {
 }
 
 /// Runs the scene into a folder below `runs`, or takes the finished run that is there.
-pub(super) fn tell(runs: &Path) -> Result<Told> {
+pub(super) fn tell(runs: &Path) -> Result<Reported> {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/hopper-psd.toml");
     let hopper = evaluate(&finished_at(&scene, "hopper-psd", &[], runs)?)?;
-    Ok(Told {
+    Ok(Reported {
         text: hopper.text(),
         pictures: vec![("hopper-discharge.svg", hopper.chart())],
         checks: hopper.checks,

@@ -10,7 +10,7 @@ use mercury_solver::forces::Partner;
 use mercury_solver::step::Engine;
 
 use super::fits::least;
-use super::{Told, outcome, small_scene};
+use super::{Reported, outcome, small_scene};
 use crate::scenes::{RECORDS, start_planned};
 
 /// m, m/s².
@@ -90,7 +90,7 @@ fn janssen(density: f64, ratio: f64, depth: f64) -> f64 {
 }
 
 /// Runs the silo.
-pub(super) fn tell(_runs: &std::path::Path) -> Result<Told> {
+pub(super) fn tell(_runs: &std::path::Path) -> Result<Reported> {
     println!("janssen");
     let plan = small_scene("janssen", &[])?;
     let place = |name: &str| {
@@ -230,7 +230,7 @@ pub(super) fn tell(_runs: &std::path::Path) -> Result<Told> {
             .hue(Hue::Grey)
             .dash(Dash::Dashed),
     );
-    Ok(Told {
+    Ok(Reported {
         checks,
         text,
         pictures: vec![("janssen.svg", ChartPage::of(chart))],

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{FROZEN, SUBJECTS, Subject, Told};
+use super::{FROZEN, Reported, SUBJECTS, Subject};
 use crate::validation::compare_names;
 use crate::validation::page::{anchor, outcomes, quoted, share};
 
@@ -61,8 +61,8 @@ impl Page {
     }
 
     /// Replaces a subject.
-    pub fn put(&mut self, subject: &Subject, told: &Told) {
-        let rows = told.checks.iter().map(|row| {
+    pub fn put(&mut self, subject: &Subject, reported: &Reported) {
+        let rows = reported.checks.iter().map(|row| {
             format!(
                 "{},{},{},{:e},{},{},{}",
                 quoted(&row.name),
@@ -79,11 +79,12 @@ impl Page {
         let mut section = String::new();
         outcomes(
             &mut section,
-            told.checks
+            reported
+                .checks
                 .iter()
                 .map(|row| (row.name.split_at(short(&row.name)).1, row)),
         );
-        section.push_str(&told.text);
+        section.push_str(&reported.text);
         let part = (subject.key, rows.collect(), section);
         match self.parts.iter_mut().find(|part| part.0 == subject.key) {
             Some(old) => *old = part,
@@ -264,8 +265,8 @@ mod tests {
     use super::*;
     use crate::long::outcome;
 
-    fn told(measured: f64, text: &str) -> Told {
-        Told {
+    fn reported(measured: f64, text: &str) -> Reported {
+        Reported {
             checks: vec![
                 outcome(
                     "haff: a line, \"straight\"",
@@ -308,9 +309,9 @@ mod tests {
         let mut page = Page::default();
         page.put(
             &SUBJECTS[3],
-            &Told {
+            &Reported {
                 checks: vec![outcome("hopper-psd: a", 1.0, 1.0, 0.1, "theory")],
-                ..told(0.0, "\nplot\n")
+                ..reported(0.0, "\nplot\n")
             },
         );
         let first = page.put_into("# Validation\n\ntext\n");
@@ -329,16 +330,16 @@ mod tests {
     fn sections_stay_until_they_are_run_again() {
         let haff = &SUBJECTS[0];
         let mut page = Page::default();
-        page.put(haff, &told(1.2, "\nold\n"));
+        page.put(haff, &reported(1.2, "\nold\n"));
         let drum = &SUBJECTS[6];
-        let mut other = told(0.0, "\nof the drum\n\n### More\n\nmore\n");
+        let mut other = reported(0.0, "\nof the drum\n\n### More\n\nmore\n");
         other.checks = vec![outcome("drum-soft: c", 0.0, 0.5, 1.0, "theory")];
         page.put(drum, &other);
         let again = Page::read(&page.text(), &page.table());
         assert_eq!(again, page);
         assert_eq!(again.failed(), ["haff: a line, \"straight\""]);
         let mut again = again;
-        again.put(haff, &told(1.05, "\nnew\n"));
+        again.put(haff, &reported(1.05, "\nnew\n"));
         assert!(again.failed().is_empty());
         let text = again.text();
         assert!(

@@ -7,7 +7,7 @@ use anyhow::{Context, Result, ensure};
 use mercury_pictures::charts::{Axis, Chart, ChartPage, Series};
 
 use super::runs::{Run, finished, numbers};
-use super::{Told, outcome};
+use super::{Reported, outcome};
 use crate::cases::Outcome;
 
 /// Height of the intruder by LIGGGHTS; the file says how it was made.
@@ -310,7 +310,7 @@ impl Found {
 }
 
 /// Runs the scene, and the shots from just above the bed.
-pub(super) fn tell(runs: &Path) -> Result<Told> {
+pub(super) fn tell(runs: &Path) -> Result<Reported> {
     // Later the intruder only flies.
     let end = [format!("time.end={END}")];
     let run = finished("penetration-25k", "penetration-25k", &end, runs)?;
@@ -323,7 +323,7 @@ pub(super) fn tell(runs: &Path) -> Result<Told> {
         })
         .collect();
     let found = evaluate(&run, &shots?)?;
-    Ok(Told {
+    Ok(Reported {
         text: found.text(),
         pictures: vec![("penetration.svg", found.chart())],
         checks: found.checks,

@@ -7,7 +7,7 @@ use mercury_pictures::charts::{Axis, Chart, ChartPage, Series};
 use mercury_solver::step::Engine;
 
 use super::fits::Line;
-use super::{Told, outcome, small_scene};
+use super::{Reported, outcome, small_scene};
 use crate::scenes::start_planned;
 
 const FRICTIONS: [f64; 4] = [0.0, 0.1, 0.25, 0.6];
@@ -73,7 +73,7 @@ fn angle(surface: &[(f64, f64)]) -> f64 {
 }
 
 /// Runs the heaps.
-pub(super) fn tell(_runs: &std::path::Path) -> Result<Told> {
+pub(super) fn tell(_runs: &std::path::Path) -> Result<Reported> {
     let mut chart = Chart::new(
         "Surfaces of heaps",
         Axis::linear("distance from the wall", "m"),
@@ -113,7 +113,7 @@ pub(super) fn tell(_runs: &std::path::Path) -> Result<Told> {
          The slope is that of the line through it from the wall to where it is two grains high. There is no exact value for spheres; without friction it cannot be steeper than 5.76 degrees, at which even smooth spheres hold each other, and it must grow with friction.\n\n\
          ![Surfaces of heaps for four coefficients of friction](pictures/repose.svg)"
     );
-    Ok(Told {
+    Ok(Reported {
         checks,
         text,
         pictures: vec![("repose.svg", ChartPage::of(chart))],

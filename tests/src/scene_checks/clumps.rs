@@ -181,13 +181,13 @@ fn gases() -> Vec<Case> {
     static T_BAR: OnceLock<[f64; 3]> = OnceLock::new();
     const SHARE: &str = "equipartition: the same energy in every degree of freedom";
     let mut cases = Vec::new();
-    for (name, told, expected, spread) in [
+    for (name, reported, expected, spread) in [
         // Standard deviation of E_rot/E_tr at one instant: sqrt(2/(2 N) + 2/(3 N)) of N = 60 and (3 and 3 of N = 40) of some
         // ten independent ones: 5 and 6 %; three of them.
         ("rod", &ROD, 2.0 / 3.0, 0.15),
         ("t-bar", &T_BAR, 1.0, 0.18),
     ] {
-        let of = move |k: usize| told.get_or_init(|| gas(&format!("{name}-gas")))[k];
+        let of = move |k: usize| reported.get_or_init(|| gas(&format!("{name}-gas")))[k];
         cases.push(Case::new(
             format!("scene clumps/{name}-gas: rotational over translational energy"),
             expected,

@@ -107,15 +107,15 @@ fn counts_of_the_guard_go_on() {
     while engine.guard_warnings().len() < 2 {
         engine.step(None).expect("the scene goes on");
     }
-    let (told, steps) = (engine.guard_warnings(), engine.steps());
+    let (reported, steps) = (engine.guard_warnings(), engine.steps());
     let state = engine.snapshot();
     let mut other = Engine::restore(Arc::clone(engine.plan()), state, 1).unwrap();
-    assert_eq!(other.guard_warnings(), told);
+    assert_eq!(other.guard_warnings(), reported);
     engine.steps_at_once(10, None).unwrap();
     other.steps_at_once(10, None).unwrap();
     assert_eq!(other.guard_warnings(), engine.guard_warnings());
     assert_ne!(
-        told,
+        reported,
         engine.guard_warnings(),
         "nothing to count after step {steps}"
     );

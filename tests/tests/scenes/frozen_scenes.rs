@@ -151,7 +151,7 @@ fn good_scenes_run_to_their_end() {
         let is_expected =
             |warning: &str| name == "servo-and-region" && warning.starts_with("servo of `lid`: ");
         let warnings = summary.warnings.iter();
-        let unexpected: Vec<_> = warnings.filter(|told| !is_expected(told)).collect();
+        let unexpected: Vec<_> = warnings.filter(|reported| !is_expected(reported)).collect();
         assert!(unexpected.is_empty(), "{name}: {unexpected:?}");
         let energy = &summary.energy;
         let parts = [

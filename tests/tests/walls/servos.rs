@@ -3,7 +3,7 @@
 use glam::DVec3;
 use mercury_solver::contact::{AnyNormal, Linear};
 use mercury_solver::plan::Draft;
-use mercury_solver::walls::{Area, Component, Course, Motion, Plane, Servo, Shape, Target, Wall};
+use mercury_solver::walls::{Area, Component, Motion, Plane, Ramp, Servo, Shape, Target, Wall};
 use mercury_tests::scenes::{advance, frictionless, plane, start, wall};
 
 const TIME_STEP: f64 = 1e-3;
@@ -35,7 +35,7 @@ fn a_servo_rests_while_its_wall_is_absent() {
     let mut scene = room();
     scene.walls.push(Wall {
         until,
-        ..piston(Target::Force(Course::constant(1.0).unwrap()), speed)
+        ..piston(Target::Force(Ramp::constant(1.0).unwrap()), speed)
     });
     let mut engine = start(scene);
     for _ in 0..3 {
@@ -50,7 +50,7 @@ fn a_servo_rests_while_its_wall_is_absent() {
 #[test]
 fn a_wall_that_has_gone_bounds_no_section() {
     let mut scene = room();
-    let course = Course::constant(10.0).unwrap();
+    let course = Ramp::constant(10.0).unwrap();
     scene
         .walls
         .push(piston(Target::Pressure(course, Area::OfWall), 1e-3));

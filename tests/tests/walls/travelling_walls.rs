@@ -15,7 +15,7 @@ use mercury_solver::plan::{Draft, NewParticle, PrescribedMotion};
 use mercury_solver::state::volume;
 use mercury_solver::step::Engine;
 use mercury_solver::walls::{
-    Component, Cone, Course, Cylinder, Disc, Mesh, Motion, MotionTable, Revolution, Servo, Shape,
+    Component, Cone, Cylinder, Disc, Mesh, Motion, MotionTable, Ramp, Revolution, Servo, Shape,
     Side, SphereShell, Target,
 };
 use mercury_tests::scenes::{
@@ -224,7 +224,7 @@ fn plates_push_a_ball_through_many_periods() {
     let servo = Component::Servo(Servo {
         axis: DVec3::X,
         // Far more than the ball can bear: it goes at its full speed.
-        target: Target::Force(Course::constant(2.0).unwrap()),
+        target: Target::Force(Ramp::constant(2.0).unwrap()),
         max_speed: 0.8,
         from: 0.0,
         until: f64::INFINITY,

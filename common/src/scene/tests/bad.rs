@@ -114,8 +114,8 @@ fn files_that_are_no_text_are_refused() {
     for slip in ["drum.tml", "durm.toml", "drum"] {
         let missing = read_scene(&folder.path().join(slip), &[]).expect_err("missing");
         let near = folder.path().join("drum.toml");
-        let told = format!("did you mean `{}`?", near.display());
-        assert_eq!(missing.0[0].help, Some(told), "{slip}");
+        let reported = format!("did you mean `{}`?", near.display());
+        assert_eq!(missing.0[0].help, Some(reported), "{slip}");
     }
 }
 

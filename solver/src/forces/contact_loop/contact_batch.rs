@@ -48,7 +48,7 @@ impl Column {
 }
 
 /// The contacts found in a chunk of slots.
-pub(super) struct Found<'a> {
+pub(super) struct ContactBatch<'a> {
     /// The particles of every slot of the chunk.
     pub(super) a: [&'a Particle; ROOM],
     pub(super) b: [&'a Particle; ROOM],
@@ -126,7 +126,7 @@ impl Numbers {
     }
 }
 
-impl<'a> Found<'a> {
+impl<'a> ContactBatch<'a> {
     /// Nothing yet; `filler` fills all entries.
     pub(super) fn new(filler: &'a Particle, numbers: &'a mut Numbers) -> Self {
         Self {

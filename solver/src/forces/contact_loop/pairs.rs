@@ -16,7 +16,7 @@ use glam::DVec3;
 
 use super::block::Block;
 use super::bonds::SlotEvent;
-use super::contact_batch::{CHUNK, Found, Numbers, ROOM};
+use super::contact_batch::{CHUNK, ContactBatch, Numbers, ROOM};
 use super::contact_point::mobility;
 use super::pass::{ContactSite, Pass, Rows};
 use super::prefetch::{PORTION, ask_ahead};
@@ -64,7 +64,7 @@ where
         if block.slots.is_empty() {
             return;
         }
-        let mut found = Found::new(filler, numbers);
+        let mut found = ContactBatch::new(filler, numbers);
         let first_row = block.rows.start;
         let turns = T::ACTIVE || R::ACTIVE || A::SHEARS;
         let lag = turns.then(|| pass.context.sliding_lag());
@@ -154,7 +154,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         slots: &mut [Slot<Histories<N, T, R, A>>],
         first_row: usize,
         rows: &Rows<'a>,
-        found: &mut Found<'a>,
+        found: &mut ContactBatch<'a>,
     ) -> usize {
         let (mut count, mut base) = (0, 0);
         let mut groups = slots.chunks_exact_mut(L::LANES);
@@ -194,7 +194,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         group: &[Slot<Histories<N, T, R, A>>],
         (base, first_row): (usize, usize),
         rows: &Rows<'a>,
-        found: &mut Found<'a>,
+        found: &mut ContactBatch<'a>,
         count: &mut usize,
     ) -> Change {
         let (mut a, mut b) = ([found.a[0]; MOST_LANES], [found.b[0]; MOST_LANES]);
@@ -256,7 +256,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         &self,
         slots: &mut [Slot<Histories<N, T, R, A>>],
         (first_row, first_slot): (usize, usize),
-        found: &mut Found<'_>,
+        found: &mut ContactBatch<'_>,
         some: Range<usize>,
         (observation, events): (&mut Observation, &mut Vec<SlotEvent>),
     ) {
@@ -380,7 +380,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         slots: &[Slot<Histories<N, T, R, A>>],
         first_row: usize,
         rows: &Rows<'_>,
-        found: &mut Found<'_>,
+        found: &mut ContactBatch<'_>,
         end: usize,
     ) {
         for k in 0..end {

@@ -174,7 +174,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let is_mesh = matches!(side.wall.shape(), Shape::Mesh(_));
         let is_sheet = side.wall.surface().is_some();
         let is_summed = is_mesh && !is_sheet && self.context.feature_loads;
-        let mut told = (is_summed || side.wall.wears() || is_sheet).then(|| Told {
+        let mut reported = (is_summed || side.wall.wears() || is_sheet).then(|| Reported {
             loads: is_summed.then_some(feature_loads),
             rubs: side.wall.wears().then_some(rubs),
             sheets: is_sheet.then_some(surface_loads),
@@ -188,7 +188,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             let is_held = sheet.is_some_and(|sheet| sheet.inverse_mass + a.inverse_mass == 0.0);
             match touch.filter(|_| !is_held) {
                 Some(touch) => {
-                    let (told, side) = (told.as_mut(), (side, sheet));
+                    let (reported, side) = (reported.as_mut(), (side, sheet));
                     let at = self.side_of(a, side, touch, slot.state);
                     if self.is_alarming(a, touch, at) {
                         self.alarm_wall(alarms, a, side, touch, at);
@@ -196,9 +196,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                     let events = (index as u32, &mut *events);
                     if at == BEHIND {
                         let touch = from_behind(touch);
-                        self.touch_wall(a, side, &touch, slot, load, observation, told, events);
+                        self.touch_wall(a, side, &touch, slot, load, observation, reported, events);
                     } else {
-                        self.touch_wall(a, side, touch, slot, load, observation, told, events);
+                        self.touch_wall(a, side, touch, slot, load, observation, reported, events);
                     }
                     slot.state |= at;
                     if joins && saddles.iter().any(|saddle| saddle.of == slot.feature) {
@@ -254,7 +254,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         slot: &mut WallSlot<Histories<N, T, R, A>>,
         load: &mut Load,
         observation: &mut Observation,
-        mut told: Option<&mut Told<'_>>,
+        mut reported: Option<&mut Reported<'_>>,
         (at, events): (u32, &mut Vec<SlotEvent>),
     ) {
         let (context, state) = (self.context, side.state);
@@ -401,8 +401,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
         let tangential = DVec3::from(action.shear(A::SHEARS));
         load.add(force, couple + arm.cross(tangential));
-        if let (Some(told), Some(sheet)) = (told.as_deref_mut(), sheet)
-            && let Some(loads) = &mut told.sheets
+        if let (Some(reported), Some(sheet)) = (reported.as_deref_mut(), sheet)
+            && let Some(loads) = &mut reported.sheets
         {
             loads.push(sheet.load(force, couple));
             if let (Some(joined), Some(saddle)) = (&joined, &sheet.saddle) {
@@ -411,13 +411,13 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 // What is seen of the contact is all that it does to the particle.
                 action.force += Vector::from(joined.pull);
             }
-        } else if let Some(told) = told {
+        } else if let Some(reported) = reported {
             let slip = if touches {
                 law.sliding_loss(&contact, &action, &before, &slot.history, dt)
             } else {
                 0.0
             };
-            if let Some(loads) = &mut told.loads {
+            if let Some(loads) = &mut reported.loads {
                 let on_wall = FeatureLoad {
                     force: state.turn_into_wall(-force),
                     shear: state.turn_into_wall(-tangential),
@@ -426,7 +426,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 };
                 loads.add((side.near.wall.number(), touch.feature), &on_wall);
             }
-            if let Some(rubs) = told.rubs.as_mut().filter(|_| touches) {
+            if let Some(rubs) = reported.rubs.as_mut().filter(|_| touches) {
                 let centre_velocity = if state.moves {
                     a.velocity - state.velocity.at(earlier + arm)
                 } else {
@@ -498,7 +498,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
 }
 
 /// The loads and the sliding that contacts with a mesh report.
-struct Told<'a> {
+struct Reported<'a> {
     /// Loads on its features, if they are summed up.
     loads: Option<&'a mut FeatureLoads>,
     /// Its contacts, if it wears.

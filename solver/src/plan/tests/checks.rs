@@ -459,7 +459,7 @@ fn of_the_servos_of_a_wall_one_acts_at_a_time() {
 /// What a servo aims at is said in one way, and a pressure needs an area.
 #[test]
 fn targets_of_servos_are_judged() {
-    let told = |shape: &str, target: &str| {
+    let reported = |shape: &str, target: &str| {
         let body = format!(
             "{BALL}[[walls]]\nname = \"lid\"\n{shape}\nmaterial = \"ball\"\nmotion = [{{ kind = \"servo\", axis = [0, 0, -1], {target}, max_speed = 0.1 }}]\n"
         ) + &two("ball", 0.5);
@@ -472,7 +472,7 @@ fn targets_of_servos_are_judged() {
         "pressure = [[0, 1e3], [1, 2e3]]",
         "force = [[0.0, 5.0]]",
     ] {
-        assert_eq!(told(plane, target), [""; 0], "{target}");
+        assert_eq!(reported(plane, target), [""; 0], "{target}");
     }
     let sphere = "shape = \"sphere\"\norigin = [0, 0, 3]\nradius = 1\nside = \"outside\"";
     let key = "walls.lid.motion[0]";
@@ -530,9 +530,9 @@ fn targets_of_servos_are_judged() {
             format!("{key}.force.table: the file does not exist: "),
         ),
     ] {
-        let told = told(shape, target);
-        assert_eq!(told.len(), 1, "{target}: {told:?}");
-        assert!(told[0].starts_with(&expected), "{target}: {told:?}");
+        let reported = reported(shape, target);
+        assert_eq!(reported.len(), 1, "{target}: {reported:?}");
+        assert!(reported[0].starts_with(&expected), "{target}: {reported:?}");
     }
 }
 

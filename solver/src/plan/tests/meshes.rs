@@ -47,14 +47,14 @@ fn notes(scale: f64, motion: &str) -> (Vec<String>, usize) {
 
 #[test]
 fn a_mesh_of_one_period_goes_on_and_says_so() {
-    let (told, periods) = notes(1.0, "");
+    let (reported, periods) = notes(1.0, "");
     assert_eq!(periods, 2);
     let expected = |letter: &str| {
         format!(
             "walls.floor: the mesh spans the periodic axis {letter} and goes on for ever along it"
         )
     };
-    assert_eq!(told, [expected("x"), expected("y")]);
+    assert_eq!(reported, [expected("x"), expected("y")]);
     // It may travel, but not turn away from its axes.
     let slide = "motion = [{ kind = \"translation\", velocity = [1.0, 0.0, 0.0] }]\n";
     assert_eq!(notes(1.0, slide).1, 2);
@@ -64,13 +64,13 @@ fn a_mesh_of_one_period_goes_on_and_says_so() {
 
 #[test]
 fn a_mesh_that_misses_the_period_is_told_of() {
-    let (told, periods) = notes(0.995, "");
+    let (reported, periods) = notes(0.995, "");
     assert_eq!(periods, 0);
     assert_eq!(
-        told[0],
+        reported[0],
         "walls.floor: the mesh is 1.99 m long along the periodic axis x, whose period is 2 m: it ends there; a mesh of just one period goes on for ever"
     );
-    assert_eq!(told.len(), 2);
+    assert_eq!(reported.len(), 2);
     assert_eq!(notes(0.5, ""), (Vec::new(), 0));
 }
 
@@ -79,12 +79,12 @@ fn loads_on_triangles_need_triangles_and_a_file() {
     let done = |mesh: bool, output: &str| {
         let (_folder, text) = scene(mesh, output, 1.0, "");
         let plan = planned_with(&text, &[]).unwrap_or_else(|errors| panic!("{errors}"));
-        let told = |text: &String| text.starts_with("output.triangle_loads");
+        let reported = |text: &String| text.starts_with("output.triangle_loads");
         let warning = plan
             .notes()
             .warnings()
             .iter()
-            .find(|text| told(text))
+            .find(|text| reported(text))
             .cloned();
         let pass = passes(&plan)
             .into_iter()
@@ -126,7 +126,7 @@ fn a_mesh_in_the_wrong_place_or_unit_is_told_of() {
         let texts = about_mesh.map(|warning| warning.replace(&folder, ""));
         texts.collect::<Vec<String>>()
     };
-    let told = |what: &str, from: &str, to: &str| {
+    let reported = |what: &str, from: &str, to: &str| {
         format!(
             "walls.floor: the mesh of square.obj {what}: it reaches from {from} to {to} m, the domain from (-1, -1, -1) to (1, 1, 1) m; correct its unit by scale (0.001 for a file in millimetres) and its place by offset"
         )
@@ -134,7 +134,7 @@ fn a_mesh_in_the_wrong_place_or_unit_is_told_of() {
     let above = "offset = [0.0, 0.0, 5.0]\n";
     assert_eq!(
         warnings(1.0, above),
-        [told(
+        [reported(
             "lies wholly outside the domain",
             "(-1, -1, 4.1)",
             "(1, 1, 4.1)"
@@ -148,7 +148,7 @@ fn a_mesh_in_the_wrong_place_or_unit_is_told_of() {
     assert_eq!(warnings(12.0, down), [""; 0]);
     assert_eq!(
         warnings(12.5, down),
-        [told(
+        [reported(
             "is more than 10 times as large as the domain",
             "(-12.5, -12.5, -0.75)",
             "(12.5, 12.5, -0.75)"

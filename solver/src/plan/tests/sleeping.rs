@@ -29,11 +29,11 @@ fn defaults_follow_from_gravity_and_the_smallest_diameter() {
     assert_eq!(found.every, expected.every);
     close(found.speed, expected.speed, 1e-12);
     assert_eq!(found.imbalance, expected.imbalance);
-    let told = |note: &String| {
+    let reported = |note: &String| {
         note.starts_with("sleeping: checked every 354 steps (0.0707107 s = 0.5 sqrt(d/g))")
     };
     assert!(
-        plan.notes().remarks().iter().any(told),
+        plan.notes().remarks().iter().any(reported),
         "{:?}",
         plan.notes().remarks()
     );

@@ -154,7 +154,7 @@ fn what_insertions_bring_is_counted_after_the_plan_is_told() {
     // What is free now changes: it is reported, not refused.
     let busy = MachineMemory { free: 0.0, ..large };
     check_fit(&scene, &plan, &needed, busy).unwrap();
-    let told = |machine| crate::plan::report(&plan, &needed, Some(machine));
+    let reported = |machine| crate::plan::report(&plan, &needed, Some(machine));
     let line = |text: String| {
         text.lines()
             .find(|line| line.contains("this machine has"))
@@ -162,10 +162,13 @@ fn what_insertions_bring_is_counted_after_the_plan_is_told() {
             .to_owned()
     };
     assert!(
-        line(told(small)).contains("24 GB, 24 GB of it free now: THE RUN DOES NOT FIT, it needs ")
+        line(reported(small))
+            .contains("24 GB, 24 GB of it free now: THE RUN DOES NOT FIT, it needs ")
     );
-    assert!(line(told(busy)).contains(" 0 B of it free now: less than the run needs at most, "));
-    assert!(!line(told(large)).contains("needs"));
+    assert!(
+        line(reported(busy)).contains(" 0 B of it free now: less than the run needs at most, ")
+    );
+    assert!(!line(reported(large)).contains("needs"));
 }
 
 /// The largest of each kind is named; tables are one entry, as their rows are not counted one by one.

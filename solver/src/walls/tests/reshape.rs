@@ -46,19 +46,19 @@ fn wave(x: DVec3, height: f64, phase: f64) -> DVec3 {
 }
 
 /// Contacts with distance, normal and the corners of their features; in one order.
-type Told = Vec<(f64, DVec3, Vec<DVec3>)>;
+type Reported = Vec<(f64, DVec3, Vec<DVec3>)>;
 
-fn told(mesh: &Mesh, found: &Touches) -> Told {
-    let mut told: Told = found
+fn reported(mesh: &Mesh, found: &Touches) -> Reported {
+    let mut reported: Reported = found
         .iter()
         .map(|touch| (touch.distance, touch.normal, mesh.places_of(touch.feature)))
         .collect();
-    told.sort_by(|a, b| a.0.total_cmp(&b.0));
-    told
+    reported.sort_by(|a, b| a.0.total_cmp(&b.0));
+    reported
 }
 
 /// Whether two lists of contacts are the same but for round-off of places of size `scale` (m).
-fn same(one: &Told, other: &Told, scale: f64) -> bool {
+fn same(one: &Reported, other: &Reported, scale: f64) -> bool {
     // A distance is made of sums of products of coordinates; a normal is off by that over the height of a triangle or the distance.
     let near = 1e-12 * scale;
     one.len() == other.len()
@@ -131,8 +131,8 @@ proptest! {
                 prop_assert_eq!(asked.as_slice(), all.as_slice());
                 let mut anew = Touches::new();
                 fresh.touches(*centre, reach, &mut anew);
-                let (told, expected) = (told(&bent, &all), told(&fresh, &anew));
-                prop_assert!(same(&told, &expected, 3.0), "{:?} {:?}", told, expected);
+                let (reported, expected) = (reported(&bent, &all), reported(&fresh, &anew));
+                prop_assert!(same(&reported, &expected, 3.0), "{:?} {:?}", reported, expected);
             }
         }
     }

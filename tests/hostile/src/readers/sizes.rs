@@ -87,14 +87,14 @@ fn samples(_: &Place) -> Vec<Vec<u8>> {
 
 fn table(bytes: &[u8], place: &Place) {
     let path = place.write("sizes.csv", bytes);
-    let told = Options {
+    let reported = Options {
         size: Some(SizeKind::Diameter),
         per_metre: Some(1e3),
         values: Some((ValueKind::Cumulative, Weighting::Volume)),
         model: None,
         mercury: true,
     };
-    for options in [Options::default(), told] {
+    for options in [Options::default(), reported] {
         let Some(Content::Table(table)) = said(read_content(&path, &options)) else {
             continue;
         };

@@ -55,18 +55,18 @@ fn fixed_ones_feel_sleepers() {
         engine.step(Some(WITNESS)).unwrap();
         let seen = engine.observation();
         let is_fixed = |row: u32| engine.particles.records[row as usize].flags & FIXED != 0;
-        let told = seen.records.iter().filter(|record| match record.partner {
+        let reported = seen.records.iter().filter(|record| match record.partner {
             Partner::Particle { row, .. } => is_fixed(row) || is_fixed(record.row),
             Partner::Wall { .. } => false,
         });
-        let told: Vec<f64> = told.map(|record| record.force.x.abs()).collect();
+        let reported: Vec<f64> = reported.map(|record| record.force.x.abs()).collect();
         let rows = (0..).zip(&engine.particles.loads);
         let felt = rows.filter(|&(row, _)| is_fixed(row));
         let felt: f64 = felt.map(|(_, load)| load.force.x.abs()).sum();
-        assert_eq!(told.len(), 10);
+        assert_eq!(reported.len(), 10);
         assert!(
-            (told.iter().sum::<f64>() / felt - 1.0).abs() < 1e-12,
-            "{told:?}, {felt}"
+            (reported.iter().sum::<f64>() / felt - 1.0).abs() < 1e-12,
+            "{reported:?}, {felt}"
         );
         let slept = engine.sleepers().map(|sleepers| sleepers.0);
         (slept, seen.particle_contacts, seen.elastic_energy)

@@ -17,7 +17,7 @@ use crate::walls::WallState;
 
 /// What is written of one time. Rows are in the engine's order.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Moment {
+pub struct FrameCopy {
     /// Time, s.
     pub time: f64,
     /// Steps made.
@@ -106,7 +106,7 @@ fn track_points(engine: &Engine) -> Vec<TrackPoint> {
     points
 }
 
-impl Moment {
+impl FrameCopy {
     /// Copies an engine whose step is complete, and was observed unless tracks alone are due; moves the sums that are due out of
     /// it. `at_start`: the gains and losses before the first step.
     #[must_use]

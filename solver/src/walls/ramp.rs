@@ -8,12 +8,12 @@ use super::error::{WallError, finite};
 
 /// A number that is constant, or changes linearly between the rows of a table and keeps the values of the first and the last row outside them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Course {
+pub struct Ramp {
     /// Times (s), strictly increasing, and values; never empty, all finite.
     rows: Vec<[f64; 2]>,
 }
 
-impl Course {
+impl Ramp {
     /// Always `value`.
     ///
     /// # Errors
@@ -59,10 +59,10 @@ impl Course {
         Self::parse(path, &text, value)
     }
 
-    /// As [`Course::read`], from the content of a file.
+    /// As [`Ramp::read`], from the content of a file.
     ///
     /// # Errors
-    /// As [`Course::read`].
+    /// As [`Ramp::read`].
     #[allow(
         clippy::result_large_err,
         reason = "a file is read once; the error type is shared by all readers"
@@ -151,21 +151,21 @@ pub enum Area {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Target {
     /// Force of the wall on the particles along the axis, N.
-    Force(Course),
+    Force(Ramp),
     /// The same over an area, Pa: positive where the wall presses along the axis.
-    Pressure(Course, Area),
+    Pressure(Ramp, Area),
 }
 
 impl Target {
     /// How force or pressure change in time.
     #[must_use]
-    pub fn course(&self) -> &Course {
+    pub fn ramp(&self) -> &Ramp {
         match self {
-            Self::Force(course) | Self::Pressure(course, _) => course,
+            Self::Force(ramp) | Self::Pressure(ramp, _) => ramp,
         }
     }
 
-    /// The unit of the course.
+    /// The unit of the ramp.
     #[must_use]
     pub fn unit(&self) -> &'static str {
         match self {
@@ -181,7 +181,7 @@ mod tests {
 
     #[test]
     fn it_is_linear_between_its_rows_and_held_outside() {
-        let course = Course::new(vec![[1.0, 10.0], [2.0, 30.0], [4.0, 0.0]]).unwrap();
+        let ramp = Ramp::new(vec![[1.0, 10.0], [2.0, 30.0], [4.0, 0.0]]).unwrap();
         for (time, value) in [
             (0.0, 10.0),
             (1.0, 10.0),
@@ -190,18 +190,18 @@ mod tests {
             (3.0, 15.0),
             (9.0, 0.0),
         ] {
-            assert_eq!(course.at(time), value, "{time}");
+            assert_eq!(ramp.at(time), value, "{time}");
         }
-        assert_eq!(Course::constant(-3.0).unwrap().at(7.0), -3.0);
+        assert_eq!(Ramp::constant(-3.0).unwrap().at(7.0), -3.0);
     }
 
     #[test]
     fn what_is_no_course_is_refused() {
-        assert_eq!(Course::new(Vec::new()), Err(WallError::NoRows));
-        assert!(Course::new(vec![[0.0, f64::NAN]]).is_err());
-        assert!(Course::new(vec![[1.0, 0.0], [1.0, 2.0]]).is_err());
+        assert_eq!(Ramp::new(Vec::new()), Err(WallError::NoRows));
+        assert!(Ramp::new(vec![[0.0, f64::NAN]]).is_err());
+        assert!(Ramp::new(vec![[1.0, 0.0], [1.0, 2.0]]).is_err());
         let path = Path::new("load.csv");
-        let good = Course::parse(path, "# N\nforce, t\n-1, 0\n-2, 0.5\n", "force").unwrap();
+        let good = Ramp::parse(path, "# N\nforce, t\n-1, 0\n-2, 0.5\n", "force").unwrap();
         assert_eq!(good.rows(), [[0.0, -1.0], [0.5, -2.0]]);
         for (text, message) in [
             ("", "load.csv: no rows, expected two columns, t,force"),
@@ -223,7 +223,7 @@ mod tests {
                 "load.csv:3: t = 0, expected a time after that of the row before, 0",
             ),
         ] {
-            let error = Course::parse(path, text, "force").unwrap_err().to_string();
+            let error = Ramp::parse(path, text, "force").unwrap_err().to_string();
             assert_eq!(error, message);
         }
     }

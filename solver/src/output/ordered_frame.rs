@@ -3,10 +3,10 @@
 use glam::{DQuat, DVec3};
 use mercury_pictures::EnergyFlows;
 
+use super::frame_copy::TrackPoint;
 use super::membrane_files::MembraneState;
-use super::moment::TrackPoint;
 use super::wear_files::WearState;
-use super::{BudgetRow, Due, Moment};
+use super::{BudgetRow, Due, FrameCopy};
 use crate::boundaries::Crossed;
 use crate::forces::{LoadSums, Observation};
 use crate::liquid::LiquidRow;
@@ -15,9 +15,9 @@ use crate::spray::Droplet;
 use crate::state::{Bodies, Body, BodyIndex, FIXED, Load, PEBBLE, Particle};
 use crate::walls::WallState;
 
-/// A [`Moment`] in the order of ids.
+/// A [`FrameCopy`] in the order of ids.
 #[derive(Debug, Clone, PartialEq)]
-pub struct State {
+pub struct OrderedFrame {
     /// Time, s.
     pub time: f64,
     /// Steps made.
@@ -66,10 +66,10 @@ pub struct State {
     pub membranes: Option<MembraneState>,
 }
 
-impl State {
+impl OrderedFrame {
     /// Puts a moment in order.
     #[must_use]
-    pub fn new(moment: Moment, images: &Images) -> Self {
+    pub fn new(moment: FrameCopy, images: &Images) -> Self {
         let mut order: Vec<u32> = (0..moment.ids.len() as u32).collect();
         order.sort_unstable_by_key(|&row| moment.ids[row as usize]);
         let mut rank_of_row = vec![0; order.len()];
