@@ -333,7 +333,10 @@ fn read(path: &Path) -> Result<State, String> {
             checksum: crc32fast::hash(&bytes),
             kick_due,
             particles: decoder.section("particles")?,
-            pairs: decoder.section("pairs")?,
+            pairs: {
+                decoder.skip("walls")?;
+                decoder.section("pairs")?
+            },
             near_walls: decoder.section("near walls")?,
         })
     };
