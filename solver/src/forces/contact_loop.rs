@@ -38,6 +38,7 @@ use contact_batch::Numbers;
 use memory::Memory;
 use pass::Pass;
 pub(super) use slots::FREE;
+use vertices::VertexBlocks;
 
 /// The contact loop for one combination of laws.
 #[derive(Debug)]
@@ -51,7 +52,7 @@ pub struct ContactLoop<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: Adhesio
     /// For each block the earlier blocks that reach into it, ascending.
     sources: Vec<Vec<usize>>,
     /// Contacts of the vertices of each sheet with walls, in pieces that threads share.
-    of_sheets: Vec<Vec<Block<Histories<N, T, R, A>>>>,
+    of_sheets: Vec<VertexBlocks<Histories<N, T, R, A>>>,
     /// Loads on features of mesh walls from blocks that have been replaced since.
     feature_loads: FeatureLoads,
     /// Working memory of a pass on one thread. It is kept from step to step, because clearing it costs as much as some contacts.

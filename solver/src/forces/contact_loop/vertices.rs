@@ -15,6 +15,9 @@ use crate::state::{Load, Particle};
 /// Vertices of a sheet that a thread takes at a time. Sums are made within these and then over them, so they do not depend on threads.
 const PIECE: usize = 1024;
 
+/// The pieces of a sheet that are near walls.
+pub(super) type VertexBlocks<H> = Vec<Block<H>>;
+
 /// The rows of the piece with this one.
 fn piece_of(row: u32) -> Range<usize> {
     let start = row as usize / PIECE * PIECE;
@@ -98,7 +101,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
 
     /// What contacts of vertices remember, sheet by sheet.
     pub(super) fn saved_vertices(&self) -> Vec<SavedSlots> {
-        let saved = |blocks: &Vec<Block<_>>| {
+        let saved = |blocks: &VertexBlocks<_>| {
             let mut saved = SavedSlots::new(Self::nothing());
             for block in blocks {
                 for (slot, history) in block.saved_near_walls() {
@@ -113,7 +116,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
     /// As saved.
     pub(super) fn restored_vertices(&mut self, saved: &[SavedSlots]) {
         let restored = |slots: &SavedSlots| {
-            let mut blocks: Vec<Block<_>> = Vec::new();
+            let mut blocks = VertexBlocks::new();
             for saved in slots.iter() {
                 let rows = piece_of(saved.row);
                 if blocks.last().is_none_or(|block| block.rows != rows) {
