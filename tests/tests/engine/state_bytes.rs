@@ -142,13 +142,19 @@ fn damaged_states_are_named_and_never_taken() {
     let mut engine = Engine::new(planned(&path), 1).expect("an example scene starts");
     engine.steps_at_once(50, None).expect("the scene goes on");
     let bytes = engine.snapshot().encode();
+    let plan = engine.plan();
+    // A cut between two sections, or another name of one, is found when the engine looks for the section.
+    let is_refused = |bytes: &[u8]| match Snapshot::decode(bytes) {
+        Ok(state) => Engine::restore(Arc::clone(plan), state, 1).is_err(),
+        Err(_) => true,
+    };
     let config = Config::with_cases(300);
     TestRunner::new(config)
         .run(&(0..bytes.len(), 1u8..=255), |(place, change)| {
-            prop_assert!(Snapshot::decode(&bytes[..place]).is_err(), "cut at {place}");
+            prop_assert!(is_refused(&bytes[..place]), "cut at {place}");
             let mut damaged = bytes.clone();
             damaged[place] ^= change;
-            prop_assert!(Snapshot::decode(&damaged).is_err(), "changed at {place}");
+            prop_assert!(is_refused(&damaged), "changed at {place}");
             Ok(())
         })
         .expect("no damage passes");
@@ -168,7 +174,7 @@ fn a_state_of_another_plan_is_refused_in_words() {
     let state = engine.snapshot();
     assert!(Engine::restore(scene("bench/dense-2k"), state.clone(), 1).is_ok());
     let reason = refused(&state, scene("two-spheres"));
-    assert!(reason.contains("walls, the plan"), "{reason}");
+    assert!(reason.contains("remember"), "{reason}");
     // The same walls, and laws that remember nothing.
     let mut draft = scene("bench/dense-2k").draft();
     draft.laws = scene("bench/dense-20k-frictionless")
