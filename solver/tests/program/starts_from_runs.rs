@@ -195,7 +195,7 @@ fn a_bed_goes_on_as_if_it_had_not_stopped() {
         .map(|grain| grain[1].length())
         .fold(0.0, f64::max);
     assert!(fastest < 1e-3, "{fastest:e} m/s: the bed is not at rest");
-    let (goes_on, anew) = (farthest(&whole, &second), farthest(&whole, &other));
+    let (goes_on, anew) = (farthest(whole, &second), farthest(whole, &other));
     assert!(goes_on < fastest * 4e-5, "{goes_on:e} m");
     // The springs at the floor held the bed against g sin(slope): without them it slides by about the stretch of one,
     // m g / k of a column of grains, some 1e-5 m.
