@@ -38,6 +38,12 @@ pub trait History<L: Real = f64>:
     fn gather_from<'a>(one: impl Fn(usize) -> &'a Self::One) -> Self {
         Self::gather(|k| *one(k))
     }
+    /// The same for contacts all of which touch: what only acts across a gap may be left out, and [`History::put`] does not write it.
+    #[must_use]
+    #[inline(always)]
+    fn gather_touching<'a>(one: impl Fn(usize) -> &'a Self::One) -> Self {
+        Self::gather_from(one)
+    }
     /// That of the contact in lane `k`.
     #[must_use]
     fn lane(&self, k: usize) -> Self::One;
@@ -131,6 +137,16 @@ impl<L: Real, A: History<L>, B: History<L>, C: History<L>, D: History<L>> Histor
             B::gather_from(|k| &one(k).1),
             C::gather_from(|k| &one(k).2),
             D::gather_from(|k| &one(k).3),
+        )
+    }
+
+    #[inline(always)]
+    fn gather_touching<'a>(one: impl Fn(usize) -> &'a Self::One) -> Self {
+        (
+            A::gather_touching(|k| &one(k).0),
+            B::gather_touching(|k| &one(k).1),
+            C::gather_touching(|k| &one(k).2),
+            D::gather_touching(|k| &one(k).3),
         )
     }
 

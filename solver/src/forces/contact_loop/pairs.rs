@@ -280,7 +280,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             // Which of them have an event, where they are of one kind.
             let mut happens = 0;
             let action = if one_law && one_kind {
-                let mut history = History::gather_from(|k| &slots[at[k]].history);
+                let stored = |k: usize| &slots[at[k]].history;
+                let mut history = if all_touch {
+                    History::gather_touching(stored)
+                } else {
+                    History::gather_from(stored)
+                };
                 let law = &self.laws[pair(0)];
                 let action = if all_touch {
                     law.act(&contact, dt, &mut history)

@@ -43,6 +43,19 @@ impl<L: Real, const N: usize> Default for Bridge<L, N> {
 }
 
 impl<L: Real, const N: usize> Bridge<L, N> {
+    /// Bridges `one(k)` in lane `k` but for their curves.
+    #[inline(always)]
+    fn with_curve<'a>(curve: [L; N], one: impl Fn(usize) -> &'a Bridge<f64, N>) -> Self {
+        Self {
+            volume: L::from_lanes(|k| one(k).volume),
+            wet: L::from_lanes(|k| one(k).wet),
+            end: L::from_lanes(|k| one(k).end),
+            gap: L::from_lanes(|k| one(k).gap),
+            force: L::from_lanes(|k| one(k).force),
+            curve,
+        }
+    }
+
     /// The same bridge with room for `M` numbers of its curve: filled up with 0, or without the last ones.
     #[inline(always)]
     #[must_use]
@@ -134,14 +147,15 @@ impl<L: Real, const N: usize> History<L> for Bridge<L, N> {
         for (n, number) in curve.iter_mut().enumerate() {
             *number = L::from_lanes(|k| one(k).curve[n]);
         }
-        Self {
-            volume: L::from_lanes(|k| one(k).volume),
-            wet: L::from_lanes(|k| one(k).wet),
-            end: L::from_lanes(|k| one(k).end),
-            gap: L::from_lanes(|k| one(k).gap),
-            force: L::from_lanes(|k| one(k).force),
-            curve,
-        }
+        Self::with_curve(curve, one)
+    }
+
+    /// Of the force over the gap only the force at contact is needed.
+    #[inline(always)]
+    fn gather_touching<'a>(one: impl Fn(usize) -> &'a Bridge<f64, N>) -> Self {
+        let mut curve = [L::ZERO; N];
+        curve[0] = L::from_lanes(|k| one(k).curve[0]);
+        Self::with_curve(curve, one)
     }
 
     #[inline(always)]
