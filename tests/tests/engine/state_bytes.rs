@@ -174,7 +174,7 @@ fn a_state_of_another_plan_is_refused_in_words() {
     let state = engine.snapshot();
     assert!(Engine::restore(scene("bench/dense-2k"), state.clone(), 1).is_ok());
     let reason = refused(&state, scene("two-spheres"));
-    assert!(reason.contains("remember"), "{reason}");
+    assert!(reason.contains("walls, the plan"), "{reason}");
     // The same walls, and laws that remember nothing.
     let mut draft = scene("bench/dense-2k").draft();
     draft.laws = scene("bench/dense-20k-frictionless")
