@@ -590,7 +590,10 @@ def check_spot():
         begin = time.monotonic()
         wait_for(lambda: served.attempts(run)[0]["ended"], 20, "the attempt did not end")
         print(f"    {time.monotonic() - begin:.1f} s from the notice to the end of the attempt, with {'moto' if bucket else 'a folder'}")
-        wait_for(lambda: folder() not in ([], first), 60, "no second folder")
+        try:
+            wait_for(lambda: folder() not in ([], first), 60, "no second folder")
+        except Failed as failed:
+            raise Failed(f"{failed}; {served.run(run)['state']}, {served.attempts(run)}, {served.json('GET', f'/runs/{run}/events')}") from None
         served.wait(run)
         must([one["cause"] for one in served.attempts(run)] == ["spot", "finished"], f"{served.attempts(run)}")
         served.same_as_alone(run, reference)

@@ -280,11 +280,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             // Which of them have an event, where they are of one kind.
             let mut happens = 0;
             let action = if one_law && one_kind {
-                let stored = |k: usize| &slots[at[k]].history;
-                let mut history = if all_touch {
-                    History::gather_touching(stored)
+                // Without adhesion the same code as ever: one more layer of closures is not always inlined.
+                let mut history = if A::ACTIVE && all_touch {
+                    History::gather_touching(|k| &slots[at[k]].history)
                 } else {
-                    History::gather_from(stored)
+                    History::gather_from(|k| &slots[at[k]].history)
                 };
                 let law = &self.laws[pair(0)];
                 let action = if all_touch {
