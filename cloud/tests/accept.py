@@ -573,7 +573,8 @@ class Metadata(http.server.BaseHTTPRequestHandler):
 def check_spot():
     """A notice of the provider: the attempt ends within 20 s with cause `spot`, and the next one, in another folder,
     goes on to the same bytes. The store is moto's S3 where it is there."""
-    sets = LONG + ["time.end=0.8"]  # The second attempt must be long enough to be seen.
+    # Workers look for the notice every 5 s: what is left of the run then must take longer, wherever it runs.
+    sets = LONG + ["time.end=2.4"]
     reference = alone(sets)
     service = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Metadata)
     threading.Thread(target=service.serve_forever, daemon=True).start()
@@ -590,10 +591,13 @@ def check_spot():
         begin = time.monotonic()
         wait_for(lambda: served.attempts(run)[0]["ended"], 20, "the attempt did not end")
         print(f"    {time.monotonic() - begin:.1f} s from the notice to the end of the attempt, with {'moto' if bucket else 'a folder'}")
+        # A machine with other work starts a process late, and moto answers late.
         try:
-            wait_for(lambda: folder() not in ([], first), 60, "no second folder")
+            wait_for(lambda: folder() not in ([], first), 180, "no second folder")
         except Failed as failed:
-            raise Failed(f"{failed}; {served.run(run)['state']}, {served.attempts(run)}, {served.json('GET', f'/runs/{run}/events')}") from None
+            raise Failed(f"{failed}; {served.run(run)['state']}, {served.attempts(run)}") from None
+        began = served.attempts(run)
+        print(f"    {began[1]['started'] - began[0]['ended']:.1f} s to the next attempt, {time.time() - began[1]['started']:.1f} s to its folder")
         served.wait(run)
         must([one["cause"] for one in served.attempts(run)] == ["spot", "finished"], f"{served.attempts(run)}")
         served.same_as_alone(run, reference)
