@@ -50,7 +50,7 @@ pub trait Part: Any + Send {
         let _ = core;
     }
 
-    /// Particles are about to come and go. What moves particles here adds to [`Core::motion`].
+    /// Particles are about to come and go. What moves particles here adds to `Core::motion`.
     fn before_exchange(&mut self, core: &mut Core) {
         let _ = core;
     }

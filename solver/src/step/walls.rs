@@ -49,7 +49,7 @@ impl Core {
     /// Exchanges the surface of another wall for one of the same kind: [`crate::walls::WallNow::exchange`].
     ///
     /// # Errors
-    /// As [`Engine::reshape_wall`].
+    /// As [`Core::reshape_wall`].
     pub fn exchange_wall(&mut self, wall: WallIndex, shape: Shape) -> Result<(), RunError> {
         let Some(now) = self.walls.get_mut(wall.index()) else {
             return Err(self.wall_error(wall, WallError::OtherShape));
