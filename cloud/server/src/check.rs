@@ -104,7 +104,6 @@ pub(crate) fn inspect(
         };
         files.push((name.clone(), sha256.clone(), bytes));
     }
-    files.extend(earlier::inputs(app, owner, scene)?);
     Ok(files)
 }
 
@@ -128,12 +127,13 @@ pub(crate) fn lay_out(app: &App, scene: &Scene, files: &[(String, String, u64)])
 pub(crate) async fn check(
     app: &Arc<App>,
     owner: i64,
-    scene: Scene,
+    mut scene: Scene,
     trial: bool,
 ) -> Result<Checked, Fail> {
     let _turn = app.checks.acquire().await.map_err(Fail::inner)?;
     let app = Arc::clone(app);
     let checked = tokio::task::spawn_blocking(move || {
+        earlier::pin(&app, owner, &mut scene)?;
         let files = inspect(&app, owner, &scene)?;
         let folder = lay_out(&app, &scene, &files)?;
         let mut arguments = vec![
@@ -158,7 +158,7 @@ const PREVIEW: Duration = Duration::from_secs(20);
 const MOST_PREVIEWED: f64 = 300_000.0;
 
 /// Walls and first particles: frame 0 of a run of one step.
-pub(crate) async fn preview(app: &Arc<App>, owner: i64, scene: Scene) -> Result<Value, Fail> {
+pub(crate) async fn preview(app: &Arc<App>, owner: i64, mut scene: Scene) -> Result<Value, Fail> {
     let Checked { problems, plan } = check(app, owner, scene.clone(), false).await?;
     let plan = match plan {
         Some(plan) if problems.is_empty() => plan,
@@ -176,6 +176,7 @@ pub(crate) async fn preview(app: &Arc<App>, owner: i64, scene: Scene) -> Result<
     let _turn = app.checks.acquire().await.map_err(Fail::inner)?;
     let app = Arc::clone(app);
     let made = tokio::task::spawn_blocking(move || {
+        earlier::pin(&app, owner, &mut scene)?;
         let files = inspect(&app, owner, &scene)?;
         let folder = lay_out(&app, &scene, &files)?;
         let mut arguments: Vec<String> = [

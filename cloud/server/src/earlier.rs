@@ -39,13 +39,9 @@ fn named(scene: &Scene) -> BTreeSet<RunId> {
         .collect()
 }
 
-/// The checkpoints that a scene starts from, as inputs of `user`: name, SHA-256, length. A run that the user may not see has none.
-pub(crate) fn inputs(
-    app: &App,
-    user: i64,
-    scene: &Scene,
-) -> Result<Vec<(String, String, u64)>, Fail> {
-    let mut files = Vec::new();
+/// Adds the checkpoints that a scene starts from to its files: once for all that is made of it, as the runs may go on meanwhile. A run
+/// that the user may not see has none.
+pub(crate) fn pin(app: &App, user: i64, scene: &mut Scene) -> Result<(), Fail> {
     for run in named(scene) {
         let folder = format!("{run}/");
         // A clone has the state that its original had.
@@ -71,9 +67,9 @@ pub(crate) fn inputs(
             app.db
                 .add_input(&checkpoint.sha256, user, checkpoint.bytes)?;
         }
-        files.push((name, checkpoint.sha256.clone(), checkpoint.bytes));
+        scene.files.insert(name, checkpoint.sha256.clone());
     }
-    Ok(files)
+    Ok(())
 }
 
 /// Copies the newest checkpoint of a run to the inputs.

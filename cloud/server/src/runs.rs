@@ -14,9 +14,9 @@ use serde_json::Value;
 use crate::access::Fail;
 use crate::check::{check, inspect};
 use crate::db::{Applied, NewRun};
-use crate::projects;
 use crate::secrets::{self, User};
 use crate::state::App;
+use crate::{earlier, projects};
 
 /// The longest title and label, in bytes.
 const LONGEST_TITLE: usize = 200;
@@ -223,13 +223,19 @@ pub(crate) fn write(app: &App, run: &Ready) -> Result<(), Fail> {
 pub(crate) async fn submit(
     app: &Arc<App>,
     user: &User,
-    submit: Submit,
+    mut submit: Submit,
     key: Option<&str>,
 ) -> Result<String, Fail> {
     let body = serde_json::to_string(&submit).map_err(Fail::inner)?;
     if let Some(id) = known(app, user, key, &body)? {
         return Ok(id);
     }
+    let (shared, owner) = (Arc::clone(app), user.id);
+    let submit = blocking(move || {
+        earlier::pin(&shared, owner, &mut submit.scene)?;
+        Ok(submit)
+    })
+    .await?;
     let plan = plan(app, user, &submit.scene).await?;
     let label = label(submit.label.as_deref())?.to_owned();
     let title = title(submit.title.as_deref(), &plan, &submit.scene)?;

@@ -23,10 +23,10 @@ use crate::access::Fail;
 use crate::check::{LARGEST_SCENE, inspect, lay_out, solve};
 use crate::content::Content;
 use crate::db::{MOST_ROWS, NewRun, NewStudy, Of};
-use crate::projects;
 use crate::runs::{Ready, blocking, expected_bytes, label, ready, title, within_quota, write};
 use crate::secrets::{self, User};
 use crate::state::App;
+use crate::{earlier, projects};
 
 /// The most runs of a study.
 const MOST_RUNS: usize = 10_000;
@@ -240,10 +240,15 @@ fn expand(app: &App, owner: i64, study: &Study) -> Result<(Plan, Vec<SceneProble
 }
 
 /// What a study is made of, and what is wrong with it.
-pub(crate) async fn check(app: &Arc<App>, user: &User, study: Study) -> Result<StudyChecked, Fail> {
+pub(crate) async fn check(
+    app: &Arc<App>,
+    user: &User,
+    mut study: Study,
+) -> Result<StudyChecked, Fail> {
     let _turn = app.checks.acquire().await.map_err(Fail::inner)?;
     let (app, owner) = (Arc::clone(app), user.id);
     blocking(move || {
+        earlier::pin(&app, owner, &mut study.base.scene)?;
         let (plan, problems) = expand(&app, owner, &study)?;
         Ok(StudyChecked {
             problems,
@@ -259,7 +264,7 @@ pub(crate) async fn check(app: &Arc<App>, user: &User, study: Study) -> Result<S
 pub(crate) async fn submit(
     app: &Arc<App>,
     user: &User,
-    study: Study,
+    mut study: Study,
     key: Option<String>,
 ) -> Result<StudySubmitted, Fail> {
     let body = serde_json::to_string(&study).map_err(Fail::inner)?;
@@ -269,6 +274,7 @@ pub(crate) async fn submit(
     let _turn = app.checks.acquire().await.map_err(Fail::inner)?;
     let (app, user) = (Arc::clone(app), user.clone());
     blocking(move || {
+        earlier::pin(&app, user.id, &mut study.base.scene)?;
         let (mut plan, problems) = expand(&app, user.id, &study)?;
         if !problems.is_empty() {
             return Err(Fail::scene(problems));
