@@ -1,4 +1,4 @@
-//! T24: elastic sheets in the whole engine. Statics of the sheet alone are tested beside its code.
+//! T24: elastic sheets in the whole engine. The sheet alone is in `sheets_alone`.
 
 use std::path::Path;
 use std::sync::OnceLock;
@@ -344,7 +344,15 @@ fn thrown() -> [f64; 2] {
             most[kind] = most[kind].max(change);
         }
     }
-    most
+    // Nothing would be tested by a ball that misses the sheet, or does not rub on it. The sheet is 14 times lighter: an impact in which both go on
+    // together takes 0.066 m/s from the ball.
+    let ball = &engine.particles.records[0];
+    let is_turned = ball.velocity.z > -0.95
+        && ball
+            .angular_velocity
+            .distance(DVec3::new(40.0, -60.0, 30.0))
+            > 1.0;
+    if is_turned { most } else { [f64::NAN; 2] }
 }
 
 const LEAST: &str =

@@ -1,14 +1,8 @@
-//! Uniform strain, energies and sums of forces.
+//! Stiffnesses, energies and forces. Uniform strain and sums of forces are on the validation page (`tests/src/cases/sheets_alone.rs`).
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 use super::*;
-
-const STRAIN: f64 = 1e-6;
-
-fn strained(mesh: &TriangleMesh, gradient: DMat3) -> Vec<DVec3> {
-    mesh.vertices.iter().map(|&x| x + gradient * x).collect()
-}
 
 /// The tension of an isotropic sheet under a small strain: E t/(1 - nu^2) [(1 - nu) e + nu tr(e) 1], by xx, yy, xy.
 fn plane_stress(nu: f64, e: [f64; 3]) -> [f64; 3] {
@@ -22,58 +16,11 @@ fn plane_stress(nu: f64, e: [f64; 3]) -> [f64; 3] {
     ]
 }
 
-fn gradient([xx, yy, xy]: [f64; 3]) -> DMat3 {
-    DMat3::from_cols(
-        DVec3::new(xx, xy, 0.0),
-        DVec3::new(xy, yy, 0.0),
-        DVec3::ZERO,
-    )
-}
-
-/// Strains equal in both directions, along x, along y, shear, and one between.
-const STRAINS: [[f64; 3]; 5] = [
-    [STRAIN, STRAIN, 0.0],
-    [STRAIN, 0.0, 0.0],
-    [0.0, STRAIN, 0.0],
-    [0.0, 0.0, STRAIN],
-    [0.3 * STRAIN, -0.2 * STRAIN, 0.5 * STRAIN],
-];
-
-fn check_uniform(sheet: &Sheet, mesh: &TriangleMesh, nu: f64) {
-    let is_on_rim = sheet.topology().is_on_rim();
-    for strain in STRAINS {
-        let positions = strained(mesh, gradient(strain));
-        let expected = plane_stress(nu, strain);
-        for index in 0..mesh.triangles.len() {
-            let seen = sheet.triangle(index, &positions).tension.0;
-            for (found, expected) in [seen[0], seen[1], seen[3]].iter().zip(expected) {
-                // The finite strain differs by its square, 1e-6 of it.
-                assert!(
-                    (found - expected).abs() < 2e-5 * STRAIN,
-                    "{seen:?} {expected}"
-                );
-            }
-        }
-        let still = vec![DVec3::ZERO; positions.len()];
-        let (forces, _) = forces_of(sheet, &positions, &still, 0.0);
-        for (force, on_rim) in forces.iter().zip(&is_on_rim) {
-            assert!(*on_rim || force.length() < 1e-6 * STRAIN, "{force}");
-        }
-    }
-}
-
 #[test]
-fn springs_on_equilateral_triangles_are_the_sheet_with_a_third() {
-    let mesh = lattice(6, 8);
-    let sheet = sheet(&mesh, law(Elasticity::Springs));
-    check_uniform(&sheet, &mesh, 1.0 / 3.0);
+fn springs_on_equilateral_triangles_scatter_by_nothing() {
+    let sheet = sheet(&lattice(6, 8), law(Elasticity::Springs));
     let scatter = sheet.scatter().unwrap();
     assert!(scatter.worst < 1e-12, "{scatter:?}");
-    // Equal in both directions 3/2, along one 9/8 and 3/8, shear 3/4 of E t e.
-    assert!((plane_stress(1.0 / 3.0, [1.0, 1.0, 0.0])[0] - 1.5).abs() < 1e-12);
-    assert!((plane_stress(1.0 / 3.0, [1.0, 0.0, 0.0])[0] - 9.0 / 8.0).abs() < 1e-12);
-    assert!((plane_stress(1.0 / 3.0, [1.0, 0.0, 0.0])[1] - 3.0 / 8.0).abs() < 1e-12);
-    assert!((plane_stress(1.0 / 3.0, [0.0, 0.0, 1.0])[2] - 0.75).abs() < 1e-12);
 }
 
 #[test]
@@ -95,15 +42,6 @@ fn skewed() -> TriangleMesh {
         *vertex += 0.25 * DVec3::new(noise(&mut seed), noise(&mut seed), 0.0);
     }
     mesh
-}
-
-#[test]
-fn the_continuum_is_exact_on_any_mesh() {
-    let mesh = skewed();
-    for nu in [0.1, 0.45] {
-        let sheet = sheet(&mesh, law(Elasticity::Continuum { poisson_ratio: nu }));
-        check_uniform(&sheet, &mesh, nu);
-    }
 }
 
 #[test]
@@ -191,9 +129,9 @@ fn any_deformation_of_a_triangle_agrees_with_the_deformation_gradient() {
     }
 }
 
-/// Inner forces sum to 0, their torques too, whatever the deformation and the motion.
+/// What dashpots lose is the power that their forces take.
 #[test]
-fn inner_forces_and_torques_cancel() {
+fn dashpots_lose_what_their_forces_take() {
     let mesh = lattice(5, 4);
     let mut seed = 5;
     for elasticity in [
@@ -212,15 +150,7 @@ fn inner_forces_and_torques_cancel() {
             let positions = noisy(&mesh.vertices, 0.2, &mut seed);
             let velocities = noisy(&vec![DVec3::ZERO; positions.len()], 1.0, &mut seed);
             let (forces, powers) = forces_of(&sheet, &positions, &velocities, 0.0);
-            let sum: DVec3 = forces.iter().sum();
-            let size: f64 = forces.iter().map(|force| force.length()).sum();
-            assert!(sum.length() < 1e-12 * size);
-            let pairs = || positions.iter().zip(&forces);
-            let torque: DVec3 = pairs().map(|(x, force)| x.cross(*force)).sum();
-            let size: f64 = pairs().map(|(x, force)| x.length() * force.length()).sum();
-            assert!(torque.length() < 1e-12 * size);
             assert!(powers.edges > 0.0 && powers.hinges > 0.0);
-            // What dashpots lose is the power that their forces take.
             let still = vec![DVec3::ZERO; positions.len()];
             let (elastic, _) = forces_of(&sheet, &positions, &still, 0.0);
             let taken: f64 = (0..forces.len())
