@@ -4,7 +4,7 @@ import uPlot from "./vendor/uPlot.esm.js";
 
 const COLOURS = ["#2f7fb8", "#d98a2b", "#3c9a67", "#c0504d", "#8064a2", "#6b8e23", "#008b8b", "#b8860b"];
 
-/** As many digits as tell neighbours apart. @param {any} _ @param {number[]} values */
+/** As many digits as tell neighbours apart; a step of 0.25 needs one more than its size says. @param {any} _ @param {number[]} values */
 const ticks = (_, values) => {
   const step = values.length > 1 ? Math.abs(values[1] - values[0]) : Math.abs(values[0] ?? 1) || 1;
   const largest = Math.max(...values.map(Math.abs));

@@ -35,12 +35,12 @@ pub(super) const STEPS_PER_CRITICAL: f64 = 10.0;
 
 /// All sheets, in the order of the file.
 #[derive(Debug, Default)]
-pub(super) struct Planned {
+pub(super) struct Sheets {
     pub surfaces: Vec<SurfacePlan>,
     pub membranes: Vec<MembranePlan>,
 }
 
-impl Planned {
+impl Sheets {
     /// Mass of the lightest vertex of the sheets of a material, kg.
     pub(super) fn lightest_vertex(&self, material: usize) -> Option<f64> {
         let all = self.surfaces.iter().zip(&self.membranes);
@@ -62,7 +62,7 @@ impl Planned {
 
 /// Warnings of liquid bridges, which have no energy where contacts with a sheet join.
 pub(super) fn without_energy(
-    planned: &Planned,
+    planned: &Sheets,
     pairs: &[PairPlan],
     uses: &[MaterialUse],
 ) -> Vec<String> {
@@ -107,8 +107,8 @@ pub(super) fn membranes(
     warnings: &mut Vec<String>,
     notes: &mut Vec<String>,
     errors: &mut Vec<SceneError>,
-) -> Planned {
-    let mut planned = Planned::default();
+) -> Sheets {
+    let mut planned = Sheets::default();
     let Some(first) = scene.membranes.first() else {
         return planned;
     };

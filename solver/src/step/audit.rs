@@ -65,7 +65,7 @@ impl AuditedContact {
 
     /// Whether it can be one of so many particles and walls.
     fn leads_somewhere(&self, rows: usize, walls: usize) -> bool {
-        // A contact of a vertex never leaves, and is only asked whether its wall is there.
+        // A contact of a vertex never leaves; only its wall has to be there.
         let rows = if self.row >= FIRST_VERTEX {
             usize::MAX
         } else {

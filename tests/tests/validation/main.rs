@@ -13,20 +13,20 @@ use mercury_tests::shapes::{self, Shapes};
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
-    let mut trials = trials("contacts", cases::all());
+    let mut trials = tests_of("contacts", cases::all());
     trials.push(Trial::test(
         "contacts: no case has vanished",
         no_case_has_vanished,
     ));
-    trials.extend(self::trials("scenes", scene_checks::quick()));
+    trials.extend(tests_of("scenes", scene_checks::quick()));
     trials.push(Trial::test("packing: energy beside other programs", || {
         compared(selftests::energy_of_a_packing())
     }));
     match (Shapes::find(), Published::find(), Data::find()) {
         (Some(shapes), Some(published), Some(data)) => {
-            trials.extend(self::trials("shapes", shapes::quick(&shapes)));
+            trials.extend(tests_of("shapes", shapes::quick(&shapes)));
             match published.quick() {
-                Ok(cases) => trials.extend(self::trials("published", cases)),
+                Ok(cases) => trials.extend(tests_of("published", cases)),
                 Err(error) => trials.push(Trial::test("published", move || {
                     Err(format!("{error:#}").into())
                 })),
@@ -48,7 +48,7 @@ fn main() -> ExitCode {
 }
 
 /// A test for each row.
-fn trials(subject: &str, cases: Vec<Case>) -> Vec<Trial> {
+fn tests_of(subject: &str, cases: Vec<Case>) -> Vec<Trial> {
     let trial = |case: Case| {
         let name = format!("{subject}: {}", case.name);
         Trial::test(name, move || {

@@ -8,7 +8,7 @@ use crate::boundaries::{CountedRegion, DeletionPlan, FluxPlan, InsertionPlan};
 use crate::plan::fields::{FieldPlan, fields};
 use crate::plan::fluxes::fluxes;
 use crate::plan::insertions::{deletions, insertions};
-use crate::plan::membranes::{Planned as Sheets, membranes};
+use crate::plan::membranes::{Sheets, membranes};
 use crate::plan::particles::{StartingParticles, starting_particles};
 use crate::plan::regions::regions;
 use crate::plan::sizes::Sizes;
