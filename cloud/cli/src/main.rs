@@ -352,6 +352,7 @@ fn serve(serve: Serve) -> Result<()> {
         beat: serve.beat,
         first_wait: serve.retry_wait,
         prices,
+        after_submit,
     };
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .enable_all()
@@ -361,6 +362,13 @@ fn serve(serve: Serve) -> Result<()> {
         // Standard output may be closed, which is no reason not to serve.
         let _ = commands::say(link);
     }))
+}
+
+/// For tests: killed between the engine's yes and its record.
+fn after_submit() {
+    if std::env::var_os("MERCURY_CLOUD_FAIL").is_some_and(|point| point == "after-submit") {
+        std::process::exit(137);
+    }
 }
 
 fn worker(worker: Worker) -> Result<()> {

@@ -1,10 +1,12 @@
 //! The server: page, API, and the loop that brings runs from state to state.
 
 mod access;
+mod accounts;
 mod charts;
 mod check;
 mod content;
 mod db;
+mod downloads;
 mod earlier;
 mod frames;
 mod live;
@@ -80,6 +82,8 @@ pub struct Options {
     pub beat: Option<f64>,
     /// What cores cost; without it costs are core seconds alone.
     pub prices: Option<Prices>,
+    /// Called when the engine has taken a job, before that is recorded. Tests end the server here.
+    pub after_submit: fn(),
     /// Wait after the first attempt without progress, in s.
     pub first_wait: f64,
 }

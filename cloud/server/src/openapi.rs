@@ -2,7 +2,7 @@
 
 use utoipa::OpenApi;
 
-use crate::{projects, routes};
+use crate::{accounts, downloads, projects, routes};
 
 #[derive(OpenApi)]
 #[openapi(
@@ -33,9 +33,9 @@ use crate::{projects, routes};
         routes::run_frame,
         routes::run_grain,
         routes::run_walls,
-        routes::run_files,
-        routes::run_file,
-        routes::run_archive,
+        downloads::run_files,
+        downloads::run_file,
+        downloads::run_archive,
         routes::input_put,
         routes::study_check,
         routes::study_submit,
@@ -49,14 +49,14 @@ use crate::{projects, routes};
         projects::member_remove,
         routes::template_list,
         routes::events,
-        routes::session_get,
-        routes::session_begin,
-        routes::session_end,
-        routes::user_list,
-        routes::user_set,
-        routes::token_list,
-        routes::token_add,
-        routes::token_remove,
+        accounts::session_get,
+        accounts::session_begin,
+        accounts::session_end,
+        accounts::user_list,
+        accounts::user_set,
+        accounts::token_list,
+        accounts::token_add,
+        accounts::token_remove,
     ),
     components(schemas(cloud_api::Problem))
 )]

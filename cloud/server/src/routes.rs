@@ -1,12 +1,12 @@
-//! The API: paths, what they take and what they answer. What they do is in `runs`, `check`, `frames` and `charts`.
+//! The API: paths, what they take and what they answer. What they do is in `runs`, `studies`, `check`, `frames` and `charts`; accounts, projects and downloads have files of their own.
 
 use std::collections::BTreeMap;
 use std::convert::Infallible;
-use std::io::{self, Write};
+use std::io::Write;
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::body::{Body, Bytes};
+use axum::body::Body;
 use axum::extract::{DefaultBodyLimit, FromRequest, Path, Query, Request, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::sse::{Event as Sse, KeepAlive};
@@ -14,28 +14,25 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{delete, get, post, put};
 use axum::{Json, Router, middleware};
 use cloud_api::answers::{
-    Attempt, Chart, Checked, Price, RunAnswer, RunFile, RunList, Session, StudyChecked, StudyList,
-    StudySubmitted, StudyTable, TableInfo, Template, TokenRow, UserRow,
+    Attempt, Chart, Checked, RunAnswer, RunList, StudyChecked, StudyList, StudySubmitted,
+    StudyTable, TableInfo, Template,
 };
 use cloud_api::lifecycle::Event;
-use cloud_api::requests::{
-    Check, Extend, LogIn, NewShare, NewToken, NewUser, Patch, Role, Scene, Study, Submit,
-};
+use cloud_api::requests::{Check, Extend, NewShare, Patch, Role, Scene, Study, Submit};
 use cloud_api::{Head, RunId, RunState};
 use cloud_store::{Hashing, StoreError};
-use rusqlite::params;
 use serde::Deserialize;
 use serde_json::{Value, json};
-use tokio_stream::{Stream, StreamExt};
+use tokio_stream::StreamExt;
 use tower_http::compression::CompressionLayer;
 
-use crate::access::{Fail, LoggedIn, cookie, cookie_name, guard};
-use crate::content::{Content, PIECE};
+use crate::access::{Fail, LoggedIn, guard};
+use crate::content::Content;
 use crate::db::MOST_ROWS;
 use crate::runs::{self, blocking, mine, with_life};
 use crate::secrets::{self, Kind};
 use crate::state::App;
-use crate::{charts, check, frames, openapi, projects, studies, web};
+use crate::{accounts, charts, check, downloads, frames, openapi, projects, studies, web};
 
 /// The largest body that is taken as JSON, in bytes: a scene of 1 MB, with its escapes.
 const LARGEST_BODY: usize = 4 << 20;
@@ -115,9 +112,9 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route("/frames/{k}", get(run_frame))
         .route("/frames/{k}/grains/{id}", get(run_grain))
         .route("/frames/{k}/walls", get(run_walls))
-        .route("/files", get(run_files))
-        .route("/files/{*name}", get(run_file))
-        .route("/archive", get(run_archive));
+        .route("/files", get(downloads::run_files))
+        .route("/files/{*name}", get(downloads::run_file))
+        .route("/archive", get(downloads::run_archive));
     let api = Router::new()
         .route("/check", post(check_scene))
         .route("/preview", post(preview_scene))
@@ -140,11 +137,16 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route("/events", get(events))
         .route(
             "/session",
-            get(session_get).post(session_begin).delete(session_end),
+            get(accounts::session_get)
+                .post(accounts::session_begin)
+                .delete(accounts::session_end),
         )
-        .route("/users", get(user_list).post(user_set))
-        .route("/tokens", get(token_list).post(token_add))
-        .route("/tokens/{id}", delete(token_remove))
+        .route("/users", get(accounts::user_list).post(accounts::user_set))
+        .route(
+            "/tokens",
+            get(accounts::token_list).post(accounts::token_add),
+        )
+        .route("/tokens/{id}", delete(accounts::token_remove))
         .route("/openapi.json", get(|| async { Json(openapi::document()) }))
         .layer(DefaultBodyLimit::max(LARGEST_BODY))
         // Streams its body to the disk and counts what comes, whatever the header says.
@@ -552,7 +554,7 @@ pub(crate) async fn run_share(
     .await
 }
 
-fn days(days: u32) -> Result<f64, Fail> {
+pub(crate) fn days(days: u32) -> Result<f64, Fail> {
     if (1..=366).contains(&days) {
         Ok(f64::from(days))
     } else {
@@ -598,7 +600,7 @@ pub(crate) async fn run_events(
 }
 
 /// A run that the user may see, with its head.
-fn headed(app: &App, user: &secrets::User, id: &str) -> Result<(RunId, Head), Fail> {
+pub(crate) fn headed(app: &App, user: &secrets::User, id: &str) -> Result<(RunId, Head), Fail> {
     let (id, ..) = mine(app, user, id)?;
     let head = app.head(&id)?.ok_or_else(Fail::missing)?;
     Ok((id, head))
@@ -838,277 +840,6 @@ pub(crate) async fn run_walls(
     .await
 }
 
-fn files(head: &Head) -> Vec<RunFile> {
-    let grows = head.phase != cloud_api::Phase::Ended;
-    let id = RunId::of([0; 16]);
-    let mut names: Vec<&String> = head.streams.keys().chain(head.whole.keys()).collect();
-    names.extend(
-        [&head.checkpoint, &head.earlier]
-            .into_iter()
-            .flatten()
-            .map(|checkpoint| &checkpoint.name),
-    );
-    let file = |name: &String| {
-        let bytes = Content::of(&id, head, name).map_or(0, |content| content.bytes());
-        RunFile {
-            name: name.clone(),
-            bytes,
-            grows: grows && head.streams.contains_key(name),
-        }
-    };
-    let mut files: Vec<RunFile> = names.into_iter().map(file).collect();
-    files.sort_by(|a, b| a.name.cmp(&b.name));
-    files.dedup_by(|a, b| a.name == b.name);
-    files
-}
-
-/// The files of a run.
-#[utoipa::path(get, path = "/api/v1/runs/{run}/files", params(("run" = String, Path)), responses((status = 200, body = Vec<RunFile>)))]
-pub(crate) async fn run_files(
-    State(app): Shared,
-    LoggedIn(user): LoggedIn,
-    Path(id): Path<String>,
-) -> Answer<Vec<RunFile>> {
-    blocking(move || Ok(Json(files(&headed(&app, &user, &id)?.1)))).await
-}
-
-/// Bytes `first..=last` that a `Range` header asks for; `None`: all.
-fn range(headers: &HeaderMap, bytes: u64) -> Result<Option<(u64, u64)>, Fail> {
-    let Some(text) = headers
-        .get(header::RANGE)
-        .and_then(|value| value.to_str().ok())
-    else {
-        return Ok(None);
-    };
-    // Several ranges, or other units: the whole file is a right answer (RFC 9110, 14.2).
-    let Some((first, last)) = text
-        .strip_prefix("bytes=")
-        .filter(|text| !text.contains(','))
-        .and_then(|t| t.split_once('-'))
-    else {
-        return Ok(None);
-    };
-    let unsatisfiable = || {
-        Fail::new(
-            StatusCode::RANGE_NOT_SATISFIABLE,
-            "no such bytes",
-            format!("The file has {bytes} bytes."),
-        )
-    };
-    let (first, last) = match (first.parse::<u64>(), last.parse::<u64>()) {
-        (Ok(first), Ok(last)) => (first, last.min(bytes.saturating_sub(1))),
-        (Ok(first), Err(_)) => (first, bytes.saturating_sub(1)),
-        (Err(_), Ok(length)) => (bytes.saturating_sub(length), bytes.saturating_sub(1)),
-        _ => return Ok(None),
-    };
-    if first > last || first >= bytes {
-        Err(unsatisfiable())
-    } else {
-        Ok(Some((first, last)))
-    }
-}
-
-/// Bytes of a content, as they are read.
-fn stream(
-    app: Arc<App>,
-    content: Content,
-    from: u64,
-    to: u64,
-) -> impl Stream<Item = io::Result<Bytes>> {
-    let (send, receive) = tokio::sync::mpsc::channel(2);
-    tokio::task::spawn_blocking(move || {
-        let mut at = from;
-        while at < to {
-            let piece = content
-                .read(app.store.as_ref(), at..to)
-                .map_err(io::Error::other);
-            let bytes = piece.as_ref().map_or(0, |piece| piece.len() as u64);
-            // The listener has gone, or nothing more can be read.
-            if send.blocking_send(piece.map(Bytes::from)).is_err() || bytes == 0 {
-                return;
-            }
-            at += bytes;
-        }
-    });
-    receiver(receive)
-}
-
-fn receiver<T>(mut receive: tokio::sync::mpsc::Receiver<T>) -> impl Stream<Item = T> {
-    Polled(move |context: &mut std::task::Context<'_>| receive.poll_recv(context))
-}
-
-/// A stream from a function that is polled.
-struct Polled<F>(F);
-
-impl<T, F: FnMut(&mut std::task::Context<'_>) -> std::task::Poll<Option<T>> + Unpin> Stream
-    for Polled<F>
-{
-    type Item = T;
-
-    fn poll_next(
-        mut self: std::pin::Pin<&mut Self>,
-        context: &mut std::task::Context<'_>,
-    ) -> std::task::Poll<Option<T>> {
-        (self.0)(context)
-    }
-}
-
-/// The last part of a path as a name to save a file under; anything but plain characters is left out.
-fn saved_as(name: &str) -> String {
-    let last = name.rsplit('/').next().unwrap_or(name);
-    last.chars()
-        .filter(|c| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-'))
-        .collect()
-}
-
-/// A file, or the part of it that a `Range` header names.
-#[utoipa::path(get, path = "/api/v1/runs/{run}/files/{name}", params(("run" = String, Path), ("name" = String, Path)),
-    responses((status = 200, content_type = "application/octet-stream"), (status = 206, content_type = "application/octet-stream")))]
-pub(crate) async fn run_file(
-    State(app): Shared,
-    LoggedIn(user): LoggedIn,
-    Path((id, name)): Path<(String, String)>,
-    headers: HeaderMap,
-) -> Result<Response, Fail> {
-    let shared = Arc::clone(&app);
-    let file = name.clone();
-    let content = blocking(move || {
-        let (id, head) = headed(&shared, &user, &id)?;
-        Content::of(&id, &head, &file).ok_or_else(Fail::missing)
-    });
-    let content = content.await?;
-    let bytes = content.bytes();
-    let range = range(&headers, bytes)?;
-    let (first, end) = range.map_or((0, bytes), |(first, last)| (first, last + 1));
-    // Pictures are shown within the page; all else is saved, whatever it claims to be.
-    let picture = name.ends_with(".png");
-    let kind = if picture {
-        "image/png"
-    } else {
-        "application/octet-stream"
-    };
-    let how = if picture { "inline" } else { "attachment" };
-    let mut answer = Response::builder()
-        .status(if range.is_some() {
-            StatusCode::PARTIAL_CONTENT
-        } else {
-            StatusCode::OK
-        })
-        .header(header::CONTENT_TYPE, kind)
-        .header(header::CONTENT_LENGTH, end - first)
-        .header(header::ACCEPT_RANGES, "bytes")
-        .header(
-            header::CONTENT_DISPOSITION,
-            format!("{how}; filename=\"{}\"", saved_as(&name)),
-        );
-    if let Some((first, last)) = range {
-        answer = answer.header(
-            header::CONTENT_RANGE,
-            format!("bytes {first}-{last}/{bytes}"),
-        );
-    }
-    answer
-        .body(Body::from_stream(stream(app, content, first, end)))
-        .map_err(Fail::inner)
-}
-
-/// A writer whose bytes go to a listener.
-struct Sender {
-    send: tokio::sync::mpsc::Sender<io::Result<Bytes>>,
-    held: Vec<u8>,
-}
-
-impl Write for Sender {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.held.extend(bytes);
-        if self.held.len() as u64 >= PIECE {
-            self.flush()?;
-        }
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        let bytes = Bytes::from(std::mem::take(&mut self.held));
-        self.send
-            .blocking_send(Ok(bytes))
-            .map_err(|_| io::ErrorKind::BrokenPipe.into())
-    }
-}
-
-/// All files of a run as one .zip.
-#[utoipa::path(get, path = "/api/v1/runs/{run}/archive", params(("run" = String, Path)), responses((status = 200, content_type = "application/zip")))]
-pub(crate) async fn run_archive(
-    State(app): Shared,
-    LoggedIn(user): LoggedIn,
-    Path(id): Path<String>,
-) -> Result<Response, Fail> {
-    let shared = Arc::clone(&app);
-    let (id, head, spec) = blocking(move || {
-        let (id, _, _, _, spec) = mine(&shared, &user, &id)?;
-        let head = shared.head(&id)?.ok_or_else(Fail::missing)?;
-        Ok((id, head, spec))
-    })
-    .await?;
-    let name = saved_as(spec.scene.trim_end_matches(".toml"));
-    let (send, receive) = tokio::sync::mpsc::channel(2);
-    tokio::task::spawn_blocking(move || {
-        let sender = Sender {
-            send: send.clone(),
-            held: Vec::new(),
-        };
-        if let Err(error) = archive(&app, &id, &head, &spec, sender) {
-            // The listener sees an archive that ends too early, and the connection says so.
-            let _ = send.blocking_send(Err(io::Error::other(error.to_string())));
-        }
-    });
-    Response::builder()
-        .header(header::CONTENT_TYPE, "application/zip")
-        .header(
-            header::CONTENT_DISPOSITION,
-            format!("attachment; filename=\"{name}.zip\""),
-        )
-        .body(Body::from_stream(receiver(receive)))
-        .map_err(Fail::inner)
-}
-
-fn archive(
-    app: &App,
-    id: &RunId,
-    head: &Head,
-    spec: &cloud_api::Spec,
-    sender: Sender,
-) -> anyhow::Result<()> {
-    let mut zip = zip::ZipWriter::new_stream(sender);
-    let options =
-        zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
-    let prefix = spec.scene.trim_end_matches(".toml");
-    for (name, input) in &spec.files {
-        zip.start_file(name.as_str(), options)?;
-        zip.write_all(
-            &app.store
-                .get(&format!("inputs/{}", input.sha256))?
-                .unwrap_or_default(),
-        )?;
-    }
-    for file in files(head) {
-        let Some(content) = Content::of(id, head, &file.name) else {
-            continue;
-        };
-        zip.start_file(
-            format!("{prefix}/{}", file.name),
-            options.large_file(file.bytes >= u64::from(u32::MAX)),
-        )?;
-        let mut at = 0;
-        while at < content.bytes() {
-            let piece = content.read(app.store.as_ref(), at..content.bytes())?;
-            at += piece.len() as u64;
-            zip.write_all(&piece)?;
-        }
-    }
-    zip.finish()?.flush()?;
-    Ok(())
-}
-
 /// Sends a content that scenes can name by its SHA-256; at most 2 GB.
 #[utoipa::path(put, path = "/api/v1/inputs/{sha256}", params(("sha256" = String, Path)), request_body(content_type = "application/octet-stream"), responses((status = 201)))]
 pub(crate) async fn input_put(
@@ -1294,267 +1025,14 @@ pub(crate) async fn events(
             }
         }
     });
-    let sse = axum::response::Sse::new(receiver(receive))
+    let sse = axum::response::Sse::new(downloads::receiver(receive))
         .keep_alive(KeepAlive::new().interval(KEEP_ALIVE));
     Ok(([("x-accel-buffering", "no")], sse).into_response())
 }
 
-fn session_of(app: &App, user: &secrets::User) -> Session {
-    let cores = app.options.cores;
-    let busy: u32 = app.db.live().map_or(0, |runs| {
-        runs.iter()
-            .filter(|live| live.run.state.has_attempt())
-            .map(|live| live.threads)
-            .sum()
-    });
-    Session {
-        user: user.name.clone(),
-        admin: user.admin && user.share.is_none(),
-        read_only: user.read_only,
-        cores: [cores.saturating_sub(busy), cores],
-        solver: app.version.clone(),
-        usage: app.db.usage(user.id).unwrap_or_default(),
-        price: app.db.prices().and_then(|prices| {
-            Some(Price {
-                currency: prices.currency.clone(),
-                core_hour: prices.core_hour(app.engine.queue(0))?,
-            })
-        }),
-    }
-}
-
-/// Which user this is, and what is free.
-#[utoipa::path(get, path = "/api/v1/session", responses((status = 200, body = Session)))]
-pub(crate) async fn session_get(State(app): Shared, LoggedIn(user): LoggedIn) -> Answer<Session> {
-    Ok(Json(session_of(&app, &user)))
-}
-
-/// Logs in, by the token of a link or by name and password. Sets a cookie.
-#[utoipa::path(post, path = "/api/v1/session", request_body = LogIn, responses((status = 200, body = Session)))]
-pub(crate) async fn session_begin(
-    State(app): Shared,
-    Of(body): Of<LogIn>,
-) -> Result<Response, Fail> {
-    let shared = Arc::clone(&app);
-    let (user, secret) = blocking(move || {
-        let user = match (&body.token, &body.name, &body.password) {
-            (Some(token), ..) => [Kind::Link, Kind::Share, Kind::Token]
-                .into_iter()
-                .find_map(|kind| secrets::recognise(&shared.db, kind, token).transpose())
-                .transpose()?,
-            (None, Some(name), Some(password)) => {
-                if !shared.tries.allowed(name) {
-                    let detail = "Five tries a minute. Wait a minute.";
-                    return Err(Fail::new(
-                        StatusCode::TOO_MANY_REQUESTS,
-                        "too many tries",
-                        detail,
-                    ));
-                }
-                secrets::log_in(&shared.db, name, password)?
-            }
-            _ => {
-                return Err(Fail::bad(
-                    "the body is not taken",
-                    "It has `token`, or `name` and `password`.",
-                ));
-            }
-        };
-        let Some(user) = user else {
-            return Err(Fail::new(
-                StatusCode::UNAUTHORIZED,
-                "not known",
-                "The link or the password is wrong or has expired.",
-            ));
-        };
-        let run = user.share.as_deref();
-        let (_, secret, _) = secrets::issue(
-            &shared.db,
-            Kind::Session,
-            user.id,
-            "",
-            run,
-            30.0,
-            user.read_only,
-        )?;
-        Ok((user, secret))
-    })
-    .await?;
-    let secure = if app.options.behind_proxy {
-        "; Secure"
-    } else {
-        ""
-    };
-    let set = format!(
-        "{}={secret}; Path=/; HttpOnly; SameSite=Lax; Max-Age=2592000{secure}",
-        cookie_name(&app)
-    );
-    Ok(([(header::SET_COOKIE, set)], Json(session_of(&app, &user))).into_response())
-}
-
-/// Logs out.
-#[utoipa::path(delete, path = "/api/v1/session", responses((status = 204)))]
-pub(crate) async fn session_end(
-    State(app): Shared,
-    LoggedIn(_): LoggedIn,
-    headers: HeaderMap,
-) -> Result<Response, Fail> {
-    if let Some(secret) = cookie(&app, &headers) {
-        secrets::revoke(&app.db, Kind::Session, secret)?;
-    }
-    let gone = format!("{}=; Path=/; HttpOnly; Max-Age=0", cookie_name(&app));
-    Ok((StatusCode::NO_CONTENT, [(header::SET_COOKIE, gone)]).into_response())
-}
-
-fn admin(user: &secrets::User) -> Result<(), Fail> {
-    if user.admin && user.share.is_none() {
-        Ok(())
-    } else {
-        Err(Fail::new(
-            StatusCode::FORBIDDEN,
-            "not allowed",
-            "Administrators manage users.",
-        ))
-    }
-}
-
-/// The users and what they take; for administrators.
-#[utoipa::path(get, path = "/api/v1/users", responses((status = 200, body = Vec<UserRow>)))]
-pub(crate) async fn user_list(
-    State(app): Shared,
-    LoggedIn(user): LoggedIn,
-) -> Answer<Vec<UserRow>> {
-    admin(&user)?;
-    blocking(move || {
-        let users = {
-            let connection = app.db.lock();
-            let mut query =
-                connection.prepare("SELECT id, name, admin FROM users ORDER BY name LIMIT 200")?;
-            let rows = query.query_map([], |row| {
-                Ok((
-                    row.get::<_, i64>(0)?,
-                    row.get::<_, String>(1)?,
-                    row.get::<_, bool>(2)?,
-                ))
-            })?;
-            rows.collect::<Result<Vec<_>, _>>()?
-        };
-        let row = |(id, name, admin)| {
-            let usage = app.db.usage(id)?;
-            Ok(UserRow { name, admin, usage })
-        };
-        Ok(Json(
-            users.into_iter().map(row).collect::<Result<_, Fail>>()?,
-        ))
-    })
-    .await
-}
-
-/// Adds a user, or changes password and limits; for administrators.
-#[utoipa::path(post, path = "/api/v1/users", request_body = NewUser, responses((status = 204)))]
-pub(crate) async fn user_set(
-    State(app): Shared,
-    LoggedIn(user): LoggedIn,
-    Of(body): Of<NewUser>,
-) -> Result<StatusCode, Fail> {
-    admin(&user)?;
-    cloud_api::names::check_name(&body.name)
-        .map_err(|why| Fail::bad("the name is not taken", why.to_string()))?;
-    if body.cores == Some(0) || body.disk.is_some_and(|bytes| bytes > i64::MAX as u64) {
-        return Err(Fail::bad(
-            "the limits are not taken",
-            "At least 1 core, and a length in bytes.",
-        ));
-    }
-    if body.password.chars().count() < 10 || body.password.len() > 1000 {
-        return Err(Fail::bad(
-            "the password is not taken",
-            "A password has at least 10 characters.",
-        ));
-    }
-    blocking(move || {
-        secrets::set_user(&app.db, &body)?;
-        Ok(StatusCode::NO_CONTENT)
-    })
-    .await
-}
-
-/// The API tokens of this user, without their secrets.
-#[utoipa::path(get, path = "/api/v1/tokens", responses((status = 200, body = Vec<TokenRow>)))]
-pub(crate) async fn token_list(
-    State(app): Shared,
-    LoggedIn(user): LoggedIn,
-) -> Answer<Vec<TokenRow>> {
-    if user.share.is_some() {
-        return Err(Fail::missing());
-    }
-    let connection = app.db.lock();
-    let mut query = connection
-        .prepare("SELECT id, name, expires, read_only FROM secrets WHERE user = ?1 AND kind = 'token' ORDER BY id LIMIT 200")?;
-    let rows = query.query_map([user.id], |row| {
-        Ok(TokenRow {
-            id: row.get(0)?,
-            name: row.get(1)?,
-            expires: row.get(2)?,
-            read_only: row.get(3)?,
-            secret: None,
-        })
-    })?;
-    Ok(Json(rows.collect::<Result<Vec<_>, _>>()?))
-}
-
-/// Makes an API token; its secret is in this answer alone.
-#[utoipa::path(post, path = "/api/v1/tokens", request_body = NewToken, responses((status = 201, body = TokenRow)))]
-pub(crate) async fn token_add(
-    State(app): Shared,
-    LoggedIn(user): LoggedIn,
-    Of(body): Of<NewToken>,
-) -> Result<Response, Fail> {
-    let days = days(body.days)?;
-    if body.name.len() > 200 {
-        return Err(Fail::bad("the name is too long", "At most 200 bytes."));
-    }
-    let (id, secret, expires) = secrets::issue(
-        &app.db,
-        Kind::Token,
-        user.id,
-        &body.name,
-        None,
-        days,
-        body.read_only,
-    )?;
-    let row = TokenRow {
-        id,
-        name: body.name,
-        expires,
-        read_only: body.read_only,
-        secret: Some(secret),
-    };
-    Ok((StatusCode::CREATED, Json(row)).into_response())
-}
-
-/// Takes an API token back.
-#[utoipa::path(delete, path = "/api/v1/tokens/{id}", params(("id" = i64, Path)), responses((status = 204)))]
-pub(crate) async fn token_remove(
-    State(app): Shared,
-    LoggedIn(user): LoggedIn,
-    Path(id): Path<String>,
-) -> Result<StatusCode, Fail> {
-    let id: i64 = id.parse().map_err(|_| Fail::missing())?;
-    let removed = app.db.lock().execute(
-        "DELETE FROM secrets WHERE id = ?1 AND user = ?2 AND kind = 'token'",
-        params![id, user.id],
-    )?;
-    if removed == 1 {
-        Ok(StatusCode::NO_CONTENT)
-    } else {
-        Err(Fail::missing())
-    }
-}
-
 /// Counts for Prometheus. No names of runs or users.
 async fn metrics(State(app): Shared, LoggedIn(user): LoggedIn) -> Result<String, Fail> {
-    admin(&user)?;
+    accounts::admin(&user)?;
     let connection = app.db.lock();
     let mut query = connection.prepare("SELECT state, count(*) FROM runs GROUP BY state")?;
     let rows = query.query_map([], |row| {

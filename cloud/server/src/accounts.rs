@@ -1,0 +1,270 @@
+//! Sessions, users and tokens.
+
+use std::sync::Arc;
+
+use axum::Json;
+use axum::extract::{Path, State};
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use cloud_api::answers::{Price, Session, TokenRow, UserRow};
+use cloud_api::requests::{LogIn, NewToken, NewUser};
+use rusqlite::params;
+
+use crate::access::{Fail, LoggedIn, cookie, cookie_name};
+use crate::routes::{Answer, Of, Shared, days};
+use crate::runs::blocking;
+use crate::secrets::{self, Kind};
+use crate::state::App;
+
+fn session_of(app: &App, user: &secrets::User) -> Session {
+    let cores = app.options.cores;
+    let busy: u32 = app.db.live().map_or(0, |runs| {
+        runs.iter()
+            .filter(|live| live.run.state.has_attempt())
+            .map(|live| live.threads)
+            .sum()
+    });
+    Session {
+        user: user.name.clone(),
+        admin: user.admin && user.share.is_none(),
+        read_only: user.read_only,
+        cores: [cores.saturating_sub(busy), cores],
+        solver: app.version.clone(),
+        usage: app.db.usage(user.id).unwrap_or_default(),
+        price: app.db.prices().and_then(|prices| {
+            Some(Price {
+                currency: prices.currency.clone(),
+                core_hour: prices.core_hour(app.engine.queue(0))?,
+            })
+        }),
+    }
+}
+
+/// Which user this is, and what is free.
+#[utoipa::path(get, path = "/api/v1/session", responses((status = 200, body = Session)))]
+pub(crate) async fn session_get(State(app): Shared, LoggedIn(user): LoggedIn) -> Answer<Session> {
+    Ok(Json(session_of(&app, &user)))
+}
+
+/// Logs in, by the token of a link or by name and password. Sets a cookie.
+#[utoipa::path(post, path = "/api/v1/session", request_body = LogIn, responses((status = 200, body = Session)))]
+pub(crate) async fn session_begin(
+    State(app): Shared,
+    Of(body): Of<LogIn>,
+) -> Result<Response, Fail> {
+    let shared = Arc::clone(&app);
+    let (user, secret) = blocking(move || {
+        let user = match (&body.token, &body.name, &body.password) {
+            (Some(token), ..) => [Kind::Link, Kind::Share, Kind::Token]
+                .into_iter()
+                .find_map(|kind| secrets::recognise(&shared.db, kind, token).transpose())
+                .transpose()?,
+            (None, Some(name), Some(password)) => {
+                if !shared.tries.allowed(name) {
+                    let detail = "Five tries a minute. Wait a minute.";
+                    return Err(Fail::new(
+                        StatusCode::TOO_MANY_REQUESTS,
+                        "too many tries",
+                        detail,
+                    ));
+                }
+                secrets::log_in(&shared.db, name, password)?
+            }
+            _ => {
+                return Err(Fail::bad(
+                    "the body is not taken",
+                    "It has `token`, or `name` and `password`.",
+                ));
+            }
+        };
+        let Some(user) = user else {
+            return Err(Fail::new(
+                StatusCode::UNAUTHORIZED,
+                "not known",
+                "The link or the password is wrong or has expired.",
+            ));
+        };
+        let run = user.share.as_deref();
+        let (_, secret, _) = secrets::issue(
+            &shared.db,
+            Kind::Session,
+            user.id,
+            "",
+            run,
+            30.0,
+            user.read_only,
+        )?;
+        Ok((user, secret))
+    })
+    .await?;
+    let secure = if app.options.behind_proxy {
+        "; Secure"
+    } else {
+        ""
+    };
+    let set = format!(
+        "{}={secret}; Path=/; HttpOnly; SameSite=Lax; Max-Age=2592000{secure}",
+        cookie_name(&app)
+    );
+    Ok(([(header::SET_COOKIE, set)], Json(session_of(&app, &user))).into_response())
+}
+
+/// Logs out.
+#[utoipa::path(delete, path = "/api/v1/session", responses((status = 204)))]
+pub(crate) async fn session_end(
+    State(app): Shared,
+    LoggedIn(_): LoggedIn,
+    headers: HeaderMap,
+) -> Result<Response, Fail> {
+    if let Some(secret) = cookie(&app, &headers) {
+        secrets::revoke(&app.db, Kind::Session, secret)?;
+    }
+    let gone = format!("{}=; Path=/; HttpOnly; Max-Age=0", cookie_name(&app));
+    Ok((StatusCode::NO_CONTENT, [(header::SET_COOKIE, gone)]).into_response())
+}
+
+pub(crate) fn admin(user: &secrets::User) -> Result<(), Fail> {
+    if user.admin && user.share.is_none() {
+        Ok(())
+    } else {
+        Err(Fail::new(
+            StatusCode::FORBIDDEN,
+            "not allowed",
+            "Administrators manage users.",
+        ))
+    }
+}
+
+/// The users and what they take; for administrators.
+#[utoipa::path(get, path = "/api/v1/users", responses((status = 200, body = Vec<UserRow>)))]
+pub(crate) async fn user_list(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+) -> Answer<Vec<UserRow>> {
+    admin(&user)?;
+    blocking(move || {
+        let users = {
+            let connection = app.db.lock();
+            let mut query =
+                connection.prepare("SELECT id, name, admin FROM users ORDER BY name LIMIT 200")?;
+            let rows = query.query_map([], |row| {
+                Ok((
+                    row.get::<_, i64>(0)?,
+                    row.get::<_, String>(1)?,
+                    row.get::<_, bool>(2)?,
+                ))
+            })?;
+            rows.collect::<Result<Vec<_>, _>>()?
+        };
+        let row = |(id, name, admin)| {
+            let usage = app.db.usage(id)?;
+            Ok(UserRow { name, admin, usage })
+        };
+        Ok(Json(
+            users.into_iter().map(row).collect::<Result<_, Fail>>()?,
+        ))
+    })
+    .await
+}
+
+/// Adds a user, or changes password and limits; for administrators.
+#[utoipa::path(post, path = "/api/v1/users", request_body = NewUser, responses((status = 204)))]
+pub(crate) async fn user_set(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Of(body): Of<NewUser>,
+) -> Result<StatusCode, Fail> {
+    admin(&user)?;
+    cloud_api::names::check_name(&body.name)
+        .map_err(|why| Fail::bad("the name is not taken", why.to_string()))?;
+    if body.cores == Some(0) || body.disk.is_some_and(|bytes| bytes > i64::MAX as u64) {
+        return Err(Fail::bad(
+            "the limits are not taken",
+            "At least 1 core, and a length in bytes.",
+        ));
+    }
+    if body.password.chars().count() < 10 || body.password.len() > 1000 {
+        return Err(Fail::bad(
+            "the password is not taken",
+            "A password has at least 10 characters.",
+        ));
+    }
+    blocking(move || {
+        secrets::set_user(&app.db, &body)?;
+        Ok(StatusCode::NO_CONTENT)
+    })
+    .await
+}
+
+/// The API tokens of this user, without their secrets.
+#[utoipa::path(get, path = "/api/v1/tokens", responses((status = 200, body = Vec<TokenRow>)))]
+pub(crate) async fn token_list(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+) -> Answer<Vec<TokenRow>> {
+    if user.share.is_some() {
+        return Err(Fail::missing());
+    }
+    let connection = app.db.lock();
+    let mut query = connection
+        .prepare("SELECT id, name, expires, read_only FROM secrets WHERE user = ?1 AND kind = 'token' ORDER BY id LIMIT 200")?;
+    let rows = query.query_map([user.id], |row| {
+        Ok(TokenRow {
+            id: row.get(0)?,
+            name: row.get(1)?,
+            expires: row.get(2)?,
+            read_only: row.get(3)?,
+            secret: None,
+        })
+    })?;
+    Ok(Json(rows.collect::<Result<Vec<_>, _>>()?))
+}
+
+/// Makes an API token; its secret is in this answer alone.
+#[utoipa::path(post, path = "/api/v1/tokens", request_body = NewToken, responses((status = 201, body = TokenRow)))]
+pub(crate) async fn token_add(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Of(body): Of<NewToken>,
+) -> Result<Response, Fail> {
+    let days = days(body.days)?;
+    if body.name.len() > 200 {
+        return Err(Fail::bad("the name is too long", "At most 200 bytes."));
+    }
+    let (id, secret, expires) = secrets::issue(
+        &app.db,
+        Kind::Token,
+        user.id,
+        &body.name,
+        None,
+        days,
+        body.read_only,
+    )?;
+    let row = TokenRow {
+        id,
+        name: body.name,
+        expires,
+        read_only: body.read_only,
+        secret: Some(secret),
+    };
+    Ok((StatusCode::CREATED, Json(row)).into_response())
+}
+
+/// Takes an API token back.
+#[utoipa::path(delete, path = "/api/v1/tokens/{id}", params(("id" = i64, Path)), responses((status = 204)))]
+pub(crate) async fn token_remove(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Path(id): Path<String>,
+) -> Result<StatusCode, Fail> {
+    let id: i64 = id.parse().map_err(|_| Fail::missing())?;
+    let removed = app.db.lock().execute(
+        "DELETE FROM secrets WHERE id = ?1 AND user = ?2 AND kind = 'token'",
+        params![id, user.id],
+    )?;
+    if removed == 1 {
+        Ok(StatusCode::NO_CONTENT)
+    } else {
+        Err(Fail::missing())
+    }
+}
