@@ -4,8 +4,8 @@ import { Browser, sleep } from "./browser.mjs";
 
 const link = process.argv[2] ?? process.env.MERCURY_CLOUD_LINK;
 if (!link) throw new Error("newcomer.mjs LINK: the link that `mercury-cloud serve` prints");
-// Long enough that the run still goes on when the slowest browser has drawn its first pictures.
-const end = process.env.NEWCOMER_END ?? "1.2";
+// Frames come with each commit, every 5 s: a run of some 20 s still goes on when further ones were seen.
+const end = process.env.NEWCOMER_END ?? "3.0";
 const browser = await Browser.start();
 const began = Date.now();
 const said = (text) => console.log(`${((Date.now() - began) / 1000).toFixed(1)} s  ${text}`);
@@ -33,7 +33,7 @@ try {
   await browser.until(`document.querySelectorAll(".problems li").length >= 1`, "the mistake is not found", 5);
   said(`the mistake is marked after ${Date.now() - mistake} ms`);
   await browser.picture("problem.png");
-  await typed(`window.before.replace(/end +=.*/, "end  = ${end}").replace(/interval *= *[0-9.]+/, "interval = 0.01")`);
+  await typed(`window.before.replace(/end +=.*/, "end  = ${end}").replace(/interval *= *[0-9.]+/, "interval = 0.03")`);
   await browser.until(`document.querySelectorAll(".problems li").length === 0 && document.body.innerText.includes("can run")`, "still a mistake", 10);
 
   await browser.click("Submit");
