@@ -1,6 +1,6 @@
 //! Discrete particle simulation: contact laws, neighbour lists, walls and the time step.
 //!
-//! The rooms, each of which may use those below it: [`run`], [`results`], [`output`], [`step`], [`plan`], [`boundaries`],
+//! The rooms, each of which may use those below it: [`run`], [`results`], [`output`], [`plan`], [`step`], [`physics`], [`boundaries`],
 //! [`bodies`], [`spray`], [`liquid`], [`forces`], [`surface`], [`walls`], [`neighbours`], [`contact`], [`lanes`], [`state`], [`stage`]. Beside them [`study`]: many runs of one scene; [`starters`]: scenes to start from.
 
 #![warn(clippy::disallowed_methods)]
@@ -16,6 +16,7 @@ pub mod membrane;
 mod memory;
 pub mod neighbours;
 pub mod output;
+pub mod physics;
 pub mod plan;
 pub mod results;
 pub mod run;

@@ -44,10 +44,8 @@ pub fn plan(time_step: f64, density: f64, law: AnyPairLaw) -> Draft {
 /// A second material of another density (kg/m³) that follows the same law.
 pub fn add_material(plan: &mut Draft, density: f64) -> u32 {
     let law = plan.laws.laws[0];
-    plan.materials.push(Material {
-        name: format!("material {}", plan.materials.len()),
-        density,
-    });
+    let name = format!("material {}", plan.materials.len());
+    plan.materials.push(Material { name, density });
     let count = plan.materials.len();
     plan.laws = LawTable {
         materials: count,

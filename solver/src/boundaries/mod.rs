@@ -14,6 +14,7 @@ mod behind;
 mod blocked;
 mod deletion;
 mod domain_volume;
+mod expected;
 mod flux;
 mod insertion;
 mod occupied;
@@ -33,6 +34,7 @@ mod wait;
 
 pub(crate) use blocked::{Blocked, PLACES as PLACES_AMONG_WALLS, blocked, places};
 pub use domain_volume::volume_within;
+pub use expected::{expected_number, mean_volume};
 pub use flux::Crossed;
 pub use insertion::{InsertionState, Limit, Pending};
 pub use placed_sizes::PlacedSizes;

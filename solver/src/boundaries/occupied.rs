@@ -61,8 +61,8 @@ impl Occupied {
     }
 
     /// Whether a sphere at `centre` (m) of `radius` (m) would overlap a particle or an image of one; touching is not overlapping.
-    /// `margin` (m): the largest distance of particles from their listed positions. `margin` (m): how far particles may be from
-    /// where they were listed.
+    /// `margin` (m): the largest distance of particles from
+    /// their listed positions.
     pub(super) fn overlaps(
         &self,
         particles: &Particles,

@@ -137,7 +137,7 @@ impl ProgressFile {
             return;
         }
         let engine = progress.engine;
-        let physics = engine.plan().physics();
+        let physics = engine.physics();
         let members = json!({
             "step": engine.steps(),
             "of_steps": physics.steps(),

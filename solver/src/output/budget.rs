@@ -4,7 +4,8 @@ use mercury_pictures::{EnergyFlows, EnergyRow};
 
 use super::membrane_files::sheet_energies;
 use crate::boundaries::Tally;
-use crate::plan::{NewBody, NewParticle, Plan};
+use crate::physics::Physics;
+use crate::plan::{NewBody, NewParticle};
 use crate::step::Engine;
 
 /// The gains and losses up to a given time.
@@ -45,17 +46,17 @@ impl Exchanged {
 /// first state.
 #[must_use]
 pub fn energy_flows(engine: &Engine, at_start: &Exchanged) -> Option<EnergyFlows> {
-    let plan = engine.plan();
-    if !plan.physics().energy_budget() {
+    let physics = engine.physics();
+    if !physics.energy_budget() {
         return None;
     }
     let audit = engine.audit();
     // Velocities of particles that come and go are half a step older than their places. The energy that they carry is that at the
     // time of their velocities.
-    let half = 0.5 * plan.physics().time_step();
+    let half = 0.5 * physics.time_step();
     let carried = |tally: &Tally| {
         let moment = tally.mass_moment - tally.momentum * half;
-        tally.kinetic + tally.rotational - plan.physics().gravity().dot(moment)
+        tally.kinetic + tally.rotational - physics.gravity().dot(moment)
     };
     let now = Exchanged::by_now(engine);
     Some(EnergyFlows {
@@ -78,12 +79,12 @@ pub fn energy_flows(engine: &Engine, at_start: &Exchanged) -> Option<EnergyFlows
 /// Whether all work done on the particles is measured: prescribed motion of particles takes work that is not measured, and where
 /// gravity acts along a periodic axis, particles fall for ever while their height within the domain does not change.
 #[must_use]
-pub fn is_closed(plan: &Plan) -> bool {
-    let mut particles = plan.physics().particles().iter();
+pub fn is_closed(physics: &Physics) -> bool {
+    let mut particles = physics.particles().iter();
     let driven = particles.any(NewParticle::is_prescribed);
-    let driven = driven || plan.physics().bodies().iter().any(NewBody::is_prescribed);
+    let driven = driven || physics.bodies().iter().any(NewBody::is_prescribed);
     let falls_for_ever =
-        (0..3).any(|axis| plan.physics().periodic()[axis] && plan.physics().gravity()[axis] != 0.0);
+        (0..3).any(|axis| physics.periodic()[axis] && physics.gravity()[axis] != 0.0);
     !driven && !falls_for_ever
 }
 

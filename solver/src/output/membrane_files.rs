@@ -56,14 +56,14 @@ fn energies(
 }
 
 fn all(engine: &Engine) -> impl Iterator<Item = (&MembranePlan, &Surface, &MembraneNow)> {
-    let plans = engine.plan().physics().membranes().iter();
+    let plans = engine.physics().membranes().iter();
     let sheets = plans.zip(engine.surfaces()).zip(engine.membranes());
     sheets.map(|((plan, surface), membrane)| (plan, surface, membrane))
 }
 
 /// Energies of all sheets, J.
 pub(super) fn sheet_energies(engine: &Engine) -> SheetEnergies {
-    let gravity = engine.plan().physics().gravity();
+    let gravity = engine.physics().gravity();
     let mut sum = SheetEnergies::default();
     for sheet in all(engine) {
         let of_one = energies(sheet, gravity);
@@ -100,7 +100,7 @@ impl MembraneState {
                 ..MembraneTriangleFrame::default()
             },
         };
-        let gravity = engine.plan().physics().gravity();
+        let gravity = engine.physics().gravity();
         for (number, sheet) in all(engine).enumerate() {
             new.rows.push(row(sheet, gravity));
             new.holds.push(sheet.2.hold_loads.clone());

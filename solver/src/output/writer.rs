@@ -216,7 +216,7 @@ impl Writer {
         let accounting = Accounting {
             gravity: plan.physics().gravity(),
             dimensions: plan.physics().dimensions(),
-            is_closed: is_closed(plan),
+            is_closed: is_closed(plan.physics()),
         };
         let (sender, receiver) = sync_channel(QUEUE);
         let (spent, memory) = channel();

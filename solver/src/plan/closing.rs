@@ -3,10 +3,12 @@
 
 use glam::{DVec2, DVec3};
 
-use super::Plan;
-use super::insertions::{expected_number, grains_per_unit};
-use crate::boundaries::{InsertionPlan, Quantity, Total, overlaps_wall, places, volume_within};
+use super::insertions::grains_per_unit;
+use crate::boundaries::{
+    InsertionPlan, Quantity, Total, expected_number, overlaps_wall, places, volume_within,
+};
 use crate::neighbours::Images;
+use crate::physics::Physics;
 use crate::walls::{Component, ServoState, Target, Wall, WallNow};
 
 /// Places of the region that are compared with the wall at each time.
@@ -21,23 +23,22 @@ const AT_ONCE: f64 = 0.2;
 const HALVINGS: u32 = 40;
 
 /// The closing walls of each insertion.
-pub(super) fn closing_walls(plan: &Plan) -> Vec<Vec<usize>> {
-    let physics = plan.physics();
+pub(super) fn closing_walls(physics: &Physics) -> Vec<Vec<usize>> {
     let walls = || {
         let walls = physics.walls().iter().enumerate();
-        walls.filter(|(_, wall)| !wall.shape.is_one_sided() && closes(wall, end_of(plan)))
+        walls.filter(|(_, wall)| !wall.shape.is_one_sided() && closes(wall, end_of(physics)))
     };
     let insertions = physics.insertions().iter();
     insertions
         .map(|insertion| {
-            let crossing = walls().filter(|(_, wall)| crosses(plan, insertion, wall));
+            let crossing = walls().filter(|(_, wall)| crosses(physics, insertion, wall));
             crossing.map(|(index, _)| index).collect()
         })
         .collect()
 }
 
-fn end_of(plan: &Plan) -> f64 {
-    plan.physics().steps() as f64 * plan.physics().time_step()
+fn end_of(physics: &Physics) -> f64 {
+    physics.steps() as f64 * physics.time_step()
 }
 
 /// Whether the motion takes the wall somewhere for good. What oscillates or goes on turning, as a paddle does, has no side behind it.
@@ -60,9 +61,8 @@ fn closes(wall: &Wall, end: f64) -> bool {
 }
 
 /// The time at which the insertion is complete, s; its end, or that of the run, if that is not known.
-fn done_at(plan: &Plan, insertion: &InsertionPlan) -> f64 {
-    let physics = plan.physics();
-    let end = insertion.until.min(end_of(plan));
+fn done_at(physics: &Physics, insertion: &InsertionPlan) -> f64 {
+    let end = insertion.until.min(end_of(physics));
     let densities: Vec<f64> = physics.materials().iter().map(|m| m.density).collect();
     let Some(number) = expected_number(insertion, &densities, physics.dimensions()) else {
         return match insertion.total {
@@ -71,7 +71,7 @@ fn done_at(plan: &Plan, insertion: &InsertionPlan) -> f64 {
         };
     };
     let Some(rate) = &insertion.rate else {
-        let volume = number / grains_per_unit(insertion, Quantity::Volume, plan);
+        let volume = number / grains_per_unit(insertion, Quantity::Volume, physics);
         let (low, high) = (physics.domain_min(), physics.domain_max());
         let space = if physics.dimensions() == 2 {
             let (from, to) = insertion.region.bounds();
@@ -83,7 +83,7 @@ fn done_at(plan: &Plan, insertion: &InsertionPlan) -> f64 {
         let is_at_once = volume <= AT_ONCE * space;
         return if is_at_once { insertion.from } else { end };
     };
-    let per_unit = grains_per_unit(insertion, rate.quantity(), plan);
+    let per_unit = grains_per_unit(insertion, rate.quantity(), physics);
     let is_done = |time: f64| per_unit * rate.allowed(insertion.from, time).1 >= number;
     if !is_done(end) {
         return end;
@@ -102,10 +102,9 @@ fn done_at(plan: &Plan, insertion: &InsertionPlan) -> f64 {
 }
 
 /// Whether a motion has taken the wall into the region before the insertion is done.
-fn crosses(plan: &Plan, insertion: &InsertionPlan, wall: &Wall) -> bool {
-    let physics = plan.physics();
+fn crosses(physics: &Physics, insertion: &InsertionPlan, wall: &Wall) -> bool {
     let (dt, images) = (physics.time_step(), physics.images());
-    let done = done_at(plan, insertion);
+    let done = done_at(physics, insertion);
     let sizes = insertion.mixture.iter().filter(|part| part.share > 0.0);
     let diameter = sizes
         .map(|part| part.sizes.smallest())

@@ -6,7 +6,8 @@ use mercury_common::scene::Total;
 use serde::Serialize;
 
 use super::passes::passes;
-use super::{Disk, Limit, Memory, PairPlan, Plan, Value, expected, expected_number};
+use super::{Disk, Limit, Memory, PairPlan, Plan, Value, expected};
+use crate::boundaries::expected_number;
 use crate::walls::{Outline, Shape as WallShape, Wall as PlannedWall};
 
 /// The plan as a TOML document, with the memory that its run is expected to take.

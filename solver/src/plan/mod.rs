@@ -10,14 +10,13 @@ mod disk;
 mod document;
 mod doubtful;
 mod draft;
-mod event;
 mod expected;
 mod fields;
 mod files;
 mod fluxes;
-mod guard;
 mod insertions;
 mod largest;
+mod levels;
 mod magnitudes;
 mod membranes;
 mod memory;
@@ -30,13 +29,11 @@ mod pair;
 mod particle_table;
 mod particles;
 mod passes;
-mod physics;
 mod reading;
 mod refusal;
 mod regions;
 mod report;
 mod requests;
-mod sizes;
 mod sleeping;
 mod sprays;
 mod start_from_run;
@@ -54,29 +51,28 @@ pub use build::{plan, sketch};
 pub use checkpoint_identity::{Head, checkpoint_paths};
 pub use disk::Disk;
 pub use document::{document, document_as_json};
-pub use draft::{Draft, DraftError};
-pub use event::Event;
+pub use draft::Draft;
 pub use expected::{Counted, Expected, LeftOut, expected};
 pub use fields::{FieldPlan, MOST_FIELDS};
 pub use files::{SceneFile, files};
-pub use guard::{Guard, GuardPolicy};
-pub use insertions::expected_number;
-pub(crate) use insertions::mean_volume;
 pub use largest::{Largest, largest, lattice_grains};
 pub use memory::{Memory, StartBytes};
 pub use notes::Notes;
 pub use outputs::{OutputPlan, Outputs};
 pub use pair::PairPlan;
 pub use passes::{Pass, passes};
-pub use physics::Physics;
 pub use reading::{parse_scene, read_scene};
 pub use refusal::refusal;
 pub use report::report;
-pub use start_from_run::{Carried, StartedFrom};
+pub use start_from_run::StartedFrom;
 pub use time_step::{Limit, Meeting, StepPlan};
 pub use workload::{Ahead, Here, Workload};
 
+use std::sync::Arc;
+
 pub use crate::bodies::NewBody;
+pub use crate::physics::{Carried, Event, Guard, GuardPolicy, Physics};
+use crate::physics::{Setup, Watched};
 pub use crate::state::{Material, NewParticle, PrescribedMotion};
 
 /// Reading methods of private fields, each with its documentation; `copy` by value, `borrow` by reference.
@@ -104,18 +100,48 @@ use getters;
 /// A run, resolved and checked: made once, by [`plan`] from a scene or by [`Draft::plan`] by hand, and never changed.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    physics: Physics,
+    physics: Arc<Physics>,
     outputs: Outputs,
     notes: Notes,
 }
 
 impl Plan {
-    getters! {
-        /// What the run simulates.
-        borrow physics: Physics;
-        /// What it writes.
-        borrow outputs: Outputs;
-        /// What its user should know.
-        borrow notes: Notes;
+    /// What the run simulates.
+    #[must_use]
+    pub fn physics(&self) -> &Physics {
+        &self.physics
+    }
+
+    /// What it writes.
+    #[must_use]
+    pub fn outputs(&self) -> &Outputs {
+        &self.outputs
+    }
+
+    /// What its user should know.
+    #[must_use]
+    pub fn notes(&self) -> &Notes {
+        &self.notes
+    }
+
+    /// What an engine starts from.
+    #[must_use]
+    pub fn setup(&self) -> Setup {
+        let files = self.outputs.files();
+        Setup {
+            physics: Arc::clone(&self.physics),
+            watched: Watched {
+                fluxes: self.outputs.fluxes().to_vec(),
+                triangle_loads: files.triangle_loads,
+                load_sums: [files.frames, files.vtk],
+                tracking: files.tracking(),
+            },
+        }
+    }
+}
+
+impl From<Arc<Plan>> for Setup {
+    fn from(plan: Arc<Plan>) -> Self {
+        plan.setup()
     }
 }

@@ -4,6 +4,7 @@ use mercury_common::formats::number::NumberStyle;
 
 use super::{FieldPlan, getters};
 use crate::boundaries::{CountedRegion, FluxPlan};
+use crate::physics::Tracking;
 
 /// What a run writes, and under which names.
 #[derive(Debug, Clone)]
@@ -92,12 +93,18 @@ impl OutputPlan {
         singles.chain(insertions).cloned().collect()
     }
 
-    /// The track of the grains of an insertion, by its index.
+    /// Which particles an engine has to follow for it.
     #[must_use]
-    pub fn track_of(&self, insertion: usize) -> Option<u32> {
-        let mut all = self.track_insertions.iter();
-        let place = all.position(|(_, index)| *index == insertion)?;
-        Some((self.track.len() + place + 1) as u32)
+    pub fn tracking(&self) -> Tracking {
+        Tracking {
+            particles: self.track.iter().map(|(_, id)| *id).collect(),
+            insertions: self
+                .track_insertions
+                .iter()
+                .map(|(_, index)| *index)
+                .collect(),
+            every: self.track_every,
+        }
     }
 
     /// How `.data`, `.fstat` and `.ene` print numbers.

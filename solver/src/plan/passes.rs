@@ -1,7 +1,7 @@
 //! The parts of a run's step, the skipped parts, and the reasons.
 
 use super::Plan;
-use super::sizes::levels;
+use super::levels::levels;
 use crate::contact::parameter::short;
 use crate::contact::{AnyRolling, AnyTangential};
 use crate::forces::contact_loop;

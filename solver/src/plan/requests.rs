@@ -2,7 +2,7 @@
 
 use mercury_common::scene::{Scene, Total};
 
-use super::insertions::mean_volume;
+use crate::boundaries::mean_volume;
 use crate::boundaries::{Ingredient, InsertionPlan};
 use crate::contact::parameter::short;
 use crate::state::volume;

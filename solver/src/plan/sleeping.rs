@@ -3,8 +3,8 @@
 use glam::DVec3;
 use mercury_common::scene::{Scene, SceneError};
 
-use super::sizes::Sizes;
 use crate::contact::parameter::short;
+use crate::physics::Sizes;
 use crate::sleeping::Sleeping;
 
 /// Default of `speed`, in sqrt(g d): a sphere that falls by its diameter becomes 1,400 times as fast.

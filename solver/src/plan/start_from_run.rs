@@ -24,15 +24,6 @@ use crate::state::{
 };
 use crate::walls::Wall;
 
-/// Contacts that continue from other runs, by rows in the order of the ids of the start.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Carried {
-    /// Those of pairs.
-    pub pairs: SavedSlots,
-    /// Those with walls.
-    pub near_walls: SavedSlots,
-}
-
 /// A run from which this one starts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StartedFrom {
@@ -462,7 +453,7 @@ pub(super) fn carried(
     earlier: &[Earlier],
     here: &Here<'_>,
     remarks: &mut Vec<String>,
-) -> Option<Carried> {
+) -> Option<crate::physics::Carried> {
     if earlier.is_empty() {
         return None;
     }
@@ -551,7 +542,7 @@ pub(super) fn carried(
     };
     // All that were kept have histories of the same length.
     let like = (earlier.iter()).find(|run| run.pairs.numbers() == numbers)?;
-    Some(Carried {
+    Some(crate::physics::Carried {
         pairs: sorted(pairs, &like.pairs),
         near_walls: sorted(near_walls, &like.near_walls),
     })

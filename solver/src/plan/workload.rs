@@ -128,7 +128,7 @@ impl Workload {
             most: expected_inserted(insertion, plan),
             rate: (insertion.rate.as_ref()).map(|rate| {
                 (
-                    grains_per_unit(insertion, rate.quantity(), plan),
+                    grains_per_unit(insertion, rate.quantity(), physics),
                     rate.clone(),
                 )
             }),

@@ -27,7 +27,7 @@ pub struct Budget {
 impl Budget {
     /// Of a run.
     pub(super) fn new(engine: &Engine, written: &Written) -> Self {
-        let plan = engine.plan();
+        let physics = engine.physics();
         let (final_mass, final_momentum) = match &written.last {
             Some(last) => last.mass_and_momentum(),
             None => (0.0, DVec3::ZERO),
@@ -36,25 +36,18 @@ impl Budget {
         let Exchanged {
             inserted, removed, ..
         } = exchanged;
-        let particles = plan
-            .physics()
+        let particles = physics
             .particles()
             .iter()
             .filter(|particle| !particle.fixed);
-        let bodies = plan.physics().bodies().iter().filter(|body| !body.fixed);
+        let bodies = physics.bodies().iter().filter(|body| !body.fixed);
         Self {
             // An empty sum of floats is -0.
             initial_mass: 0.0
                 + particles
-                    .map(|particle| {
-                        particle
-                            .build(plan.physics().materials(), plan.physics().dimensions())
-                            .1
-                    })
+                    .map(|particle| particle.build(physics.materials(), physics.dimensions()).1)
                     .sum::<f64>()
-                + bodies
-                    .map(|body| body.mass(plan.physics().clumps()))
-                    .sum::<f64>(),
+                + bodies.map(|body| body.mass(physics.clumps())).sum::<f64>(),
             inserted_mass: inserted.mass + exchanged.liquid_mass,
             deleted_mass: removed.mass,
             final_mass,

@@ -110,7 +110,7 @@ pub struct Checkpoint {
 
 /// All but the positions of the outputs, which the writer adds.
 pub(super) fn encode(run: &Run, scene: &BTreeMap<String, String>) -> Encoder {
-    let head = Head::of(run.engine.plan(), scene, run.engine.steps());
+    let head = Head::of(&run.plan, scene, run.engine.steps());
     let known = Known {
         rest: run.rest.clone(),
         is_worn: run.engine.is_worn(),

@@ -9,11 +9,12 @@ use mercury_common::surfaces::FACES;
 
 use super::RunOptions;
 use crate::boundaries::Tally;
+use crate::plan::Plan;
 use crate::step::Engine;
 
 /// A line for each face and deletion through which a particle left, and for each flux plane.
-pub(super) fn reported(engine: &Engine, options: &RunOptions) -> Vec<String> {
-    let (plan, boundaries) = (engine.plan(), engine.boundaries());
+pub(super) fn reported(plan: &Plan, engine: &Engine, options: &RunOptions) -> Vec<String> {
+    let boundaries = engine.boundaries();
     let amount = |tally: &Tally| format!("{}, {} kg", tally.number, rounded(tally.mass, 6));
     let mut lines = Vec::new();
     for (face, tally) in FACES.iter().zip(boundaries.faces()) {

@@ -7,7 +7,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::{Ending, Run, RunFailure, StopReason};
-use crate::plan::{Plan, expected_number};
+use crate::boundaries::expected_number;
+use crate::plan::Plan;
 use crate::step::{Engine, RunError, Snapshot};
 
 /// Placing fewer takes too short a time to be interrupted.
@@ -80,8 +81,8 @@ impl Run {
 
     /// Ends the run in a state of before.
     fn go_back(&mut self, before: Snapshot, steps: u64) -> Result<bool, RunFailure> {
-        let plan = Arc::clone(self.engine.plan());
-        self.engine = Engine::resume(plan, before, self.options.start(&self.schedule))?;
+        let options = self.options.start(&self.schedule);
+        self.engine = Engine::resume(Arc::clone(&self.plan), before, options)?;
         self.ended = Some(Ending::Stopped(StopReason::Request));
         Ok(self.keep_checkpoints(steps))
     }

@@ -163,7 +163,7 @@ impl Progress<'_> {
     /// The share of the planned steps that is made.
     #[must_use]
     pub fn share(&self) -> f64 {
-        let steps = self.engine.plan().physics().steps().max(1);
+        let steps = self.engine.physics().steps().max(1);
         self.engine.steps() as f64 / steps as f64
     }
 
@@ -263,6 +263,7 @@ pub enum Advance {
 /// [`Run::new`] starts it, [`Run::advance`] continues to a time, [`Run::finish`] writes the files of the end. The pieces do not
 /// change any output.
 pub struct Run {
+    plan: Arc<Plan>,
     engine: Engine,
     options: RunOptions,
     writer: Writer,
@@ -451,6 +452,7 @@ impl Run {
             inserting: Duration::ZERO,
             cost: Cost::default(),
             workload: Workload::of(&plan),
+            plan,
             at_end: None,
             stepping: Duration::ZERO,
             particle_steps: 0,
@@ -489,7 +491,7 @@ impl Run {
         until: f64,
         observe: &mut dyn FnMut(&Progress<'_>),
     ) -> Result<Advance, RunFailure> {
-        let plan = Arc::clone(self.engine.plan());
+        let plan = Arc::clone(&self.plan);
         // With the slack of the schedule: a millionth of a step.
         let until = (until / plan.physics().time_step() - 1e-6).ceil().max(0.0) as u64;
         while self.ended.is_none() {
@@ -567,7 +569,7 @@ impl Run {
         let before = step;
         let mut step = target;
         let mut due = self.schedule.due(step);
-        let planned_end = step == engine.plan().physics().steps();
+        let planned_end = step == engine.physics().steps();
         let is_rest_due = step.is_multiple_of(rest_criterion::EVERY);
         // A step that may be the last one is observed for this case.
         let perhaps_rest = is_rest_due && self.rest.as_ref().is_some_and(Rest::is_near);
@@ -676,7 +678,7 @@ impl Run {
         let state = checkpoint::encode(self, &checkpoints.scene);
         self.checkpoints_made.0 += 1;
         self.checkpoints_made.1 += since.elapsed();
-        let files = checkpoint_paths(&self.options.folder, self.engine.plan().outputs().prefix());
+        let files = checkpoint_paths(&self.options.folder, self.plan.outputs().prefix());
         let [even, odd] = files;
         let path = if self.next_checkpoint == 0 { even } else { odd };
         self.next_checkpoint = 1 - self.next_checkpoint;
@@ -719,7 +721,7 @@ impl Run {
         self.options.stage.begin(Task::Finishing);
         let written = Arc::new(self.writer.finish()?);
         let folder = &self.options.folder;
-        let plan = self.engine.plan();
+        let plan = &self.plan;
         let is_drawn = !plan.outputs().files().pictures
             || draw_pictures(
                 folder.clone(),
@@ -735,6 +737,7 @@ impl Run {
             resumed_at: self.resumed_at,
         };
         let mut report = report(
+            &self.plan,
             &self.engine,
             &self.options,
             self.starting,

@@ -9,6 +9,7 @@ use super::shortfall::{all_left, shortfalls};
 use super::{Ending, RunOptions, StopReason, exit_report, insertions, servos};
 use crate::output::Written;
 use crate::output::summary::{LiquidSummary, SleepSummary, Status, Summary, WearSummary};
+use crate::plan::Plan;
 use crate::step::Engine;
 
 /// A finished run. Printed, it is the closing report.
@@ -233,13 +234,13 @@ pub(super) struct Looped {
 
 /// The messages at the end of a run.
 pub(super) fn report(
+    plan: &Plan,
     engine: &Engine,
     options: &RunOptions,
     starting: u64,
     looped: &Looped,
     written: &Written,
 ) -> Report {
-    let plan = engine.plan();
     let particles = engine.particles.grains();
     let observation = written.last.as_ref().map(|state| &state.observation);
     let contacts = observation.map_or(0, |observation| observation.particle_contacts);
@@ -308,7 +309,7 @@ pub(super) fn report(
         folder: options.folder.display().to_string(),
         insertions: insertions::reported(plan, engine.boundaries(), &have_places),
         servos: servos::reported(engine),
-        exits: exit_report::reported(engine, options),
+        exits: exit_report::reported(plan, engine, options),
         not_at_rest: None,
         share_alone: looped.alone as f64 / looped.particle_steps.max(1) as f64,
         rebuilds,
@@ -320,7 +321,7 @@ pub(super) fn report(
 
 /// Worn walls in numbers.
 fn wear(engine: &Engine) -> Vec<WearSummary> {
-    let walls = engine.plan().physics().walls();
+    let walls = engine.physics().walls();
     let worn = engine.wear().into_iter().flat_map(|wear| &wear.walls);
     worn.map(|worn| {
         let row = worn.row();

@@ -83,7 +83,7 @@ impl Rest {
 
     /// Counts this check; returns whether everything is at rest now.
     pub(super) fn is_reached(&mut self, engine: &Engine) -> bool {
-        let dt = engine.plan().physics().time_step();
+        let dt = engine.physics().time_step();
         self.look(&engine.particles, dt, |means| {
             awaited(engine, means).is_some()
         })
@@ -166,7 +166,7 @@ impl Rest {
     /// Why there is no rest at the end of a run that would have ended with it.
     pub(super) fn why_not(&self, engine: &Engine) -> String {
         let means = self.means(&engine.particles);
-        let walls = engine.plan().physics().walls();
+        let walls = engine.physics().walls();
         match awaited(engine, &means) {
             _ if means.limit.is_nan() => "there was no particle that can move".to_owned(),
             Some(Awaited::Insertion) => "more particles were still to come".to_owned(),
@@ -189,7 +189,7 @@ fn awaited(engine: &Engine, means: &Means) -> Option<Awaited> {
     if engine.boundaries().expects_more() {
         return Some(Awaited::Insertion);
     }
-    let event = engine.plan().physics().last_event();
+    let event = engine.physics().last_event();
     if let Some(event) = event.filter(|event| engine.time() < event.time) {
         return Some(Awaited::Event(event));
     }

@@ -15,7 +15,7 @@ pub(super) fn reported(engine: &Engine) -> Vec<String> {
 /// A warning for each servo whose load was not reached at the end of its time or of the run; a run that was stopped before may go
 /// on.
 pub(super) fn missed(engine: &Engine) -> Vec<String> {
-    let physics = engine.plan().physics();
+    let physics = engine.physics();
     let is_whole = engine.steps() >= physics.steps();
     let missed = all(engine).filter(|(_, servo, met)| {
         let is_over = is_whole || engine.time() >= servo.until;
@@ -28,7 +28,7 @@ pub(super) fn missed(engine: &Engine) -> Vec<String> {
 
 /// Each servo that ever moves something, with the name of its wall and how well it followed.
 fn all(engine: &Engine) -> impl Iterator<Item = (String, &Servo, Followed)> {
-    let walls = engine.plan().physics().walls().iter().zip(engine.walls());
+    let walls = engine.physics().walls().iter().zip(engine.walls());
     walls.flat_map(|(wall, now)| {
         let servos = wall.motion.all_servos().zip(&now.servos).enumerate();
         servos.map(|(number, (servo, state))| (name(wall, number), servo, state.followed))

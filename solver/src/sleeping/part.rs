@@ -117,7 +117,7 @@ impl Sleep {
 
     /// In scenes with `[sleeping]`.
     pub(crate) fn of(core: &Core) -> Option<Self> {
-        core.plan.physics().sleeping().map(Self::new)
+        core.physics.sleeping().map(Self::new)
     }
 
     /// Wakes a sleeper; of a body all pebbles.
@@ -276,7 +276,7 @@ impl Sleep {
             return MotionBound::default();
         }
         hold_contacts(core, Some(&self.woken));
-        let physics = core.plan.physics();
+        let physics = &core.physics;
         let (gravity, dt) = (physics.gravity(), physics.time_step());
         let step = BodyStep {
             half: 0.5 * dt,
@@ -328,8 +328,7 @@ impl Sleep {
                 || !now.servos.is_empty();
             let is_other = (self.walls.get(index)).is_some_and(|before| *before != (pose, present));
             // The loads on triangles are summed up contact by contact, step by step.
-            let is_summed =
-                core.plan.outputs().files().triangle_loads && matches!(now.shape(), Shape::Mesh(_));
+            let is_summed = core.watched.triangle_loads && matches!(now.shape(), Shape::Mesh(_));
             let comes_or_goes = (self.walls.get(index)).is_some_and(|before| before.1 != present);
             // Surfaces that follow their wear move a little now and then.
             let follows = now.wears();
@@ -367,7 +366,7 @@ impl Sleep {
     }
 
     fn wake_unbalanced(&mut self, core: &mut Core) {
-        let gravity = core.plan.physics().gravity();
+        let gravity = core.physics.gravity();
         let particles = &mut core.particles;
         let tests_all = self.tests_all || core.needs.after_contacts;
         let rows = particles.len();
@@ -387,7 +386,7 @@ impl Sleep {
     /// Puts to rest the particles that were slow at the last check and are slow now, have hardly moved in between, and are in
     /// balance.
     fn put_to_rest(&mut self, core: &mut Core) {
-        let physics = core.plan.physics();
+        let physics = &core.physics;
         let (gravity, per_inertia) = (physics.gravity(), 1.0 / core.inverse_inertia);
         let way = self.plan.speed * self.plan.every as f64 * physics.time_step();
         let disturbed = self.disturbed(core);
@@ -421,7 +420,7 @@ impl Sleep {
 
     /// The same with bodies, each as a whole.
     fn put_bodies_to_rest(&mut self, core: &mut Core, disturbed: &[bool]) {
-        let physics = core.plan.physics();
+        let physics = &core.physics;
         let way = self.plan.speed * self.plan.every as f64 * physics.time_step();
         for index in 0..core.particles.bodies().len() {
             let particles = &core.particles;
@@ -480,7 +479,7 @@ impl Sleep {
 /// Sums up the loads among sleepers; `woken`: the rows that were woken, if nothing else changed.
 pub(crate) fn hold_contacts(core: &mut Core, woken: Option<&[u32]>) {
     let around = (&*core.walls, &*core.surfaces);
-    let context = unobserved(core.plan.physics(), &core.images, around, core.width);
+    let context = unobserved(&core.physics, &core.images, around, core.width);
     (core.contacts).hold(&core.particles, &context, core.pool.as_deref(), woken);
 }
 

@@ -24,7 +24,7 @@ impl Part for Sprays {
             return Ok(());
         }
         let time = core.time();
-        let physics = core.plan.physics();
+        let physics = &core.physics;
         let Some(plan) = physics.sprays() else {
             return Ok(());
         };
@@ -53,7 +53,7 @@ impl Part for Sprays {
 impl Sprays {
     /// In scenes with sprays.
     pub(crate) fn of(core: &Core) -> Option<Self> {
-        core.plan.physics().sprays().as_ref().map(Self::new)
+        core.physics.sprays().as_ref().map(Self::new)
     }
 }
 

@@ -8,7 +8,7 @@ use crate::forces::{ContactForces, MotionBound, Needs};
 use crate::lanes::Width;
 use crate::membrane::MembraneNow;
 use crate::neighbours::Images;
-use crate::plan::Plan;
+use crate::physics::{Physics, Setup, Watched};
 use crate::stage::Stage;
 use crate::state::{Load, Particles};
 use crate::surface::{Surface, SurfaceMotion};
@@ -18,7 +18,9 @@ use super::Lists;
 
 /// Clock, particles, contacts, walls, sheets and lists: lent to each [`Part`](super::Part) of the step.
 pub struct Core {
-    pub(crate) plan: Arc<Plan>,
+    pub(crate) physics: Arc<Physics>,
+    /// What outputs need to be watched in every step.
+    pub(crate) watched: Watched,
     /// All particles.
     pub particles: Particles,
     /// The contact loop with what it remembers of contacts.
@@ -73,14 +75,14 @@ impl Core {
     /// Time of the present state, s: step number times step, never a running sum.
     #[must_use]
     pub fn time(&self) -> f64 {
-        self.step as f64 * self.plan.physics().time_step()
+        self.step as f64 * self.physics.time_step()
     }
 
     /// Time since the last force evaluation, s: 0 in the first.
     #[must_use]
     pub fn since_last(&self) -> f64 {
         if self.step > 0 {
-            self.plan.physics().time_step()
+            self.physics.time_step()
         } else {
             0.0
         }
@@ -92,10 +94,19 @@ impl Core {
         self.step
     }
 
-    /// The plan it follows.
+    /// What it simulates.
     #[must_use]
-    pub fn plan(&self) -> &Arc<Plan> {
-        &self.plan
+    pub fn physics(&self) -> &Arc<Physics> {
+        &self.physics
+    }
+
+    /// What the engine started from.
+    #[must_use]
+    pub fn setup(&self) -> Setup {
+        Setup {
+            physics: Arc::clone(&self.physics),
+            watched: self.watched.clone(),
+        }
     }
 
     /// Periodic images of the domain.
@@ -113,7 +124,7 @@ impl Core {
     /// The walls as they are now, in the order of the plan.
     #[must_use]
     pub fn walls(&self) -> &[WallNow] {
-        &self.walls[..self.plan.physics().walls().len()]
+        &self.walls[..self.physics.walls().len()]
     }
 
     /// What is known of the candidate lists.

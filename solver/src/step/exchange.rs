@@ -14,7 +14,7 @@ impl Engine {
         let Self { core, parts } = self;
         let time = core.time();
         let Core {
-            plan,
+            physics,
             particles,
             contacts,
             boundaries,
@@ -30,7 +30,7 @@ impl Engine {
                 contacts: contacts.as_mut(),
                 wall_films,
                 walls,
-                plan,
+                physics,
             };
             parts
                 .iter_mut()
@@ -46,8 +46,8 @@ impl Engine {
         };
         let changed = boundaries.exchange(
             particles,
-            plan.physics().insertions(),
-            &plan.physics().setting(),
+            physics.insertions(),
+            &physics.setting(),
             images,
             walls,
             time,
@@ -68,7 +68,7 @@ impl Core {
     /// Whether each insertion that waits for space has a place for its next particle now, in the order of the plan.
     #[must_use]
     pub fn have_places(&self) -> Vec<bool> {
-        let physics = self.plan.physics();
+        let physics = &self.physics;
         self.boundaries.have_places(
             &self.particles,
             physics.insertions(),

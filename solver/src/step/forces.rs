@@ -9,7 +9,7 @@ use super::{Core, Engine};
 use crate::forces::{Finish, MotionBound, Observation, StepContext, Watch, block_size};
 use crate::lanes::Width;
 use crate::neighbours::Images;
-use crate::plan::Physics;
+use crate::physics::Physics;
 use crate::state::{Load, Particle, Particles};
 use crate::surface::Surface;
 use crate::walls::WallNow;
@@ -19,7 +19,7 @@ impl Engine {
     /// ends this step and begins the next.
     pub(super) fn evaluate_forces(&mut self, spring_time: f64, watch: Option<Watch>, fuse: bool) {
         // The loads that servos follow act on walls without sleepers beside them.
-        let is_audited = self.plan.physics().energy_budget();
+        let is_audited = self.physics.energy_budget();
         let sees_sleepers = watch.is_some() || is_audited;
         let watch = match watch {
             Some(watch) => Some(watch),
@@ -49,7 +49,7 @@ impl Engine {
         if !self.needs.sums && !self.has_servos {
             return None;
         }
-        let sums = (self.contacts).observation(self.plan.physics().walls().len(), false);
+        let sums = (self.contacts).observation(self.physics.walls().len(), false);
         let sums = self.with_parts(sums);
         if self.has_servos {
             self.answer_loads(&sums);
@@ -66,7 +66,7 @@ impl Engine {
 
     /// The forces, and block by block, while it is in the cache, two half kicks and the drift into the next step.
     fn forces_and_drift(&mut self, spring_time: f64, watch: (Option<Watch>, bool)) {
-        let drift = self.plan.physics().time_step();
+        let drift = self.physics.time_step();
         let pass = self.kick_drift(2, drift);
         // Turned while the angular velocities are in the cache. No lock is ever waited for.
         let mut orientations = self.particles.orientations.take();
@@ -102,7 +102,8 @@ impl Engine {
         let vertices = core.all_vertex_spheres();
         let velocity_lag = 0.5 * core.since_last();
         let Core {
-            plan,
+            physics,
+            watched,
             particles,
             contacts,
             walls,
@@ -116,11 +117,11 @@ impl Engine {
         let mut context = StepContext {
             spring_time,
             velocity_lag,
-            feature_loads: plan.outputs().files().triangle_loads,
+            feature_loads: watched.triangle_loads,
             wall_films: Some(wall_films),
             watch,
             sees_sleepers,
-            ..unobserved(plan.physics(), images, (walls, surfaces), core.width)
+            ..unobserved(physics, images, (walls, surfaces), core.width)
         };
         for part in parts.iter() {
             part.inform(&mut context);

@@ -34,7 +34,7 @@ impl Core {
         } else {
             1
         };
-        let drift = self.plan.physics().time_step();
+        let drift = self.physics.time_step();
         let fastest = self.advance(kicks, drift);
         self.turn_orientations(drift);
         fastest
@@ -85,10 +85,10 @@ impl Core {
             return MotionBound::default();
         };
         let step = BodyStep {
-            half: 0.5 * self.plan.physics().time_step(),
+            half: 0.5 * self.physics.time_step(),
             drift,
             kicks,
-            gravity: self.plan.physics().gravity(),
+            gravity: self.physics.gravity(),
             skins: self.lists.half_skins,
         };
         bodies.advance(records, &step, self.pool.as_deref())
@@ -96,10 +96,10 @@ impl Core {
 
     pub(super) fn kick_drift(&self, kicks: u32, drift: f64) -> KickDrift {
         KickDrift {
-            half: 0.5 * self.plan.physics().time_step(),
+            half: 0.5 * self.physics.time_step(),
             drift,
             kicks,
-            gravity: self.plan.physics().gravity(),
+            gravity: self.physics.gravity(),
             inverse_inertia: self.inverse_inertia,
             turns: self.turns,
             skins: self.lists.half_skins,

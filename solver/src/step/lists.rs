@@ -164,7 +164,7 @@ impl Engine {
 
 impl Core {
     fn are_lists_valid(&mut self) -> bool {
-        let dt = self.plan.physics().time_step();
+        let dt = self.physics.time_step();
         let limit = 0.5 * self.lists.skin.thickness;
         let limit_of_walls = self.skin_of_walls();
         let mut valid = !self.lists.rows_changed;
@@ -189,7 +189,7 @@ impl Core {
 
     /// Largest thickness of the skin of the smallest particles, m.
     fn widest_skin(&self) -> f64 {
-        let [_, mean, _] = self.plan.physics().radii();
+        let [_, mean, _] = self.physics.radii();
         Skin::widest(mean)
     }
 

@@ -29,7 +29,7 @@ impl LoadSeries {
 
     /// In scenes that sum up loads on triangles.
     pub(super) fn of(core: &Core) -> Option<Self> {
-        let is_wanted = core.plan.outputs().files().triangle_loads;
+        let is_wanted = core.watched.triangle_loads;
         is_wanted.then(Self::default)
     }
 }
@@ -67,18 +67,18 @@ impl Engine {
         let Some((series, core)) = self.part_and_core::<LoadSeries>() else {
             return [None, None];
         };
-        let output = core.plan.outputs().files();
+        let [for_frames, for_vtk] = core.watched.load_sums;
         let loads = core.contacts.take_feature_loads();
         let evaluations = std::mem::take(&mut series.pending);
-        if output.frames {
+        if for_frames {
             series.frames.add(evaluations, &loads);
         }
-        if output.vtk {
+        if for_vtk {
             series.vtk.add(evaluations, &loads);
         }
         [
-            (frame && output.frames).then(|| std::mem::take(&mut series.frames)),
-            (vtk && output.vtk).then(|| std::mem::take(&mut series.vtk)),
+            (frame && for_frames).then(|| std::mem::take(&mut series.frames)),
+            (vtk && for_vtk).then(|| std::mem::take(&mut series.vtk)),
         ]
     }
 }

@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use super::{Core, RunError};
 use crate::forces::{ContactForces, Needs, NewList, Observation, StepContext};
-use crate::plan::Plan;
+use crate::physics::Physics;
 use crate::state::{Particles, Pieces};
 use crate::walls::{WallFilms, WallNow};
 
@@ -151,8 +151,8 @@ pub struct Leaving<'a> {
     pub wall_films: &'a mut WallFilms,
     /// Walls as they are now.
     pub walls: &'a [WallNow],
-    /// The plan of the run.
-    pub plan: &'a Plan,
+    /// What is simulated.
+    pub physics: &'a Physics,
 }
 
 /// Grains that an insertion brought in this step.

@@ -1,10 +1,8 @@
 //! The state of a run as sections of bytes: the one list of what a checkpoint holds of the engine.
 
-use std::sync::Arc;
-
 use super::{Core, Engine, Lists, RunError, StartOptions};
 use crate::forces::SavedSlots;
-use crate::plan::Plan;
+use crate::physics::Setup;
 use crate::state::{DecodeError, Decoder, Encoder, Particles, Pieces, Plain, Sections, whole};
 use crate::walls::WallNow;
 
@@ -119,7 +117,7 @@ const SECTIONS: &[Section] = &[
         is_there: has_surfaces,
         put: |core, pieces| core.contacts.put_vertices(pieces),
         take: |core, bytes| {
-            let walls = core.plan.physics().walls().len();
+            let walls = core.physics.walls().len();
             let surfaces = core.surfaces.iter();
             let vertices: Vec<usize> = surfaces.map(|of| of.positions.len()).collect();
             let contacts = &mut core.contacts;
@@ -240,13 +238,17 @@ impl Engine {
         Snapshot(encoder.into_sections())
     }
 
-    /// A run of `plan` that goes on from `snapshot`, which must come from a run of the same plan; the number of threads may
+    /// An engine that goes on from `snapshot`, which must come from one of the same setup; the number of threads may
     /// differ. [`Engine::observation`] is empty until the next watched step.
     ///
     /// # Errors
-    /// If threads cannot be started, or the snapshot cannot have come from a run of this plan.
-    pub fn restore(plan: Arc<Plan>, snapshot: Snapshot, threads: usize) -> Result<Self, RunError> {
-        Self::resume(plan, snapshot, StartOptions::threads(threads))
+    /// If threads cannot be started, or the snapshot cannot have come from this setup.
+    pub fn restore(
+        setup: impl Into<Setup>,
+        snapshot: Snapshot,
+        threads: usize,
+    ) -> Result<Self, RunError> {
+        Self::resume(setup, snapshot, StartOptions::threads(threads))
     }
 
     /// The same for a run that was started with [`Engine::start`], with the same contacts and forces.
@@ -254,11 +256,11 @@ impl Engine {
     /// # Errors
     /// Also if these are not the forces of the snapshot.
     pub fn resume(
-        plan: Arc<Plan>,
+        setup: impl Into<Setup>,
         snapshot: Snapshot,
         options: StartOptions,
     ) -> Result<Self, RunError> {
-        Self::unstarted(plan, options)?.restored(&snapshot)
+        Self::unstarted(setup.into(), options)?.restored(&snapshot)
     }
 
     /// An engine that is not started yet, in the state of a snapshot.
@@ -309,9 +311,9 @@ impl Core {
 
     fn take_particles(&mut self, bytes: &mut &[u8]) -> Result<(), String> {
         let particles = Particles::take(bytes)?;
-        particles.check(self.plan.physics().materials().len())?;
+        particles.check(self.physics.materials().len())?;
         particles.columns.check_names(&self.particles.columns)?;
-        if !particles.may_sleep_so(self.plan.physics().sleeping().is_some()) {
+        if !particles.may_sleep_so(self.physics.sleeping().is_some()) {
             return Err("a particle sleeps that cannot sleep".to_owned());
         }
         self.particles = particles;
@@ -320,12 +322,12 @@ impl Core {
 
     fn take_walls(&mut self, bytes: &mut &[u8]) -> Result<(), String> {
         let saved: Vec<_> = Plain::take(bytes)?;
-        let planned = self.plan.physics().walls();
+        let planned = self.physics.walls();
         if saved.len() != planned.len() {
             let (found, planned) = (saved.len(), planned.len());
             return Err(format!("it has {found} walls, the plan {planned}"));
         }
-        let (time, dt) = (self.time(), self.plan.physics().time_step());
+        let (time, dt) = (self.time(), self.physics.time_step());
         for ((wall, now), saved) in planned.iter().zip(&mut self.walls).zip(&saved) {
             now.restore(wall, saved, (time, dt), &self.images)
                 .map_err(|error| format!("walls.{}: {error}", wall.name))?;

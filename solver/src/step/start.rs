@@ -9,7 +9,7 @@ use crate::forces::{ContactForces, MotionBound, Needs, Watch, contact_loop};
 use crate::lanes::Width;
 use crate::membrane::Moment;
 use crate::neighbours::Skin;
-use crate::plan::Plan;
+use crate::physics::Setup;
 use crate::stage::Stage;
 use crate::state::{Particles, inverse_inertia_factor};
 use crate::surface::SurfaceMotion;
@@ -83,21 +83,21 @@ impl StartOptions {
 }
 
 impl Engine {
-    /// The state at the start of a planned run, its first forces evaluated, for `threads` threads.
+    /// The state at the start, its first forces evaluated, for `threads` threads.
     ///
     /// # Errors
     /// If threads cannot be started, or the start is not a number.
-    pub fn new(plan: Arc<Plan>, threads: usize) -> Result<Self, RunError> {
-        Self::start(plan, StartOptions::threads(threads))
+    pub fn new(setup: impl Into<Setup>, threads: usize) -> Result<Self, RunError> {
+        Self::start(setup, StartOptions::threads(threads))
     }
 
     /// The same with more to choose.
     ///
     /// # Errors
     /// As [`Engine::new`].
-    pub fn start(plan: Arc<Plan>, options: StartOptions) -> Result<Self, RunError> {
+    pub fn start(setup: impl Into<Setup>, options: StartOptions) -> Result<Self, RunError> {
         let records = options.records;
-        Self::unstarted(plan, options)?.started(records)
+        Self::unstarted(setup.into(), options)?.started(records)
     }
 
     /// With its first lists, its first forces evaluated, and with `records` of their contacts.
@@ -107,8 +107,8 @@ impl Engine {
         self.exchange_particles()?;
         self.keep_lists_valid()?;
         self.try_call(|part, core| part.before_forces(core))?;
-        let spring_time = if self.plan.physics().startup_increment() {
-            self.plan.physics().time_step()
+        let spring_time = if self.physics.startup_increment() {
+            self.physics.time_step()
         } else {
             0.0
         };
@@ -125,8 +125,8 @@ impl Engine {
     /// Gives the rows of the start the contacts that go on from other runs, as if a list had held them: the first list carries their
     /// histories over like those of any list.
     fn take_up_contacts(&mut self) {
-        let plan = Arc::clone(&self.plan);
-        let Some(carried) = plan.physics().carried() else {
+        let physics = Arc::clone(&self.physics);
+        let Some(carried) = physics.carried() else {
             return;
         };
         let Core {
@@ -143,21 +143,21 @@ impl Engine {
         }
     }
 
-    /// The particles and walls of a plan as they are placed, without lists and forces.
-    pub(super) fn unstarted(plan: Arc<Plan>, options: StartOptions) -> Result<Self, RunError> {
+    /// The particles and walls as they are placed, without lists and forces.
+    pub(super) fn unstarted(setup: Setup, options: StartOptions) -> Result<Self, RunError> {
+        let Setup { physics, watched } = setup;
         let named = options.contacts;
-        let (contacts, law_names) = named.unwrap_or_else(|| contact_loop(plan.physics().laws()));
+        let (contacts, law_names) = named.unwrap_or_else(|| contact_loop(physics.laws()));
         let others = options.parts.iter().map(|part| part.needs());
         let needs = others.fold(contacts.needs(), Needs::and);
-        let images = plan.physics().images();
-        let mut particles = Particles::new(plan.physics().orientations() || needs.orientations);
-        for new in plan.physics().particles() {
-            let (record, mass, prescribed) =
-                new.build(plan.physics().materials(), plan.physics().dimensions());
+        let images = physics.images();
+        let mut particles = Particles::new(physics.orientations() || needs.orientations);
+        for new in physics.particles() {
+            let (record, mass, prescribed) = new.build(physics.materials(), physics.dimensions());
             particles.push(record, mass, prescribed);
         }
-        for new in plan.physics().bodies() {
-            new.add_to(&mut particles, plan.physics().clumps());
+        for new in physics.bodies() {
+            new.add_to(&mut particles, physics.clumps());
         }
         let pool = match options.threads {
             0 | 1 => None,
@@ -168,47 +168,44 @@ impl Engine {
                 ))
             }
         };
-        let mut walls = WallNow::all(plan.physics().walls(), plan.physics().time_step(), &images);
-        let (mut surfaces, borrowing) = surfaces::start(
-            plan.physics().surfaces(),
-            plan.physics().time_step(),
-            &images,
-        )?;
+        let mut walls = WallNow::all(physics.walls(), physics.time_step(), &images);
+        let (mut surfaces, borrowing) =
+            surfaces::start(physics.surfaces(), physics.time_step(), &images)?;
         walls.extend(borrowing);
         let is_near = vec![true; surfaces.len()];
         let stale = vec![false; surfaces.len()];
         let membranes = surfaces::start_membranes(
-            (plan.physics().membranes(), &mut surfaces),
+            (physics.membranes(), &mut surfaces),
             &Moment {
                 time: 0.0,
-                dt: plan.physics().time_step(),
-                gravity: plan.physics().gravity(),
+                dt: physics.time_step(),
+                gravity: physics.gravity(),
                 walls: &walls,
                 images: &images,
                 has_pool: false,
             },
         );
-        let has_servos = plan
-            .physics()
+        let has_servos = physics
             .walls()
             .iter()
             .any(|wall| wall.motion.all_servos().next().is_some());
-        let skin = Skin::first(plan.physics().radii(), needs.range, &images);
+        let skin = Skin::first(physics.radii(), needs.range, &images);
         let mut boundaries = Boundaries::new(
-            plan.physics().insertions(),
-            plan.physics().deletions(),
-            plan.outputs().fluxes(),
-            &plan.physics().setting(),
+            physics.insertions(),
+            physics.deletions(),
+            &watched.fluxes,
+            &physics.setting(),
         );
         boundaries.tell(Arc::clone(&options.stage));
         let width = options.width.unwrap_or_else(Width::fastest);
-        let liquid = plan.physics().liquid().as_ref();
+        let liquid = physics.liquid().as_ref();
         let wall_films = liquid.map(|liquid| WallFilms::start(&liquid.wall_films));
         let mut core = Core {
             boundaries,
-            inverse_inertia: inverse_inertia_factor(plan.physics().dimensions()),
-            turns: plan.physics().laws().turns(),
-            plan,
+            inverse_inertia: inverse_inertia_factor(physics.dimensions()),
+            turns: physics.laws().turns(),
+            physics,
+            watched,
             particles,
             contacts,
             needs,

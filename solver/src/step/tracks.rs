@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::{Arrival, Core, Exchanged, Part};
 use crate::neighbours::Images;
-use crate::plan::OutputPlan;
+use crate::physics::Tracking;
 use crate::state::{PEBBLE, PERIODS, Particles, TRACK};
 
 /// The part that follows particles: by columns of theirs.
@@ -13,11 +13,11 @@ pub(super) struct Tracks;
 impl Tracks {
     /// Gives the particles of the start their tracks, if the plan has any.
     pub(super) fn of(core: &mut Core) -> Option<Self> {
-        let output = core.plan.outputs().files();
-        if !output.has_tracks() {
+        let tracking = &core.watched.tracking;
+        if tracking.is_empty() {
             return None;
         }
-        begin(output, &core.images, &mut core.particles);
+        begin(tracking, &core.images, &mut core.particles);
         Some(Self)
     }
 }
@@ -28,10 +28,10 @@ impl Part for Tracks {
     }
 
     fn after_exchange(&mut self, core: &mut Core, exchanged: &Exchanged) {
-        let output = core.plan.outputs().files();
+        let tracking = &core.watched.tracking;
         for arrival in &exchanged.arrivals {
-            if let Some(track) = output.track_of(arrival.insertion) {
-                mark(&mut core.particles, arrival, track, output.track_every);
+            if let Some(track) = tracking.track_of(arrival.insertion) {
+                mark(&mut core.particles, arrival, track, tracking.every);
             }
         }
     }
@@ -41,7 +41,7 @@ impl Part for Tracks {
     }
 }
 
-fn begin(output: &OutputPlan, images: &Images, particles: &mut Particles) {
+fn begin(tracking: &Tracking, images: &Images, particles: &mut Particles) {
     let rows = particles.len();
     particles.columns.add(TRACK, 0.0, rows);
     for name in images.any().then_some(PERIODS).into_iter().flatten() {
@@ -51,7 +51,7 @@ fn begin(output: &OutputPlan, images: &Images, particles: &mut Particles) {
     let Some(tracks) = particles.columns.get_mut(TRACK) else {
         return;
     };
-    for (number, (_, id)) in output.track.iter().enumerate() {
+    for (number, id) in tracking.particles.iter().enumerate() {
         if let Some(row) = ids.iter().position(|known| known == id) {
             tracks[row] = (number + 1) as f64;
         }

@@ -102,7 +102,7 @@ pub(super) fn by_id(engine: &Engine) -> Vec<Particle> {
 
 /// The energies of the present state; its contacts must have been watched.
 pub(super) fn energies(engine: &Engine) -> EnergyRow {
-    let plan = engine.plan();
+    let physics = engine.physics();
     let mut row = EnergyRow {
         time: engine.time(),
         elastic: engine.observation().elastic_energy,
@@ -118,9 +118,9 @@ pub(super) fn energies(engine: &Engine) -> EnergyRow {
         if record.flags & FIXED != 0 {
             continue;
         }
-        let inertia = mass * record.radius * record.radius
-            / inverse_inertia_factor(plan.physics().dimensions());
-        row.gravitational -= mass * plan.physics().gravity().dot(record.position);
+        let inertia =
+            mass * record.radius * record.radius / inverse_inertia_factor(physics.dimensions());
+        row.gravitational -= mass * physics.gravity().dot(record.position);
         row.translational_kinetic += 0.5 * mass * record.velocity.length_squared();
         row.rotational_kinetic += 0.5 * inertia * record.angular_velocity.length_squared();
         mass_sum += mass;

@@ -39,7 +39,7 @@ impl EnergyWalk {
     /// Collisions by kinetic theory: π σ² χ √(8 kT/π m*)/V for each pair (Chapman & Cowling 1970), with the contact value χ of Carnahan and Starling (1969). At a
     /// collision the energy m* v²/2 of the normal motion is distributed exponentially with mean kT.
     pub(super) fn of(stage: &Stage) -> Self {
-        let physics = stage.engine.plan().physics();
+        let physics = stage.engine.physics();
         let size = physics.domain_max() - physics.domain_min();
         let volume = size.x * size.y * size.z;
         let grains: Vec<_> = stage.free().collect();

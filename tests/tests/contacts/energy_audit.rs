@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Arc;
 
 use glam::{DVec3, dvec3};
 use mercury_common::formats::clump::Pebble;
@@ -658,7 +657,7 @@ fn goes_on_from_a_snapshot() {
             whole.step(None).unwrap();
             pieces.step(None).unwrap();
             let state = Snapshot::decode(&pieces.snapshot().encode()).unwrap();
-            pieces = Engine::restore(Arc::clone(pieces.plan()), state, 1).unwrap();
+            pieces = Engine::restore(pieces.setup(), state, 1).unwrap();
         }
         assert!(whole.audit().left.total() > 0.0, "{name}");
         assert_eq!(whole.audit(), pieces.audit(), "{name}");
@@ -769,7 +768,7 @@ fn of_a_damped_rolling_spring_in_closed_form() {
             let start = 0.5 * inertia * spin * spin;
             for part in [0.3, 1.0, 3.0] {
                 let time = part * std::f64::consts::TAU / frequency;
-                let steps = (time / engine.plan().physics().time_step()).round() as u64;
+                let steps = (time / engine.physics().time_step()).round() as u64;
                 let made = engine.steps();
                 advance(&mut engine, steps - made);
                 // a = (w0/w_d) exp(-zeta w t) sin(w_d t).

@@ -1,11 +1,14 @@
 //! Momentum: what one particle gains another loses.
 
+use std::sync::Arc;
+
 use glam::{DVec3, dvec3};
 use mercury_solver::contact::rolling::FrictionSpring;
 use mercury_solver::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, LinearFriction, Luding,
     PairLaw, Plastic, SpringRotation,
 };
+use mercury_solver::physics::Setup;
 use mercury_solver::plan::NewParticle;
 use mercury_solver::state::MaterialIndex;
 use mercury_solver::step::Engine;
@@ -130,9 +133,10 @@ fn forces_are_equal_and_opposite() {
         touched += u32::from(scale > 0.0);
     }
     assert!(touched > 1_000, "{touched} steps in contact");
-    let mut pair = engine.plan().draft();
+    let mut pair = engine.physics().inputs().clone();
     pair.particles.truncate(2);
-    let mut engine = start(pair);
+    let pair = Setup::unwatched(Arc::new(pair.physics().unwrap()));
+    let mut engine = Engine::new(pair, 1).unwrap();
     let mut touched = 0;
     for _ in 0..6_000 {
         advance(&mut engine, 1);

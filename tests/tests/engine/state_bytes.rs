@@ -48,8 +48,8 @@ fn goes_on(engine: &mut Engine, threads: usize, steps: u64) -> Result<(), TestCa
         decoded.encode() == bytes,
         "decoded and encoded again: other bytes"
     );
-    let plan = Arc::clone(engine.plan());
-    let mut other = Engine::restore(plan, decoded, threads).expect("the state fits its plan");
+    let mut other =
+        Engine::restore(engine.setup(), decoded, threads).expect("the state fits its plan");
     prop_assert!(
         other.snapshot().encode() == bytes,
         "restored and encoded: other bytes"
@@ -109,7 +109,7 @@ fn counts_of_the_guard_go_on() {
     }
     let (reported, steps) = (engine.guard_warnings(), engine.steps());
     let state = engine.snapshot();
-    let mut other = Engine::restore(Arc::clone(engine.plan()), state, 1).unwrap();
+    let mut other = Engine::restore(engine.setup(), state, 1).unwrap();
     assert_eq!(other.guard_warnings(), reported);
     engine.steps_at_once(10, None).unwrap();
     other.steps_at_once(10, None).unwrap();
@@ -142,10 +142,10 @@ fn damaged_states_are_named_and_never_taken() {
     let mut engine = Engine::new(planned(&path), 1).expect("an example scene starts");
     engine.steps_at_once(50, None).expect("the scene goes on");
     let bytes = engine.snapshot().encode();
-    let plan = engine.plan();
+    let setup = engine.setup();
     // A cut between two sections, or another name of one, is found when the engine looks for the section.
     let is_refused = |bytes: &[u8]| match Snapshot::decode(bytes) {
-        Ok(state) => Engine::restore(Arc::clone(plan), state, 1).is_err(),
+        Ok(state) => Engine::restore(setup.clone(), state, 1).is_err(),
         Err(_) => true,
     };
     let config = Config::with_cases(300);
@@ -415,6 +415,6 @@ fn what_the_guard_has_counted_is_told_after_a_restart() {
     let warnings = engine.guard_warnings();
     assert_eq!(warnings.len(), 2, "{warnings:#?}");
     let decoded = Snapshot::decode(&engine.snapshot().encode()).unwrap();
-    let restored = Engine::restore(Arc::clone(engine.plan()), decoded, 1).unwrap();
+    let restored = Engine::restore(engine.setup(), decoded, 1).unwrap();
     assert_eq!(restored.guard_warnings(), warnings);
 }

@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use mercury_common::scene::{ClumpMass, ClumpsAs, Scene, stem};
+use mercury_common::scene::{ClumpMass, ClumpsAs, Scene, SceneErrors, stem};
 
 use super::laws::Laws;
 use super::{Findings, Parts};
 use crate::boundaries::InsertionPlan;
 use crate::contact::registry::LawTable;
 use crate::liquid::{LiquidPlan, Weight};
+use crate::physics::{Guard, Inputs};
 use crate::plan::closing;
 use crate::plan::doubtful::{Doubt, doubts};
 use crate::plan::meshes;
@@ -17,7 +18,7 @@ use crate::plan::start_from_run::{Earlier, Here, carried};
 use crate::plan::time_step::{StepPlan, steps};
 use crate::plan::wall_films::wall_films;
 use crate::plan::wear::wear;
-use crate::plan::{Counted, Guard, Material, Notes, OutputPlan, Outputs, Physics, Plan};
+use crate::plan::{Counted, Material, Notes, OutputPlan, Outputs, Plan};
 use crate::sleeping::Sleeping;
 use crate::spray::SprayPlan;
 use crate::walls::Wall;
@@ -34,7 +35,14 @@ pub(super) struct Resolved {
 }
 
 /// The plan of a scene in which nothing is wrong.
-pub(super) fn assemble(scene: &Scene, resolved: Resolved, mut found: Findings) -> Plan {
+///
+/// # Errors
+/// If what was resolved is not consistent, which no scene should cause.
+pub(super) fn assemble(
+    scene: &Scene,
+    resolved: Resolved,
+    mut found: Findings,
+) -> Result<Plan, SceneErrors> {
     let Resolved {
         parts,
         laws,
@@ -55,7 +63,6 @@ pub(super) fn assemble(scene: &Scene, resolved: Resolved, mut found: Findings) -
         fluxes,
         fields,
         sheets,
-        sizes,
         ..
     } = parts;
     let track: Vec<(String, u32)> = scene
@@ -105,57 +112,60 @@ pub(super) fn assemble(scene: &Scene, resolved: Resolved, mut found: Findings) -
         &mut start,
         time_step,
     );
-    let mut plan = Plan {
-        physics: Physics {
-            seed: scene.seed,
-            gravity: *scene.gravity,
-            dimensions,
-            time_step,
-            steps: steps(*scene.time.end, time_step) as u64,
-            until_at_rest: *scene.time.until_at_rest,
-            domain_min: *scene.domain.min,
-            domain_max: *scene.domain.max,
-            periodic: scene.domain.periodic,
-            materials: scene
-                .materials
-                .iter()
-                .map(|material| Material {
-                    name: material.name.value.clone(),
-                    density: *material.density,
-                })
-                .collect(),
-            laws,
-            sliding_normal: scene.contact.sliding_normal,
-            wall_curvature: scene.contact.wall_curvature,
-            startup_increment: scene.contact.startup_increment,
-            contact_point_mass: scene.contact.clump_mass == ClumpMass::ContactPoint,
-            guard: Guard {
-                policy: scene.guard.policy,
-                overlap: *scene.guard.overlap,
-                way: *scene.guard.way,
-            },
-            sleeping,
-            liquid,
-            sprays,
-            walls,
-            wear,
-            surfaces: sheets.surfaces,
-            membranes: sheets.membranes,
-            particles: start.particles,
-            clumps,
-            bodies: start.bodies,
-            carried: carried.map(Arc::new),
-            insertions,
-            deletions,
-            smallest_radius: sizes.smallest,
-            mean_radius: sizes.mean,
-            largest_radius: sizes.largest,
-            orientations: scene.output.data
-                || *scene.output.vtk
-                || !track.is_empty()
-                || !track_insertions.is_empty(),
-            energy_budget: scene.output.energy_budget,
+    let inputs = Inputs {
+        seed: scene.seed,
+        gravity: *scene.gravity,
+        dimensions,
+        time_step,
+        steps: steps(*scene.time.end, time_step) as u64,
+        until_at_rest: *scene.time.until_at_rest,
+        domain_min: *scene.domain.min,
+        domain_max: *scene.domain.max,
+        periodic: scene.domain.periodic,
+        materials: scene
+            .materials
+            .iter()
+            .map(|material| Material {
+                name: material.name.value.clone(),
+                density: *material.density,
+            })
+            .collect(),
+        laws,
+        sliding_normal: scene.contact.sliding_normal,
+        wall_curvature: scene.contact.wall_curvature,
+        startup_increment: scene.contact.startup_increment,
+        contact_point_mass: scene.contact.clump_mass == ClumpMass::ContactPoint,
+        guard: Guard {
+            policy: scene.guard.policy,
+            overlap: *scene.guard.overlap,
+            way: *scene.guard.way,
         },
+        sleeping,
+        liquid,
+        sprays,
+        walls,
+        wear,
+        surfaces: sheets.surfaces,
+        membranes: sheets.membranes,
+        particles: start.particles,
+        clumps,
+        bodies: start.bodies,
+        carried: carried.map(Arc::new),
+        insertions,
+        deletions,
+        orientations: scene.output.data
+            || *scene.output.vtk
+            || !track.is_empty()
+            || !track_insertions.is_empty(),
+        energy_budget: scene.output.energy_budget,
+    };
+    let physics = inputs.physics().map_err(|error| {
+        let message = format!("the plan of this scene is not consistent ({error}), which is a fault of this program; please report it");
+        SceneErrors(vec![scene.time.end.error(message)])
+    })?;
+    let closing = closing::closing_walls(&physics);
+    let mut plan = Plan {
+        physics: Arc::new(physics.with_closing_walls(closing)),
         outputs: Outputs {
             title: scene.title.clone(),
             prefix: stem(&scene.path),
@@ -199,7 +209,7 @@ pub(super) fn assemble(scene: &Scene, resolved: Resolved, mut found: Findings) -
         },
     };
     note_doubts(&mut plan);
-    plan
+    Ok(plan)
 }
 
 /// Films, bridges and droplets; `None` in scenes without liquid. It takes the films of the start.
@@ -237,12 +247,8 @@ fn liquid(
     })
 }
 
-/// Adds what is doubtful about a plan to its notes, and to its insertions the walls that move into their regions.
+/// Adds what is doubtful about a plan to its notes.
 fn note_doubts(plan: &mut Plan) {
-    let closing = closing::closing_walls(plan);
-    for (insertion, walls) in plan.physics.insertions.iter_mut().zip(closing) {
-        insertion.closing = walls;
-    }
     let doubts: Vec<Doubt> = doubts(plan).collect();
     for doubt in doubts {
         match doubt {

@@ -102,7 +102,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
         time_step,
         step,
     };
-    Ok(assemble(scene, resolved, found))
+    assemble(scene, resolved, found)
 }
 
 /// Whether sizes, densities and volumes of liquid fit each other and the domain. It completes the laws of bridges, which need the sizes.

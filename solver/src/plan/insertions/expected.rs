@@ -2,28 +2,10 @@
 
 use glam::{DVec2, DVec3};
 use mercury_common::scene::{Quantity, Total};
-use mercury_common::sizes::SizeDistribution;
 
-use crate::boundaries::{Ingredient, InsertionPlan, volume_within};
+use crate::boundaries::{InsertionPlan, expected_number, volume_within};
+use crate::physics::Physics;
 use crate::plan::Plan;
-use crate::state::volume;
-
-/// Points of the rule by which the mean area of discs is found; the quantile function is monotonic, so the error is at
-/// most the range of areas over this number.
-const AREA_POINTS: u32 = 4096;
-
-/// Mean volume of the particles (m^3), or mean area of discs (m^2), by number.
-#[must_use]
-pub(crate) fn mean_volume(sizes: &SizeDistribution, dimensions: u8) -> f64 {
-    if dimensions != 2 {
-        return sizes.mean_volume();
-    }
-    let area = |i: u32| {
-        let u = (f64::from(i) + 0.5) / f64::from(AREA_POINTS);
-        volume(0.5 * sizes.sample_diameter(u), 2)
-    };
-    (0..AREA_POINTS).map(area).sum::<f64>() / f64::from(AREA_POINTS)
-}
 
 /// Solid fraction, in three and two dimensions, of spheres and discs that are placed at random until no more fit (Torquato 2002, Random
 /// Heterogeneous Materials, table 3.1), and of those that are packed at random.
@@ -86,9 +68,8 @@ pub(in crate::plan) fn expected_inserted(insertion: &InsertionPlan, plan: &Plan)
 pub(in crate::plan) fn grains_per_unit(
     insertion: &InsertionPlan,
     quantity: Quantity,
-    plan: &Plan,
+    physics: &Physics,
 ) -> f64 {
-    let physics = plan.physics();
     let materials = physics.materials().iter();
     let densities: Vec<f64> = materials.map(|material| material.density).collect();
     let unit = InsertionPlan {
@@ -100,25 +81,4 @@ pub(in crate::plan) fn grains_per_unit(
         ..insertion.clone()
     };
     expected_number(&unit, &densities, physics.dimensions()).unwrap_or(0.0)
-}
-
-/// The particles that an insertion is expected to bring, where its total says so.
-#[must_use]
-pub fn expected_number(
-    insertion: &InsertionPlan,
-    densities: &[f64],
-    dimensions: u8,
-) -> Option<f64> {
-    let mean = |weight: &dyn Fn(&Ingredient) -> f64| -> f64 {
-        let parts = insertion.mixture.iter();
-        parts
-            .map(|part| part.share * weight(part) * mean_volume(&part.sizes, dimensions))
-            .sum()
-    };
-    match insertion.total? {
-        Total::Number(number) => Some(number as f64),
-        Total::Volume(volume) => Some(volume / mean(&|_| 1.0)),
-        Total::Mass(mass) => Some(mass / mean(&|part| densities[part.material.index()])),
-        Total::Full => None,
-    }
 }

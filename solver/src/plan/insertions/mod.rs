@@ -14,11 +14,9 @@ use mercury_common::scene::{
 use mercury_common::sizes::{SizeDistribution, SizeError};
 
 use crate::bodies::Clump;
-use crate::boundaries::{DeletionPlan, Ingredient, InsertionPlan, Rate, Space};
+use crate::boundaries::{DeletionPlan, Ingredient, InsertionPlan, Rate, Space, mean_volume};
 use crate::state::MaterialIndex;
 
-pub use expected::expected_number;
-pub(crate) use expected::mean_volume;
 pub(super) use expected::{expected_inserted, grains_per_unit};
 pub(super) use region::region;
 pub(super) use space::check_among_walls;

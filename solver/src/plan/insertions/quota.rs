@@ -2,7 +2,7 @@
 
 use mercury_common::scene::{Insertion, Scene, SceneError, Total};
 
-use super::mean_volume;
+use crate::boundaries::mean_volume;
 use crate::boundaries::{Ingredient, MOST_OF_QUOTA};
 
 /// Why numbers cannot be fixed in advance.

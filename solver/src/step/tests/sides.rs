@@ -27,7 +27,7 @@ fn after(mut engine: Engine) -> DVec3 {
     for _ in 0..50 {
         engine.steps_at_once(100, None).unwrap();
         let saved = Snapshot::decode(&engine.snapshot().encode()).unwrap();
-        engine = Engine::restore(Arc::clone(engine.plan()), saved, 1).unwrap();
+        engine = Engine::restore(engine.setup(), saved, 1).unwrap();
     }
     engine.complete_step().unwrap();
     engine.particles.records[0].velocity

@@ -76,7 +76,7 @@ fn asleep(engine: &Engine) -> u64 {
 }
 
 fn advance(engine: &mut Engine, time: f64) {
-    let steps = (time / engine.plan().physics().time_step()).round() as u64;
+    let steps = (time / engine.physics().time_step()).round() as u64;
     engine.steps_at_once(steps, None).unwrap();
 }
 
