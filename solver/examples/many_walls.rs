@@ -10,10 +10,10 @@ use std::time::Instant;
 use glam::DVec3;
 use mercury_common::formats::mesh::TriangleMesh;
 use mercury_common::random::Stream;
-use mercury_solver::forces::find_near_walls;
-use mercury_solver::neighbours::{Built, ExtraSkins, Images, Levels, build};
-use mercury_solver::state::{MaterialIndex, Particle, Particles};
-use mercury_solver::walls::{
+use mercury_engine::forces::find_near_walls;
+use mercury_engine::neighbours::{Built, ExtraSkins, Images, Levels, build};
+use mercury_engine::state::{MaterialIndex, Particle, Particles};
+use mercury_engine::walls::{
     Cylinder, Disc, Mesh, Motion, Plane, Scratch, Shape, Side, Touches, Wall, WallError, WallNow,
 };
 

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 use mercury_common::formats::mesh::TriangleMesh;
-use mercury_solver::walls::{Mesh, WallError};
+use mercury_engine::walls::{Mesh, WallError};
 
 /// A square sheet of twice `cells` squared triangles with a wave.
 fn sheet(cells: u32) -> TriangleMesh {

@@ -14,10 +14,10 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use mercury_solver::neighbours::{Built, ExtraSkins, Images, Levels, Skin, build};
+use mercury_engine::neighbours::{Built, ExtraSkins, Images, Levels, Skin, build};
+use mercury_engine::state::{Particle, Particles};
+use mercury_engine::step::Engine;
 use mercury_solver::plan::{plan, read_scene};
-use mercury_solver::state::{Particle, Particles};
-use mercury_solver::step::Engine;
 
 const ROUNDS: usize = 7;
 /// A packed sphere needs so many contacts to be held without friction.

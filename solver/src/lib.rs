@@ -1,32 +1,14 @@
-//! Discrete particle simulation: contact laws, neighbour lists, walls and the time step.
+//! The solver: from a scene to the files of a run, over the [engine](mercury_engine).
 //!
-//! The rooms, each of which may use those below it: [`run`], [`results`], [`output`], [`plan`], [`step`], [`physics`], [`boundaries`],
-//! [`bodies`], [`spray`], [`liquid`], [`forces`], [`surface`], [`walls`], [`neighbours`], [`contact`], [`lanes`], [`state`], [`stage`]. Beside them [`study`]: many runs of one scene; [`starters`]: scenes to start from.
+//! The modules, each of which may use those below it: [`run`], [`results`], [`output`], [`plan`]. Beside them [`study`]: many runs of one
+//! scene; [`starters`]: scenes to start from.
 
 #![warn(clippy::disallowed_methods)]
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
-pub mod bodies;
-pub mod boundaries;
-pub mod contact;
-pub mod forces;
-pub mod lanes;
-pub mod liquid;
-pub mod membrane;
-mod memory;
-pub mod neighbours;
 pub mod output;
-pub mod physics;
 pub mod plan;
 pub mod results;
 pub mod run;
-pub mod sleeping;
-pub mod spray;
-pub mod stage;
 pub mod starters;
-pub mod state;
-pub mod step;
 pub mod study;
-pub mod surface;
-pub mod walls;
-pub mod wear;

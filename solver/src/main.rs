@@ -13,7 +13,7 @@ use command::problems;
 use command::run::How;
 use mercury_common::cli::{self, Failure, Outcome, say};
 use mercury_common::within::Within;
-use mercury_solver::lanes::Width;
+use mercury_engine::lanes::Width;
 use mercury_solver::output::folder::Earlier;
 use mercury_solver::results::NamedResult;
 use mercury_solver::run::checkpoint;

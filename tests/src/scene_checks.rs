@@ -5,9 +5,9 @@ mod clumps;
 use std::path::Path;
 
 use anyhow::{Result, anyhow};
+use mercury_engine::step::Engine;
 use mercury_solver::plan::read_scene;
 use mercury_solver::plan::{Plan, plan};
-use mercury_solver::step::Engine;
 
 use crate::cases::Case;
 use crate::cases::Tolerance::{Absolute, Digit, Relative};

@@ -3,17 +3,17 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use mercury_solver::contact::adhesion::liquid::Tables;
-use mercury_solver::contact::registry::{AnyPairLaw, LawTable};
-use mercury_solver::contact::{
+use mercury_engine::contact::adhesion::liquid::Tables;
+use mercury_engine::contact::registry::{AnyPairLaw, LawTable};
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Contact, PairLaw,
 };
-use mercury_solver::forces::Watch;
-use mercury_solver::lanes::Vector;
+use mercury_engine::forces::Watch;
+use mercury_engine::lanes::Vector;
+use mercury_engine::state::{Id, MaterialIndex, Particle};
+use mercury_engine::step::Engine;
+use mercury_engine::walls::{Motion, Plane, Shape, Wall};
 use mercury_solver::plan::{Draft, Material, NewParticle, Plan, PrescribedMotion};
-use mercury_solver::state::{Id, MaterialIndex, Particle};
-use mercury_solver::step::Engine;
-use mercury_solver::walls::{Motion, Plane, Shape, Wall};
 
 /// Records of all contacts, no audit.
 pub const RECORDS: Option<Watch> = Some(Watch {

@@ -9,15 +9,15 @@ use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec3};
 use mercury_common::formats::clump::ClumpFile;
-use mercury_solver::bodies::Clump;
-use mercury_solver::contact::registry::AnyPairLaw;
-use mercury_solver::contact::{
+use mercury_engine::bodies::Clump;
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Linear, LinearFriction,
     SpringRotation,
 };
+use mercury_engine::state::MaterialIndex;
+use mercury_engine::step::Engine;
 use mercury_solver::plan::{Draft, NewBody};
-use mercury_solver::state::MaterialIndex;
-use mercury_solver::step::Engine;
 
 use crate::cases::Case;
 use crate::scenes::{plane, start};

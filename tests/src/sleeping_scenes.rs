@@ -4,9 +4,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use mercury_common::scene::Files;
+use mercury_engine::state::PEBBLE;
+use mercury_engine::step::Engine;
 use mercury_solver::plan::{parse_scene, plan};
-use mercury_solver::state::PEBBLE;
-use mercury_solver::step::Engine;
 
 /// m/s^2
 pub const G: f64 = 9.81;

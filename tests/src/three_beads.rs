@@ -9,15 +9,15 @@ use crate::scenes::{advance, particle, plan, sphere, start, wall};
 use glam::{DVec3, dvec3};
 use mercury_common::formats::clump::Pebble;
 use mercury_common::formats::mesh::TriangleMesh;
-use mercury_solver::bodies::{Clump, NewBody};
-use mercury_solver::contact::registry::AnyPairLaw;
-use mercury_solver::contact::{
+use mercury_engine::bodies::{Clump, NewBody};
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Hertz, Linear,
     LinearFriction, Mindlin, MindlinRescaled, PairLaw, SlidingNormal, SpringRotation,
 };
+use mercury_engine::state::{MaterialIndex, volume};
+use mercury_engine::walls::{Component, Mesh, Motion, Shape, Side, SphereShell};
 use mercury_solver::plan::Draft;
-use mercury_solver::state::{MaterialIndex, volume};
-use mercury_solver::walls::{Component, Mesh, Motion, Shape, Side, SphereShell};
 
 /// Of the beads, m.
 const BEAD: f64 = 5e-3;

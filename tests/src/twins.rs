@@ -1,12 +1,12 @@
 //! The same scene twice: for the engine and for the reference path.
 
 use glam::{DMat3, DVec3};
-use mercury_solver::contact::registry::AnyPairLaw;
-use mercury_solver::contact::rolling::FrictionSpring;
-use mercury_solver::contact::{self, AnyNormal, AnyRolling, AnyTangential, Luding, SpringRotation};
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::contact::rolling::FrictionSpring;
+use mercury_engine::contact::{self, AnyNormal, AnyRolling, AnyTangential, Luding, SpringRotation};
+use mercury_engine::step::Engine;
+use mercury_engine::walls as fast;
 use mercury_solver::plan::{Draft, NewParticle};
-use mercury_solver::step::Engine;
-use mercury_solver::walls as fast;
 
 use crate::reference::bodies::Body;
 use crate::reference::laws::{

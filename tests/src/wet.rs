@@ -4,8 +4,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use mercury_common::scene::Files;
+use mercury_engine::step::{Engine, StartOptions};
 use mercury_solver::plan::{Plan, parse_scene, plan};
-use mercury_solver::step::{Engine, StartOptions};
 
 /// The plan of a scene given as text, with keys replaced.
 ///

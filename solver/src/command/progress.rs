@@ -12,10 +12,10 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use mercury_common::cli::{Exit, Failure};
+use mercury_engine::stage::{Event, OutputFile, Stage, Task};
 use mercury_solver::plan::Plan;
 use mercury_solver::run::checkpoint::Checkpoint;
 use mercury_solver::run::{Ending, Progress, Report, StopReason};
-use mercury_solver::stage::{Event, OutputFile, Stage, Task};
 use serde_json::{Value, json};
 
 use super::problems;

@@ -16,7 +16,8 @@ use mercury_common::machine;
 use mercury_common::readable::{bytes, rounded};
 use mercury_common::scene::Statement;
 use mercury_common::within::Within;
-use mercury_solver::lanes::Width;
+use mercury_engine::lanes::Width;
+use mercury_engine::stage::{Event, Stage};
 use mercury_solver::output::folder::{self, Earlier, FolderError, Found};
 use mercury_solver::plan::{Disk, Memory, Plan, document};
 use mercury_solver::results::NamedResult;
@@ -24,7 +25,6 @@ use mercury_solver::run::checkpoint::{self, Checkpoint};
 use mercury_solver::run::{
     Checkpoints, Progress, Report, RunFailure, RunOptions, run_from, useful_threads,
 };
-use mercury_solver::stage::{Event, Stage};
 
 /// What signals ask of a run.
 #[derive(Debug, Clone)]

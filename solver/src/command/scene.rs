@@ -10,10 +10,10 @@ use mercury_common::readable::rounded;
 use mercury_common::scene::SceneErrors;
 use mercury_common::whole_file::write_whole;
 use mercury_common::within::Within;
+use mercury_engine::stage::Stage;
 use mercury_solver::output::summary::Status;
 use mercury_solver::results::NamedResult;
 use mercury_solver::run::{Progress, Report, check_fit, plan_within};
-use mercury_solver::stage::Stage;
 use serde_json::Value;
 
 use super::input::{Input, refused};

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use mercury_common::cli::{self, Exit, Failure};
 use mercury_common::readable::{count, duration};
-use mercury_solver::stage::{Stage, Task};
+use mercury_engine::stage::{Stage, Task};
 
 /// The interval between two checks; a request to stop waits no longer than this.
 const LOOK: Duration = Duration::from_millis(50);

@@ -3,10 +3,10 @@
 use mercury_pictures::{EnergyFlows, EnergyRow};
 
 use super::membrane_files::sheet_energies;
-use crate::boundaries::Tally;
-use crate::physics::Physics;
 use crate::plan::{NewBody, NewParticle};
-use crate::step::Engine;
+use mercury_engine::boundaries::Tally;
+use mercury_engine::physics::Physics;
+use mercury_engine::step::Engine;
 
 /// The gains and losses up to a given time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -21,7 +21,7 @@ pub struct Exchanged {
     pub liquid_energy: f64,
 }
 
-crate::state::plain!(Exchanged {
+mercury_engine::state::plain!(Exchanged {
     inserted,
     removed,
     liquid_mass,

@@ -7,9 +7,9 @@ use mercury_common::frames::{ContactColumns, ContactFrame, ContactWriter, Histor
 use super::particle_frames::frames_header;
 use super::stream::{Begin, Sink, Stream, begin_frames};
 use super::{OrderedFrame, OutputError};
-use crate::contact::{AnyRolling, HistoryNumber};
-use crate::forces::Partner;
 use crate::plan::Plan;
+use mercury_engine::contact::{AnyRolling, HistoryNumber};
+use mercury_engine::forces::Partner;
 
 pub(super) struct ContactFrames {
     writer: ContactWriter,

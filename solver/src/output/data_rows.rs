@@ -1,7 +1,7 @@
 //! The rows of `.data`, to which `.fstat` refers: spheres, and either bodies or their pebbles, in the order of ids.
 
 use super::OrderedFrame;
-use crate::state::{BodyIndex, Id};
+use mercury_engine::state::{BodyIndex, Id};
 
 /// What a row of `.data` shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use glam::DVec3;
 use mercury_common::formats::ene::EnergyRow;
 
 use super::OrderedFrame;
-use crate::state::inverse_inertia_factor;
+use mercury_engine::state::inverse_inertia_factor;
 
 /// The energies (J) and the centre of mass (m) of the particles and bodies that are not fixed, each summed in the order of ids. A body
 /// counts once, with its own mass and tensor of inertia.

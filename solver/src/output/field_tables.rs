@@ -18,8 +18,8 @@ use super::contact_frames::{contact_columns, contact_frame};
 use super::particle_frames::{ParticleTable, frames_header};
 use super::stream::{Begin, Sink, Stream, TextFile};
 use super::{OrderedFrame, OutputError};
-use crate::contact::HistoryNumber;
 use crate::plan::{FieldPlan, Plan};
+use mercury_engine::contact::HistoryNumber;
 
 /// The interval between two files of a growing mean, by the clock, for users who watch it. The last one is written at the end.
 const PAUSE: Duration = Duration::from_secs(10);

@@ -13,7 +13,7 @@ use mercury_pictures::{
 use super::wall_frames::surfaces;
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
-use crate::state::{FIXED, PRESCRIBED};
+use mercury_engine::state::{FIXED, PRESCRIBED};
 
 /// Writes a file, and returns whether the next one is still needed.
 pub type Put<'a> = dyn Fn(&Path, &[u8]) -> Result<bool, OutputError> + 'a;

@@ -8,7 +8,7 @@ use super::region_counts::materials;
 use super::stream::{Begin, Sink, Stream, TextFile, push_csv_name};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
-use crate::state::MaterialIndex;
+use mercury_engine::state::MaterialIndex;
 
 pub(super) struct FluxCounts {
     file: TextFile,

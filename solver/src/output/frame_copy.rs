@@ -7,13 +7,13 @@ use super::Due;
 use super::budget::{Exchanged, energy_flows};
 use super::membrane_files::MembraneState;
 use super::wear_files::WearState;
-use crate::boundaries::Crossed;
-use crate::forces::{LoadSums, Observation};
-use crate::liquid::LiquidRow;
-use crate::spray::Droplet;
-use crate::state::{Bodies, FILM_VOLUME, Load, Particle};
-use crate::step::{Engine, Tracked};
-use crate::walls::WallState;
+use mercury_engine::boundaries::Crossed;
+use mercury_engine::forces::{LoadSums, Observation};
+use mercury_engine::liquid::LiquidRow;
+use mercury_engine::spray::Droplet;
+use mercury_engine::state::{Bodies, FILM_VOLUME, Load, Particle};
+use mercury_engine::step::{Engine, Tracked};
+use mercury_engine::walls::WallState;
 
 /// What is written of one time. Rows are in the engine's order.
 #[derive(Debug, Clone, PartialEq)]

@@ -9,8 +9,8 @@ use mercury_common::formats::number::NumberStyle;
 use super::data_rows::DataRows;
 use super::stream::{Begin, Sink, Stream, TextFile};
 use super::{OrderedFrame, OutputError};
-use crate::forces::Partner;
 use crate::plan::Plan;
+use mercury_engine::forces::Partner;
 
 pub(super) struct FstatFile {
     file: TextFile,

@@ -13,10 +13,10 @@ use mercury_pictures::SheetEnergies;
 use super::particle_frames::frames_header;
 use super::stream::{Begin, Sink, Stream, TextFile, begin_frames, push_csv_name};
 use super::{OrderedFrame, OutputError};
-use crate::membrane::{HoldLoad, MembraneNow, MembranePlan};
 use crate::plan::Plan;
-use crate::step::Engine;
-use crate::surface::Surface;
+use mercury_engine::membrane::{HoldLoad, MembraneNow, MembranePlan};
+use mercury_engine::step::Engine;
+use mercury_engine::surface::Surface;
 
 const HEAD: &[u8] = b"time,name,area,volume,pressure,x,y,z,vx,vy,vz,fx,fy,fz,tx,ty,tz,nxx,nyy,nzz,nxy,nxz,nyz,kinetic,gravitational,stretching,bending,dissipated,pressure_work,hold_work,min_stretch,max_stretch\n";
 const HOLDS_HEAD: &[u8] = b"time,membrane,name,fx,fy,fz,tx,ty,tz,power\n";

@@ -3,11 +3,11 @@
 use mercury_common::frames::{ColumnKind, ParticleFrame, Table};
 
 use super::particle_frames::ParticleTable;
-use crate::contact::HistoryNumber;
-use crate::forces::ContactRecord;
-use crate::memory::GROWTH;
 use crate::plan::{Expected, FieldPlan, Plan};
-use crate::state::{Bodies, Particles};
+use mercury_engine::contact::HistoryNumber;
+use mercury_engine::forces::ContactRecord;
+use mercury_engine::memory::GROWTH;
+use mercury_engine::state::{Bodies, Particles};
 
 /// Characters of a number in a text file, its separator among them.
 const TEXT: f64 = 20.0;

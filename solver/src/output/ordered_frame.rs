@@ -7,13 +7,13 @@ use super::frame_copy::TrackPoint;
 use super::membrane_files::MembraneState;
 use super::wear_files::WearState;
 use super::{BudgetRow, Due, FrameCopy};
-use crate::boundaries::Crossed;
-use crate::forces::{LoadSums, Observation};
-use crate::liquid::LiquidRow;
-use crate::neighbours::Images;
-use crate::spray::Droplet;
-use crate::state::{Bodies, Body, BodyIndex, FIXED, Load, PEBBLE, Particle};
-use crate::walls::WallState;
+use mercury_engine::boundaries::Crossed;
+use mercury_engine::forces::{LoadSums, Observation};
+use mercury_engine::liquid::LiquidRow;
+use mercury_engine::neighbours::Images;
+use mercury_engine::spray::Droplet;
+use mercury_engine::state::{Bodies, Body, BodyIndex, FIXED, Load, PEBBLE, Particle};
+use mercury_engine::walls::WallState;
 
 /// A [`FrameCopy`] in the order of ids.
 #[derive(Debug, Clone, PartialEq)]

@@ -10,7 +10,7 @@ use mercury_common::frames::{
 use super::stream::{Begin, Sink, Stream, begin_frames};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
-use crate::state::{FIXED, PRESCRIBED, volume};
+use mercury_engine::state::{FIXED, PRESCRIBED, volume};
 
 pub(super) struct ParticleFrames {
     writer: ParticleWriter,

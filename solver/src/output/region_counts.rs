@@ -7,9 +7,9 @@ use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
 
 use super::stream::{Begin, Sink, Stream, TextFile, push_csv_name};
 use super::{OrderedFrame, OutputError};
-use crate::boundaries::CountedRegion;
 use crate::plan::Plan;
-use crate::state::{MaterialIndex, volume};
+use mercury_engine::boundaries::CountedRegion;
+use mercury_engine::state::{MaterialIndex, volume};
 
 pub(super) struct RegionCounts {
     file: TextFile,

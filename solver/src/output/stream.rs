@@ -11,7 +11,7 @@ use mercury_common::whole_file::FileError;
 use mercury_pictures::PictureError;
 
 use super::OrderedFrame;
-use crate::stage::OutputFile;
+use mercury_engine::stage::OutputFile;
 
 /// Why the outputs of a run could not be written.
 #[derive(Debug, thiserror::Error)]

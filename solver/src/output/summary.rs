@@ -2,7 +2,7 @@
 
 use serde::{Serialize, Serializer};
 
-use crate::liquid::LiquidRow;
+use mercury_engine::liquid::LiquidRow;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

@@ -10,16 +10,16 @@ use super::contact_frames::contact_frame;
 use super::fstat_file::contact_rows;
 use super::region_counts::{Content, contents};
 use super::{Due, Exchanged, FrameCopy, OrderedFrame, Schedule, Writer, energies, folder};
-use crate::bodies::{Clump, NewBody};
-use crate::boundaries::{CountedRegion, Region};
-use crate::forces::{ContactRecord, Observation, Partner, Watch};
-use crate::neighbours::{Images, NO_SHIFT};
 use crate::plan::Plan;
-use crate::state::{FIXED, Load, MaterialIndex, Particle, WallIndex};
-use crate::step::Engine;
 use mercury_common::formats::clump::Pebble;
 use mercury_common::frames::ContactColumns;
 use mercury_common::scene::{Files, parse_scene};
+use mercury_engine::bodies::{Clump, NewBody};
+use mercury_engine::boundaries::{CountedRegion, Region};
+use mercury_engine::forces::{ContactRecord, Observation, Partner, Watch};
+use mercury_engine::neighbours::{Images, NO_SHIFT};
+use mercury_engine::state::{FIXED, Load, MaterialIndex, Particle, WallIndex};
+use mercury_engine::step::Engine;
 
 fn particle(x: f64, radius: f64, flags: u32) -> Particle {
     Particle {

@@ -9,9 +9,9 @@ use mercury_common::frames::{TriangleLoadFrame, TriangleLoadWriter};
 use super::particle_frames::frames_header;
 use super::stream::{Begin, Sink, Stream, begin_frames};
 use super::{OrderedFrame, OutputError};
-use crate::forces::{FeatureLoad, LoadSums};
 use crate::plan::Plan;
-use crate::walls::{Mesh, Shape};
+use mercury_engine::forces::{FeatureLoad, LoadSums};
+use mercury_engine::walls::{Mesh, Shape};
 
 pub(super) struct TriangleLoads {
     writer: TriangleLoadWriter,

@@ -20,8 +20,8 @@ use super::stream::{Begin, Sink, Stream};
 use super::triangle_loads::TriangleTable;
 use super::wall_frames::{surfaces, wall_frame};
 use super::{OrderedFrame, OutputError};
-use crate::contact::HistoryNumber;
 use crate::plan::Plan;
+use mercury_engine::contact::HistoryNumber;
 
 /// One thread writes: the others are busy with stepping.
 const OPTIONS: VtuOptions = VtuOptions {

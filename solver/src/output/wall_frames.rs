@@ -9,7 +9,7 @@ use super::particle_frames::frames_header;
 use super::stream::{Begin, Sink, Stream, begin_frames};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
-use crate::walls::{Outline, Shape};
+use mercury_engine::walls::{Outline, Shape};
 
 pub(super) struct WallFrames {
     writer: WallWriter,

@@ -10,7 +10,7 @@ use super::particle_frames::frames_header;
 use super::stream::{Begin, Sink, Stream, TextFile, begin_frames, push_csv_name};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
-use crate::wear::{Wear, WearRow};
+use mercury_engine::wear::{Wear, WearRow};
 
 const HEAD: &[u8] = b"time,name,owed,removed,pending,front,back,max_depth,x,y,z,moves,blocked\n";
 
@@ -56,7 +56,7 @@ impl WearState {
                 triangles.removed.push(removed);
             }
         }
-        let row = |worn: &crate::wear::Worn| (worn.plan().wall, worn.row());
+        let row = |worn: &mercury_engine::wear::Worn| (worn.plan().wall, worn.row());
         Self {
             rows: wear.walls.iter().map(row).collect(),
             vertices,

@@ -33,12 +33,12 @@ use super::wall_frames::WallFrames;
 use super::wall_loads::WallLoads;
 use super::wear_files::{WearCsv, WearFrames, WearTriangles};
 use super::{FrameCopy, OrderedFrame, OutputError, energies};
-use crate::contact::HistoryNumber;
-use crate::membrane::MembranePlan;
-use crate::neighbours::Images;
 use crate::plan::Plan;
-use crate::stage::{Event, OutputFile, Stage};
-use crate::state::{Encoder, Piece, Plain};
+use mercury_engine::contact::HistoryNumber;
+use mercury_engine::membrane::MembranePlan;
+use mercury_engine::neighbours::Images;
+use mercury_engine::stage::{Event, OutputFile, Stage};
+use mercury_engine::state::{Encoder, Piece, Plain};
 
 /// The number of states that may wait to be written before the time loop has to wait.
 const QUEUE: usize = 4;
@@ -128,36 +128,59 @@ struct RunningSums {
     deepest: f64,
 }
 
-crate::state::plain!(RunningSums {
-    energies,
-    largest_energy,
-    initial,
-    deep_frames,
-    deepest
-});
-crate::state::plain!(EnergyRow {
-    time,
-    kinetic,
-    rotational,
-    gravitational,
-    elastic,
-    flows
-});
-crate::state::plain!(EnergyFlows {
-    dissipated_normal,
-    dissipated_tangential,
-    dissipated_rolling,
-    dissipated_liquid,
-    wall_work,
-    servo_work,
-    inserted,
-    deleted,
-    deleted_elastic,
-    vanished_walls,
-    put_to_rest,
-    sheets
-});
-crate::state::plain!(SheetEnergies {
+impl Plain for RunningSums {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        let energies: Vec<Saved<EnergyRow>> = self.energies.iter().copied().map(Saved).collect();
+        energies.put(bytes);
+        self.largest_energy.put(bytes);
+        self.initial.put(bytes);
+        self.deep_frames.put(bytes);
+        self.deepest.put(bytes);
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        let energies: Vec<Saved<EnergyRow>> = Plain::take(bytes)?;
+        Ok(Self {
+            energies: energies.into_iter().map(|Saved(row)| row).collect(),
+            largest_energy: Plain::take(bytes)?,
+            initial: Plain::take(bytes)?,
+            deep_frames: Plain::take(bytes)?,
+            deepest: Plain::take(bytes)?,
+        })
+    }
+}
+
+/// Energies as they are saved: all numbers, in the order of their fields.
+struct Saved<T>(T);
+
+/// Makes a struct of numbers [`Plain`] as [`Saved`]; behind the numbers may stand one that is perhaps there (`maybe`), or one that
+/// always is (`and`).
+macro_rules! saved {
+    ($name:ident { $($field:ident),* } $(maybe $maybe:ident)? $(and $nested:ident)?) => {
+        impl Plain for Saved<$name> {
+            fn put(&self, bytes: &mut Vec<u8>) {
+                $(self.0.$field.put(bytes);)*
+                $(self.0.$maybe.map(Saved).put(bytes);)?
+                $(Saved(self.0.$nested).put(bytes);)?
+            }
+
+            fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+                Ok(Self($name {
+                    $($field: Plain::take(bytes)?,)*
+                    $($maybe: <Option<Saved<_>> as Plain>::take(bytes)?.map(|Saved(value)| value),)?
+                    $($nested: Saved::take(bytes)?.0,)?
+                }))
+            }
+        }
+    };
+}
+
+saved!(EnergyRow { time, kinetic, rotational, gravitational, elastic } maybe flows);
+saved!(EnergyFlows {
+    dissipated_normal, dissipated_tangential, dissipated_rolling, dissipated_liquid, wall_work, servo_work, inserted, deleted,
+    deleted_elastic, vanished_walls, put_to_rest
+} and sheets);
+saved!(SheetEnergies {
     kinetic,
     gravitational,
     stretching,

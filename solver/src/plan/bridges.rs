@@ -7,12 +7,12 @@ use mercury_common::scene::{LawValues, Located, Place, Scene, SceneError};
 
 use super::PairPlan;
 use super::particles::StartingParticles;
-use crate::bodies::Clump;
-use crate::boundaries::InsertionPlan;
-use crate::contact::AnyAdhesion;
-use crate::contact::adhesion::liquid::{Fit, Liquid, Tables, reduced_diameter};
-use crate::contact::adhesion::young_laplace::Table;
-use crate::contact::parameter::short;
+use mercury_engine::bodies::Clump;
+use mercury_engine::boundaries::InsertionPlan;
+use mercury_engine::contact::AnyAdhesion;
+use mercury_engine::contact::adhesion::liquid::{Fit, Liquid, Tables, reduced_diameter};
+use mercury_engine::contact::adhesion::young_laplace::Table;
+use mercury_engine::contact::parameter::short;
 
 /// Finds every `max_bridge_volume` above the volume of the smallest grain of its material, in `[[contacts]]` of either material. Materials
 /// of which there are no grains (those of walls) have no such bound.

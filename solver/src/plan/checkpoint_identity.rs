@@ -41,7 +41,7 @@ pub struct Head {
     pub laws: Vec<String>,
 }
 
-crate::state::plain!(Head {
+mercury_engine::state::plain!(Head {
     program,
     title,
     scene,

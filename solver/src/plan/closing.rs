@@ -4,12 +4,12 @@
 use glam::{DVec2, DVec3};
 
 use super::insertions::grains_per_unit;
-use crate::boundaries::{
+use mercury_engine::boundaries::{
     InsertionPlan, Quantity, Total, expected_number, overlaps_wall, places, volume_within,
 };
-use crate::neighbours::Images;
-use crate::physics::Physics;
-use crate::walls::{Component, ServoState, Target, Wall, WallNow};
+use mercury_engine::neighbours::Images;
+use mercury_engine::physics::Physics;
+use mercury_engine::walls::{Component, ServoState, Target, Wall, WallNow};
 
 /// Places of the region that are compared with the wall at each time.
 const PLACES: usize = 256;

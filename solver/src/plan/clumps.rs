@@ -7,9 +7,9 @@ use mercury_common::formats::clump::{ClumpFile, read_clump};
 use mercury_common::formats::mesh::{TriangleMesh, read_mesh};
 use mercury_common::scene::{Dimensions, Located, Scene, SceneError};
 
-use crate::bodies::Clump;
-use crate::contact::parameter::short;
-use crate::state::MaterialIndex;
+use mercury_engine::bodies::Clump;
+use mercury_engine::contact::parameter::short;
+use mercury_engine::state::MaterialIndex;
 
 /// All clumps, in the order of the file; nothing if one of them cannot be read.
 ///

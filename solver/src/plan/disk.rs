@@ -3,7 +3,7 @@
 use mercury_common::readable::bytes;
 
 use super::{Expected, Plan, expected};
-use crate::contact::parameter::short;
+use mercury_engine::contact::parameter::short;
 
 /// Frames above which a run draws a warning: a film of 10,000 pictures lasts 7 minutes.
 const MANY_FRAMES: f64 = 10_000.0;

@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use super::passes::passes;
 use super::{Disk, Limit, Memory, PairPlan, Plan, Value, expected};
-use crate::boundaries::expected_number;
-use crate::walls::{Outline, Shape as WallShape, Wall as PlannedWall};
+use mercury_engine::boundaries::expected_number;
+use mercury_engine::walls::{Outline, Shape as WallShape, Wall as PlannedWall};
 
 /// The plan as a TOML document, with the memory that its run is expected to take.
 ///

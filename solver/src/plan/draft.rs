@@ -6,11 +6,11 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::{Notes, OutputPlan, Outputs, Plan};
-use crate::bodies::{Clump, NewBody};
-use crate::boundaries::{CountedRegion, FluxPlan};
-use crate::contact::registry::AnyPairLaw;
-use crate::physics::{InputError, Inputs};
-use crate::state::NewParticle;
+use mercury_engine::bodies::{Clump, NewBody};
+use mercury_engine::boundaries::{CountedRegion, FluxPlan};
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::physics::{InputError, Inputs};
+use mercury_engine::state::NewParticle;
 
 /// A plan to be filled in: set the fields, those of [`Inputs`] among them, then [`Draft::plan`] makes a consistent plan of it.
 ///
@@ -62,14 +62,14 @@ impl Draft {
     /// With these particles instead of the present ones.
     #[must_use]
     pub fn with_particles(mut self, particles: Vec<NewParticle>) -> Self {
-        self.particles = particles;
+        self.inputs = self.inputs.with_particles(particles);
         self
     }
 
     /// With these clumps and bodies instead of the present ones.
     #[must_use]
     pub fn with_bodies(mut self, clumps: Vec<Clump>, bodies: Vec<NewBody>) -> Self {
-        (self.clumps, self.bodies) = (clumps, bodies);
+        self.inputs = self.inputs.with_bodies(clumps, bodies);
         self
     }
 

@@ -3,7 +3,7 @@
 use super::insertions::expected_inserted;
 use super::particles::StartingParticles;
 use super::{NewBody, Plan};
-use crate::bodies::Clump;
+use mercury_engine::bodies::Clump;
 
 /// The numbers of a run when everything planned is present.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -11,9 +11,9 @@ use mercury_cg::state::{Particles, Space, State};
 use mercury_common::scene::{Dimensions, FieldTable, FieldWidth, Scene, SceneError};
 
 use super::particles::StartingParticles;
-use crate::bodies::Clump;
-use crate::boundaries::InsertionPlan;
-use crate::state::{FIXED, PRESCRIBED};
+use mercury_engine::bodies::Clump;
+use mercury_engine::boundaries::InsertionPlan;
+use mercury_engine::state::{FIXED, PRESCRIBED};
 
 /// The largest number of field tables of a scene: the schedule has one bit for each.
 pub const MOST_FIELDS: usize = 64;

@@ -2,7 +2,7 @@
 
 use mercury_common::scene::{Dimensions, Flux, Scene, SceneError};
 
-use crate::boundaries::FluxPlan;
+use mercury_engine::boundaries::FluxPlan;
 
 /// All flux planes, in the order of the file.
 pub(super) fn fluxes(scene: &Scene, errors: &mut Vec<SceneError>) -> Vec<FluxPlan> {

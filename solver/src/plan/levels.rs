@@ -4,9 +4,9 @@ use glam::DVec3;
 
 use super::Plan;
 use super::insertions::expected_inserted;
-use crate::boundaries::Ingredient;
-use crate::neighbours::{Levels, Skin};
-use crate::physics::radii;
+use mercury_engine::boundaries::Ingredient;
+use mercury_engine::neighbours::{Levels, Skin};
+use mercury_engine::physics::radii;
 
 /// The number of points at which a size distribution is sampled.
 const QUANTILES: u32 = 64;

@@ -8,10 +8,10 @@ use mercury_common::scene::{Place, Scene, SceneError};
 
 use super::checks::{name, place};
 use super::particles::StartingParticles;
-use crate::bodies::Clump;
-use crate::boundaries::InsertionPlan;
-use crate::contact::parameter::short;
-use crate::state::volume;
+use mercury_engine::bodies::Clump;
+use mercury_engine::boundaries::InsertionPlan;
+use mercury_engine::contact::parameter::short;
+use mercury_engine::state::volume;
 
 /// Every mass and moment of inertia is a number that can be divided by, and every speed one that can be squared. One error for each entry of
 /// `[[particles]]` and each insertion, one for gravity.

@@ -15,14 +15,14 @@ use super::pair::PairPlan;
 use super::time_step::Limit;
 use super::usage::MaterialUse;
 use super::walls::{component_about, ramp};
-use crate::contact::parameter::short;
-use crate::membrane::{
+use mercury_engine::contact::parameter::short;
+use mercury_engine::membrane::{
     Bending, Elasticity, HoldCourse, HoldPlan, Law, Load, MembranePlan, Rates, Sheet, Topology,
     about_triangles, cylinder, disc, rectangle, sphere,
 };
-use crate::state::MaterialIndex;
-use crate::surface::{Faces, SurfacePlan};
-use crate::walls::{Motion, Wall};
+use mercury_engine::state::MaterialIndex;
+use mercury_engine::surface::{Faces, SurfacePlan};
+use mercury_engine::walls::{Motion, Wall};
 
 /// Most triangles of a sheet that is built in.
 const MOST_TRIANGLES: f64 = 4e6;

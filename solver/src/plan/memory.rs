@@ -3,7 +3,7 @@
 use super::expected::{AtStart, at_start};
 use super::particles::{StartingSphere, Typed};
 use super::{NewBody, NewParticle, Plan};
-use crate::walls::Shape;
+use mercury_engine::walls::Shape;
 
 /// Expected memory of a run, bytes. The parts are counted where a run is made (`run::memory`), as they depend on all modules.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

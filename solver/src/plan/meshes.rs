@@ -9,10 +9,10 @@ use mercury_common::scene::{
 };
 use mercury_common::turns::about_axis;
 
-use crate::boundaries::Solid;
-use crate::contact::parameter::short;
-use crate::neighbours::Skin;
-use crate::walls::{Mesh, Shape, Wall};
+use mercury_engine::boundaries::Solid;
+use mercury_engine::contact::parameter::short;
+use mercury_engine::neighbours::Skin;
+use mercury_engine::walls::{Mesh, Shape, Wall};
 
 /// Reads the triangles of a wall.
 pub(super) fn mesh(source: &MeshSource, side: MeshSide) -> Result<Shape, SceneError> {

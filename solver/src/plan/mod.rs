@@ -46,7 +46,6 @@ mod walls;
 mod wear;
 mod workload;
 
-pub use crate::contact::parameter::{Origin, Parameter, Value};
 pub use build::{plan, sketch};
 pub use checkpoint_identity::{Head, checkpoint_paths};
 pub use disk::Disk;
@@ -57,6 +56,7 @@ pub use fields::{FieldPlan, MOST_FIELDS};
 pub use files::{SceneFile, files};
 pub use largest::{Largest, largest, lattice_grains};
 pub use memory::{Memory, StartBytes};
+pub use mercury_engine::contact::parameter::{Origin, Parameter, Value};
 pub use notes::Notes;
 pub use outputs::{OutputPlan, Outputs};
 pub use pair::PairPlan;
@@ -70,10 +70,10 @@ pub use workload::{Ahead, Here, Workload};
 
 use std::sync::Arc;
 
-pub use crate::bodies::NewBody;
-pub use crate::physics::{Carried, Event, Guard, GuardPolicy, Physics};
-use crate::physics::{Setup, Watched};
-pub use crate::state::{Material, NewParticle, PrescribedMotion};
+pub use mercury_engine::bodies::NewBody;
+pub use mercury_engine::physics::{Carried, Event, Guard, GuardPolicy, Physics};
+use mercury_engine::physics::{Setup, ToSetup, Watched};
+pub use mercury_engine::state::{Material, NewParticle, PrescribedMotion};
 
 /// Reading methods of private fields, each with its documentation; `copy` by value, `borrow` by reference.
 macro_rules! getters {
@@ -123,10 +123,10 @@ impl Plan {
     pub fn notes(&self) -> &Notes {
         &self.notes
     }
+}
 
-    /// What an engine starts from.
-    #[must_use]
-    pub fn setup(&self) -> Setup {
+impl ToSetup for Plan {
+    fn to_setup(&self) -> Setup {
         let files = self.outputs.files();
         Setup {
             physics: Arc::clone(&self.physics),
@@ -137,11 +137,5 @@ impl Plan {
                 tracking: files.tracking(),
             },
         }
-    }
-}
-
-impl From<Arc<Plan>> for Setup {
-    fn from(plan: Arc<Plan>) -> Self {
-        plan.setup()
     }
 }

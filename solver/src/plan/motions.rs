@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use crate::contact::parameter::short;
-use crate::walls::{Area, Component, Motion, Servo, Target};
+use mercury_engine::contact::parameter::short;
+use mercury_engine::walls::{Area, Component, Motion, Servo, Target};
 
 /// A line for each part of a motion: axis, speed, time.
 pub(super) fn lines(motion: &Motion) -> Vec<String> {
@@ -120,7 +120,7 @@ pub(super) fn vector(v: DVec3) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::walls::Ramp;
+    use mercury_engine::walls::Ramp;
 
     #[test]
     fn what_moves_is_told_with_axis_speed_and_time() {

@@ -3,8 +3,8 @@
 use mercury_common::formats::number::NumberStyle;
 
 use super::{FieldPlan, getters};
-use crate::boundaries::{CountedRegion, FluxPlan};
-use crate::physics::Tracking;
+use mercury_engine::boundaries::{CountedRegion, FluxPlan};
+use mercury_engine::physics::Tracking;
 
 /// What a run writes, and under which names.
 #[derive(Debug, Clone)]

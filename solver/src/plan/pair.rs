@@ -1,8 +1,8 @@
 //! The law of a pair of materials with all its numbers.
 
-use crate::contact::parameter::Parameter;
-use crate::contact::registry::AnyPairLaw;
-use crate::state::MaterialIndex;
+use mercury_engine::contact::parameter::Parameter;
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::state::MaterialIndex;
 
 /// The law of two materials with all its numbers.
 #[derive(Debug, Clone, PartialEq)]

@@ -9,7 +9,7 @@ use mercury_common::scene::{Located, MaterialIndex, Scene, SceneError, nearest};
 
 use super::particles::{StartingParticles, Typed};
 use super::{NewBody, NewParticle};
-use crate::neighbours::Images;
+use mercury_engine::neighbours::Images;
 
 /// What an entry says of its table.
 pub(super) struct Table<'a> {
@@ -100,7 +100,7 @@ impl Table<'_> {
             }));
         }
         let material = self.material_of(row.material.as_deref()).map_err(wrong)?;
-        let material = crate::state::MaterialIndex::new(material.0 as u32);
+        let material = mercury_engine::state::MaterialIndex::new(material.0 as u32);
         Ok(Grain::Sphere(NewParticle {
             velocity: row.velocity,
             angular_velocity: row.angular_velocity,

@@ -12,9 +12,9 @@ use super::expected::LeftOut;
 use super::particle_table::Table;
 use super::start_from_run::{Earlier, take_up};
 use super::{NewBody, NewParticle, PrescribedMotion};
-use crate::bodies::Clump;
-use crate::contact::parameter::short;
-use crate::neighbours::Images;
+use mercury_engine::bodies::Clump;
+use mercury_engine::contact::parameter::short;
+use mercury_engine::neighbours::Images;
 
 /// Where a particle of the start was typed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -365,7 +365,7 @@ fn one(values: &ParticleValues, position: DVec3) -> NewParticle {
         ..NewParticle::at(
             position,
             *values.radius,
-            crate::state::MaterialIndex::new(values.material.0 as u32),
+            mercury_engine::state::MaterialIndex::new(values.material.0 as u32),
         )
     }
 }

@@ -2,10 +2,10 @@
 
 use super::Plan;
 use super::levels::levels;
-use crate::contact::parameter::short;
-use crate::contact::{AnyRolling, AnyTangential};
-use crate::forces::contact_loop;
-use crate::walls::Shape;
+use mercury_engine::contact::parameter::short;
+use mercury_engine::contact::{AnyRolling, AnyTangential};
+use mercury_engine::forces::contact_loop;
+use mercury_engine::walls::Shape;
 
 /// A part of the simulation that a scene may or may not need.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use mercury_common::scene::{Files, Scene, SceneErrors, parse_scene_with, read_scene_with};
 
-use crate::contact::law_keys;
+use mercury_engine::contact::law_keys;
 
 /// Reads a scene file with the `KEY=VALUE` of the command line put on top, in their order.
 ///

@@ -4,7 +4,7 @@ use mercury_common::scene::{Dimensions, Scene, SceneError};
 
 use super::insertions::region;
 use super::particles::StartingParticles;
-use crate::boundaries::{CountedRegion, volume_within};
+use mercury_engine::boundaries::{CountedRegion, volume_within};
 
 /// Thickness of a layer in which oblique shapes of two-dimensional scenes are still as in the plane, of the domain.
 const THIN: f64 = 1e-6;

@@ -10,11 +10,11 @@ use super::meshes::describe;
 use super::motions;
 use super::passes::passes;
 use super::{Disk, FieldPlan, Memory, PairPlan, Plan};
-use crate::boundaries::expected_number;
-use crate::boundaries::{Quantity, Rate, Total};
-use crate::contact::parameter::short;
-use crate::walls::{Shape, Wall};
-use crate::wear::{WearBasis, WearLaw, WearPlan};
+use mercury_engine::boundaries::expected_number;
+use mercury_engine::boundaries::{Quantity, Rate, Total};
+use mercury_engine::contact::parameter::short;
+use mercury_engine::walls::{Shape, Wall};
+use mercury_engine::wear::{WearBasis, WearLaw, WearPlan};
 
 /// The plan in aligned plain text, with the expected memory of its run beside that of the machine, if that is known.
 #[must_use]

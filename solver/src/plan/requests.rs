@@ -2,10 +2,10 @@
 
 use mercury_common::scene::{Scene, Total};
 
-use crate::boundaries::mean_volume;
-use crate::boundaries::{Ingredient, InsertionPlan};
-use crate::contact::parameter::short;
-use crate::state::volume;
+use mercury_engine::boundaries::mean_volume;
+use mercury_engine::boundaries::{Ingredient, InsertionPlan};
+use mercury_engine::contact::parameter::short;
+use mercury_engine::state::volume;
 
 /// A warning for each insertion that begins too late, for each ingredient of which a quota brings nothing, as its part of the total is
 /// nearer to nothing than to its smallest particle, and for each random insertion whose total the first particle exceeds twice.

@@ -3,9 +3,9 @@
 use glam::DVec3;
 use mercury_common::scene::{Scene, SceneError};
 
-use crate::contact::parameter::short;
-use crate::physics::Sizes;
-use crate::sleeping::Sleeping;
+use mercury_engine::contact::parameter::short;
+use mercury_engine::physics::Sizes;
+use mercury_engine::sleeping::Sleeping;
 
 /// Default of `speed`, in sqrt(g d): a sphere that falls by its diameter becomes 1,400 times as fast.
 const SPEED: f64 = 1e-3;

@@ -9,9 +9,9 @@ use mercury_common::scene::{
 use mercury_common::sizes::{SizeDistribution, SizeError};
 
 use super::number_table;
-use crate::contact::parameter::short;
-use crate::spray::{Drag, Flow, NozzlePlan, Pattern, Point, SourcePlan, SprayPlan};
-use crate::walls::{Touches, Wall};
+use mercury_engine::contact::parameter::short;
+use mercury_engine::spray::{Drag, Flow, NozzlePlan, Pattern, Point, SourcePlan, SprayPlan};
+use mercury_engine::walls::{Touches, Wall};
 
 /// All sprays, in the order of the file; `None` where there are none.
 pub(super) fn sprays(

@@ -14,15 +14,15 @@ use mercury_common::scene::{Dimensions, Located, Scene, SceneError};
 
 use super::checkpoint_identity::{Head, checkpoint_paths};
 use super::{NewBody, NewParticle, PrescribedMotion};
-use crate::bodies::{BodyStep, Clump};
-use crate::contact::registry::LawTable;
-use crate::forces::{SavedSlot, SavedSlots, SlotState, contact_loop};
-use crate::neighbours::HalfSkins;
-use crate::state::{
+use mercury_engine::bodies::{BodyStep, Clump};
+use mercury_engine::contact::registry::LawTable;
+use mercury_engine::forces::{SavedSlot, SavedSlots, SlotState, contact_loop};
+use mercury_engine::neighbours::HalfSkins;
+use mercury_engine::state::{
     ASLEEP, BodyPebble, DecodeError, Decoder, FILM_VOLUME, FIXED, MaterialIndex, PEBBLE, Particles,
     Prescribed, PrescribedBody, inverse_inertia_factor,
 };
-use crate::walls::Wall;
+use mercury_engine::walls::Wall;
 
 /// A run from which this one starts.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -453,7 +453,7 @@ pub(super) fn carried(
     earlier: &[Earlier],
     here: &Here<'_>,
     remarks: &mut Vec<String>,
-) -> Option<crate::physics::Carried> {
+) -> Option<mercury_engine::physics::Carried> {
     if earlier.is_empty() {
         return None;
     }
@@ -542,7 +542,7 @@ pub(super) fn carried(
     };
     // All that were kept have histories of the same length.
     let like = (earlier.iter()).find(|run| run.pairs.numbers() == numbers)?;
-    Some(crate::physics::Carried {
+    Some(mercury_engine::physics::Carried {
         pairs: sorted(pairs, &like.pairs),
         near_walls: sorted(near_walls, &like.near_walls),
     })

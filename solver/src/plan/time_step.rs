@@ -2,11 +2,11 @@
 
 use super::pair::PairPlan;
 use super::usage::MaterialUse;
-use crate::bodies::Clump;
-use crate::contact::parameter::short;
-use crate::contact::registry::AnyPairLaw;
-use crate::contact::{PlannedNormal, SpringAndDashpot};
-use crate::state::{inverse_inertia_factor, volume};
+use mercury_engine::bodies::Clump;
+use mercury_engine::contact::parameter::short;
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::contact::{PlannedNormal, SpringAndDashpot};
+use mercury_engine::state::{inverse_inertia_factor, volume};
 
 /// Steps per contact of the automatic step.
 const STEPS_PER_CONTACT: f64 = 50.0;

@@ -3,9 +3,9 @@
 use mercury_common::scene::Scene;
 
 use super::particles::StartingParticles;
-use crate::bodies::Clump;
-use crate::boundaries::InsertionPlan;
-use crate::walls::Wall;
+use mercury_engine::bodies::Clump;
+use mercury_engine::boundaries::InsertionPlan;
+use mercury_engine::walls::Wall;
 
 /// What is made of a material.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use mercury_common::scene::{Domain, Scene, Shape as SceneShape, Wall as SceneWall};
 
-use crate::walls::{Room, Shape, Wall, WallFilmPlan, plane_section};
+use mercury_engine::walls::{Room, Shape, Wall, WallFilmPlan, plane_section};
 
 /// The films of all walls, in their order; empty where none has one.
 pub(super) fn wall_films(scene: &Scene, walls: &[Wall]) -> Vec<Option<WallFilmPlan>> {

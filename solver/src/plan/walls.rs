@@ -7,9 +7,9 @@ use mercury_common::scene::{
 };
 
 use super::meshes;
-use crate::neighbours::Images;
-use crate::state::MaterialIndex;
-use crate::walls::{
+use mercury_engine::neighbours::Images;
+use mercury_engine::state::MaterialIndex;
+use mercury_engine::walls::{
     Area, Component, Cone, Cylinder, Disc, Motion, MotionTable, Plane, Ramp, Revolution, Servo,
     Shape, Side, SphereShell, Target, Wall, WallError,
 };

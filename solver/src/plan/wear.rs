@@ -2,8 +2,8 @@
 
 use mercury_common::scene::{Scene, Wear as SceneWear, WearLaw as SceneLaw};
 
-use crate::walls::Wall;
-use crate::wear::{WearLaw, WearPlan};
+use mercury_engine::walls::Wall;
+use mercury_engine::wear::{WearLaw, WearPlan};
 
 /// The walls of the plan that wear.
 pub(super) fn wear(scene: &Scene, walls: &[Wall]) -> Vec<WearPlan> {

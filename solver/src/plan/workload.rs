@@ -5,7 +5,7 @@
 
 use super::Plan;
 use super::insertions::{expected_inserted, grains_per_unit};
-use crate::boundaries::Rate;
+use mercury_engine::boundaries::Rate;
 
 /// The grains that a run is planned to have over time.
 #[derive(Debug, Clone, PartialEq)]
@@ -183,7 +183,7 @@ impl Workload {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::boundaries::Quantity;
+    use mercury_engine::boundaries::Quantity;
 
     fn steady(per_second: f64, until: f64, most: f64) -> Source {
         let rate = Rate::Steady {

@@ -5,7 +5,7 @@ use mercury_pictures::{EnergyFlows, EnergyRow};
 
 use crate::output::summary::{Dissipated, EnergySummary, Springs};
 use crate::output::{Exchanged, Written};
-use crate::step::Engine;
+use mercury_engine::step::Engine;
 
 /// Budgets of mass and momentum.
 #[derive(Debug, Clone, Copy, PartialEq)]

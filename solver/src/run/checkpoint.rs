@@ -15,11 +15,11 @@ use serde_json::{Value, json};
 
 use super::Run;
 use super::rest_criterion::Rest;
-use crate::forces::{SavedSlots, SlotState};
 use crate::output::{Exchanged, POSITIONS, Positions};
 use crate::plan::{Head, Plan, checkpoint_paths};
-use crate::state::{DecodeError, Decoder, Encoder};
-use crate::step::Snapshot;
+use mercury_engine::forces::{SavedSlots, SlotState};
+use mercury_engine::state::{DecodeError, Decoder, Encoder};
+use mercury_engine::step::Snapshot;
 
 /// Keys of a scene that may change before its run goes on: they decide when a run ends and when it writes, not the physics.
 pub const MAY_CHANGE: [&str; 8] = [
@@ -86,7 +86,7 @@ pub(super) struct Known {
     pub(super) at_start: Exchanged,
 }
 
-crate::state::plain!(Known {
+mercury_engine::state::plain!(Known {
     rest,
     is_worn,
     at_start

@@ -8,9 +8,9 @@ use mercury_common::readable::rounded;
 use mercury_common::surfaces::FACES;
 
 use super::RunOptions;
-use crate::boundaries::Tally;
 use crate::plan::Plan;
-use crate::step::Engine;
+use mercury_engine::boundaries::Tally;
+use mercury_engine::step::Engine;
 
 /// A line for each face and deletion through which a particle left, and for each flux plane.
 pub(super) fn reported(plan: &Plan, engine: &Engine, options: &RunOptions) -> Vec<String> {

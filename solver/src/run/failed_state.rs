@@ -1,9 +1,9 @@
 //! The state in which a run failed.
 
 use super::Run;
-use crate::forces::Watch;
 use crate::output::{Due, FrameCopy};
-use crate::step::RunError;
+use mercury_engine::forces::Watch;
+use mercury_engine::step::RunError;
 
 impl Run {
     /// Writes the state in which a run failed, for inspection.

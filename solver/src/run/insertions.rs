@@ -2,11 +2,11 @@
 
 use mercury_common::readable::rounded;
 
-use crate::boundaries::mean_volume;
-use crate::boundaries::{
+use crate::plan::Plan;
+use mercury_engine::boundaries::mean_volume;
+use mercury_engine::boundaries::{
     Boundaries, Ingredient, InsertionPlan, InsertionState, Limit, Total, volume_within,
 };
-use crate::plan::Plan;
 
 /// The probability of a false alarm for random sizes of the right distribution.
 const LEVEL: f64 = 0.01;

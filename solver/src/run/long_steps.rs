@@ -7,9 +7,9 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::{Ending, Run, RunFailure, StopReason};
-use crate::boundaries::expected_number;
 use crate::plan::Plan;
-use crate::step::{Engine, RunError, Snapshot};
+use mercury_engine::boundaries::expected_number;
+use mercury_engine::step::{Engine, RunError, Snapshot};
 
 /// Placing fewer takes too short a time to be interrupted.
 const MANY: f64 = 20_000.0;
@@ -62,7 +62,7 @@ impl Run {
         long: LongStep,
         stopping: Option<StopReason>,
     ) -> Result<bool, RunFailure> {
-        use crate::stage::Task;
+        use mercury_engine::stage::Task;
         let stage = Arc::clone(&self.options.stage);
         let since = Instant::now();
         let (before, steps) = (self.engine.snapshot(), self.engine.steps());

@@ -4,13 +4,13 @@ use mercury_common::machine::MachineMemory;
 use mercury_common::readable::{bytes, count};
 use mercury_common::scene::{Scene, SceneError, SceneErrors};
 
-use crate::forces::{contact_loop, parked_bytes};
-use crate::memory::{GROWTH, MANY};
-use crate::neighbours::{build_bytes, list_bytes};
 use crate::output::output_bytes;
 use crate::plan::{Memory, Plan, StartBytes, expected, largest, lattice_grains, plan, sketch};
-use crate::sleeping;
-use crate::state::{Bodies, Particles};
+use mercury_engine::forces::{contact_loop, parked_bytes};
+use mercury_engine::memory::{GROWTH, MANY};
+use mercury_engine::neighbours::{build_bytes, list_bytes};
+use mercury_engine::sleeping;
+use mercury_engine::state::{Bodies, Particles};
 
 /// The memory of any run: the program, its libraries, its pictures.
 const PROGRAM: f64 = 16e6;

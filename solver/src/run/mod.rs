@@ -38,17 +38,17 @@ use report::{Looped, log_body, log_head, report};
 use rest_criterion::Rest;
 use time_left::Cost;
 
-use crate::forces::{Watch, block_size};
-use crate::lanes::Width;
 use crate::output::summary::Status;
 use crate::output::{
     Due, Exchanged, FrameCopy, OutputError, POSITIONS, Schedule, ToWrite, Writer, folder,
 };
 use crate::plan::{Ahead, Here, Plan, Workload, checkpoint_paths};
 use crate::results::NamedResult;
-use crate::stage::{Event, OutputFile, Stage, Task};
-use crate::state::{Encoder, FIXED, PEBBLE};
-use crate::step::{Engine, RunError, StartOptions};
+use mercury_engine::forces::{Watch, block_size};
+use mercury_engine::lanes::Width;
+use mercury_engine::stage::{Event, OutputFile, Stage, Task};
+use mercury_engine::state::{Encoder, FIXED, PEBBLE};
+use mercury_engine::step::{Engine, RunError, StartOptions};
 
 /// Fewer particles and pebbles than these are stepped by one thread: two threads took as long for 1,000 beads, and 0.7 of the time for 2,000
 /// (`benches/busy.py`).

@@ -10,7 +10,7 @@ use super::{Ending, RunOptions, StopReason, exit_report, insertions, servos};
 use crate::output::Written;
 use crate::output::summary::{LiquidSummary, SleepSummary, Status, Summary, WearSummary};
 use crate::plan::Plan;
-use crate::step::Engine;
+use mercury_engine::step::Engine;
 
 /// A finished run. Printed, it is the closing report.
 #[derive(Debug, Clone, PartialEq)]

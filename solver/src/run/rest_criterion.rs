@@ -4,8 +4,8 @@ use glam::DVec3;
 use mercury_common::readable::rounded;
 
 use crate::plan::{Event, Plan};
-use crate::state::{FIXED, PEBBLE, PRESCRIBED, Particles, inverse_inertia_factor};
-use crate::step::Engine;
+use mercury_engine::state::{FIXED, PEBBLE, PRESCRIBED, Particles, inverse_inertia_factor};
+use mercury_engine::step::Engine;
 
 /// Calm steps in a row that make rest.
 const STEPS: u64 = 1000;
@@ -215,7 +215,7 @@ fn awaited(engine: &Engine, means: &Means) -> Option<Awaited> {
     })
 }
 
-crate::state::plain!(Rest {
+mercury_engine::state::plain!(Rest {
     gravity,
     energy,
     inertia,

@@ -2,8 +2,8 @@
 
 use mercury_common::readable::rounded;
 
-use crate::step::Engine;
-use crate::walls::{Followed, Servo, Target, Wall};
+use mercury_engine::step::Engine;
+use mercury_engine::walls::{Followed, Servo, Target, Wall};
 
 /// A line for each servo: its target at the end of its time, and the load that it held.
 pub(super) fn reported(engine: &Engine) -> Vec<String> {

@@ -2,9 +2,9 @@
 
 use mercury_common::surfaces::FACES;
 
-use crate::boundaries::{BoundaryState, InsertionPlan, InsertionState, Limit, Total};
 use crate::plan::Plan;
-use crate::step::Engine;
+use mercury_engine::boundaries::{BoundaryState, InsertionPlan, InsertionState, Limit, Total};
+use mercury_engine::step::Engine;
 
 /// A warning for each insertion that ended, by its time or for want of space, below its total, or without anything.
 ///
@@ -102,7 +102,7 @@ mod tests {
     use mercury_common::scene::Files;
 
     use super::*;
-    use crate::boundaries::Tally;
+    use mercury_engine::boundaries::Tally;
 
     const SCENE: &str = "gravity = [0, 0, -9.81]\n[time]\nend = 1.0\nstep = 1e-4\n\
         [domain]\nmin = [0, 0, 0]\nmax = [1, 1, 1]\n[output]\ninterval = 0.1\n\

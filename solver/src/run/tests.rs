@@ -18,17 +18,17 @@ use mercury_common::frames::{ContactReader, ParticleReader, WallReader};
 use mercury_common::surfaces::{Placement, Surface};
 
 use super::*;
-use crate::bodies::Clump;
-use crate::boundaries::{CountedRegion, FluxPlan, Region};
-use crate::contact::registry::AnyPairLaw;
-use crate::contact::{
+use crate::output::summary::Status;
+use crate::plan::{Draft, NewBody, NewParticle};
+use mercury_engine::bodies::Clump;
+use mercury_engine::boundaries::{CountedRegion, FluxPlan, Region};
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Linear, LinearFriction,
     SpringRotation,
 };
-use crate::output::summary::Status;
-use crate::plan::{Draft, NewBody, NewParticle};
-use crate::state::MaterialIndex;
-use crate::walls::{Motion, Plane, Shape, Wall};
+use mercury_engine::state::MaterialIndex;
+use mercury_engine::walls::{Motion, Plane, Shape, Wall};
 
 const RADIUS: f64 = 0.01;
 const DENSITY: f64 = 2000.0;
@@ -265,7 +265,7 @@ fn a_wall_carries_the_weight_of_what_rests_on_it() {
     let report = go(plan, place.path());
     assert!(report.summary.steps < 40_000, "the run ends at rest");
     assert_eq!(report.summary.status, Status::Finished);
-    let mass = DENSITY * crate::state::volume(RADIUS, 3);
+    let mass = DENSITY * mercury_engine::state::volume(RADIUS, 3);
     let weight = mass * 10.0;
     // At rest the kinetic energy is below 1e-6 m g d for a thousand steps, many periods of the contact (2 pi sqrt(m/k) =
     // 18 ms, 180 steps): amplitude A with k A^2 / 2 < 1e-6 m g d, so the force is off by less than k A; the
@@ -333,7 +333,7 @@ fn energy_budget_of_a_clump_closes() {
         radius: RADIUS,
     });
     // Three touching spheres: I = m R^2 (1.2, 9.2, 9.2) with m the mass of one.
-    let volume = 3.0 * crate::state::volume(RADIUS, 3);
+    let volume = 3.0 * mercury_engine::state::volume(RADIUS, 3);
     let mass = DENSITY * volume;
     let moments = DVec3::new(1.2, 9.2, 9.2) * (mass / 3.0 * RADIUS * RADIUS);
     let rod = Clump::new(
@@ -581,7 +581,7 @@ fn fluxes_are_written_at_every_output_time() {
         normal: velocity.normalize(),
         radius: Some(RADIUS),
     }];
-    let mass = DENSITY * crate::state::volume(RADIUS, 3);
+    let mass = DENSITY * mercury_engine::state::volume(RADIUS, 3);
     let report = go(plan, place.path());
     assert!(report.files.contains(&"test.flux.csv".to_owned()));
     let text = fs::read_to_string(place.path().join("test.flux.csv")).unwrap();
@@ -615,7 +615,7 @@ fn regions_are_counted_at_every_output_time() {
         },
         volume: 0.5,
     }];
-    let mass = DENSITY * crate::state::volume(RADIUS, 3);
+    let mass = DENSITY * mercury_engine::state::volume(RADIUS, 3);
     let report = go(plan, place.path());
     assert!(report.files.contains(&"test.regions.csv".to_owned()));
     let text = fs::read_to_string(place.path().join("test.regions.csv")).unwrap();

@@ -11,11 +11,11 @@ use serde::Serialize;
 use super::long_steps::{LongStep, long_steps, next_long_step};
 use super::time_left::Cost;
 use super::{RunOptions, ahead_of};
-use crate::forces::Watch;
 use crate::output::{Exchanged, FrameCopy, Schedule};
 use crate::plan::{Ahead, Plan, Workload};
-use crate::stage::Task;
-use crate::step::{Engine, RunError};
+use mercury_engine::forces::Watch;
+use mercury_engine::stage::Task;
+use mercury_engine::step::{Engine, RunError};
 
 /// Particle-steps that are made without looking at the clock: some hundredths of a second.
 const AT_ONCE: u64 = 200_000;

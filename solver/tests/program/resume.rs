@@ -12,10 +12,10 @@ use std::time::{Duration, Instant};
 
 use crate::common::{errors as reported, facts, results, signal};
 
-use mercury_solver::forces::Watch;
+use mercury_engine::forces::Watch;
+use mercury_engine::step::Engine;
 use mercury_solver::plan::{plan, read_scene};
 use mercury_solver::run::checkpoint;
-use mercury_solver::step::Engine;
 
 /// Kills in one run of this test; `MERCURY_KILLS` sets more.
 const KILLS: usize = 200;

@@ -6,10 +6,10 @@ use std::process::{Command, Output};
 use std::sync::Arc;
 
 use glam::DVec3;
+use mercury_engine::state::Particles;
+use mercury_engine::step::Engine;
 use mercury_solver::plan::{Plan, plan, read_scene};
 use mercury_solver::run::checkpoint;
-use mercury_solver::state::Particles;
-use mercury_solver::step::Engine;
 
 /// Spheres and rods that have fallen onto a floor in a box that is periodic along x and y, with friction and rolling resistance;
 /// gravity leans, so that the bed is held by its tangential springs. A plate is moved, a ball spins.

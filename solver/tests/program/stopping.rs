@@ -10,10 +10,10 @@ use std::time::Duration;
 
 use crate::common::{code, command, errors, facts, folder_with, results, signal, solve};
 use mercury_common::scene::Files;
+use mercury_engine::stage::{Stage, Task};
 use mercury_solver::output::folder::{Earlier, prepare};
 use mercury_solver::plan::{Plan, parse_scene, plan};
 use mercury_solver::run::{Checkpoints, Report, RunOptions, checkpoint, run_from};
-use mercury_solver::stage::{Stage, Task};
 
 /// Small grains in a large domain: any number finds its place, one after the other.
 fn rain(number: u64, from: f64) -> String {

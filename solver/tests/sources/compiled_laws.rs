@@ -5,12 +5,12 @@ use std::path::Path;
 use std::sync::Arc;
 
 use mercury_common::scene::Files;
-use mercury_solver::forces::{
+use mercury_engine::forces::{
     SavedSlot, SavedSlots, SlotState, Watch, contact_loop, dispatching_loop,
 };
-use mercury_solver::lanes::Width;
+use mercury_engine::lanes::Width;
+use mercury_engine::step::{Engine, Snapshot, StartOptions};
 use mercury_solver::plan::{Plan, parse_scene, plan, read_scene};
-use mercury_solver::step::{Engine, Snapshot, StartOptions};
 
 const LINEAR: &str = r#"normal = { law = "linear", stiffness = 200.0, restitution = 0.7 }"#;
 const HERTZ: &str =

@@ -2,4 +2,4 @@
 
 mod compiled_laws;
 mod format_page;
-mod rooms;
+mod modules;

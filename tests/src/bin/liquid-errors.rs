@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::{Result, anyhow};
+use mercury_engine::contact::adhesion::liquid::{Bridge, Fit, Liquid, Rupture, Tables};
+use mercury_engine::contact::adhesion::young_laplace::Branch;
 use mercury_pictures::charts::{Axis, Chart, ChartPage, Series};
-use mercury_solver::contact::adhesion::liquid::{Bridge, Fit, Liquid, Rupture, Tables};
-use mercury_solver::contact::adhesion::young_laplace::Branch;
 
 const LAWS: [Fit; 4] = [
     Fit::Bagheri,

@@ -6,11 +6,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Result, anyhow};
+use mercury_engine::forces::Partner;
+use mercury_engine::state::FILM_VOLUME;
+use mercury_engine::step::{Engine, StartOptions};
 use mercury_pictures::charts::{Axis, Chart, ChartPage, Series};
-use mercury_solver::forces::Partner;
 use mercury_solver::plan::{plan, read_scene};
-use mercury_solver::state::FILM_VOLUME;
-use mercury_solver::step::{Engine, StartOptions};
 
 const TENSIONS: [f64; 4] = [0.0, 0.02, 0.04, 0.07];
 const SEEDS: [u64; 2] = [11, 12];

@@ -3,14 +3,14 @@
 use std::f64::consts::PI;
 
 use glam::{DVec3, dvec3};
-use mercury_solver::contact::registry::AnyPairLaw;
+use mercury_engine::contact::registry::AnyPairLaw;
 
 use crate::scenes::{
     add_material, advance, frictionless, observed_step, particle, plan, plane, sphere, start,
 };
-use mercury_solver::contact::AnyNormal;
-use mercury_solver::state::{MaterialIndex, volume};
-use mercury_solver::step::Engine;
+use mercury_engine::contact::AnyNormal;
+use mercury_engine::state::{MaterialIndex, volume};
+use mercury_engine::step::Engine;
 
 /// What a collision was like.
 #[derive(Debug, Clone, Copy, Default)]

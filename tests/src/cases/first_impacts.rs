@@ -1,8 +1,8 @@
 //! T21: head-on impacts of Chung & Ooi (2011), tests 1 to 3, with their time steps.
 
-use mercury_solver::contact::normal::hertz_damping;
-use mercury_solver::contact::{AnyNormal, Hertz};
-use mercury_solver::state::volume;
+use mercury_engine::contact::normal::hertz_damping;
+use mercury_engine::contact::{AnyNormal, Hertz};
+use mercury_engine::state::volume;
 
 use super::Case;
 use super::Tolerance::{Absolute, Relative};

@@ -3,15 +3,15 @@
 use std::f64::consts::PI;
 
 use glam::{DVec3, dvec3};
-use mercury_solver::contact::normal::damping_ratio_clamped;
-use mercury_solver::contact::registry::AnyPairLaw;
-use mercury_solver::contact::{
+use mercury_engine::contact::normal::damping_ratio_clamped;
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Hertz, Linear,
     LinearFriction, Mindlin, MindlinRescaled, PairLaw, SpringRotation,
 };
-use mercury_solver::forces::ContactRecord;
-use mercury_solver::state::{Particle, volume};
-use mercury_solver::step::Engine;
+use mercury_engine::forces::ContactRecord;
+use mercury_engine::state::{Particle, volume};
+use mercury_engine::step::Engine;
 
 use super::Case;
 use super::Tolerance::{Absolute, Digit, Relative};

@@ -3,13 +3,13 @@
 use std::f64::consts::PI;
 
 use glam::{DVec3, dvec3};
-use mercury_solver::contact::normal::hertz_damping;
-use mercury_solver::contact::rolling::FrictionSpring;
-use mercury_solver::contact::{
+use mercury_engine::contact::normal::hertz_damping;
+use mercury_engine::contact::rolling::FrictionSpring;
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Hertz, Linear,
     LinearFriction, Luding, Mindlin, PairLaw, SlidingNormal, SpringRotation,
 };
-use mercury_solver::step::Engine;
+use mercury_engine::step::Engine;
 
 use super::Case;
 use super::Tolerance::{Absolute, Digit, Relative};

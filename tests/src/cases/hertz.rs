@@ -1,10 +1,10 @@
 //! T4 to T6: Hertz' law without damping, with damping, and clamped.
 
-use mercury_solver::contact::normal::{
+use mercury_engine::contact::normal::{
     damping_ratio, damping_ratio_clamped, effective_modulus, effective_shear_modulus,
     hertz_damping, rayleigh_time,
 };
-use mercury_solver::contact::{AnyNormal, Hertz, NormalLaw};
+use mercury_engine::contact::{AnyNormal, Hertz, NormalLaw};
 
 use glam::{DVec3, dvec3};
 

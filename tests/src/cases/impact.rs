@@ -1,13 +1,13 @@
 //! A sphere that meets a wall or another sphere at an angle or with a spin, under Hertz' and Mindlin's laws.
 
 use glam::{DVec3, dvec3};
-use mercury_solver::contact::normal::{damping_ratio_clamped, hertz_damping};
-use mercury_solver::contact::registry::AnyPairLaw;
-use mercury_solver::contact::{
+use mercury_engine::contact::normal::{damping_ratio_clamped, hertz_damping};
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Mindlin, PairLaw,
 };
+use mercury_engine::state::{MaterialIndex, Particle, volume};
 use mercury_solver::plan::{Draft, NewParticle};
-use mercury_solver::state::{MaterialIndex, Particle, volume};
 
 use crate::closed_forms::{
     clamped_restitution, damping_ratio, effective_modulus, effective_shear_modulus,

@@ -3,12 +3,12 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec3, dvec3};
-use mercury_solver::contact::registry::AnyPairLaw;
-use mercury_solver::contact::{
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Linear, LinearFriction,
     PairLaw, SpringRotation,
 };
-use mercury_solver::step::Engine;
+use mercury_engine::step::Engine;
 
 use super::Case;
 use super::Tolerance::{Absolute, Relative};

@@ -5,8 +5,8 @@ use std::sync::OnceLock;
 
 use glam::{DVec3, dvec3};
 use mercury_common::scene::Files;
+use mercury_engine::step::Engine;
 use mercury_solver::plan::{parse_scene, plan};
-use mercury_solver::step::Engine;
 
 use super::Case;
 use super::Tolerance::{Absolute, Relative};

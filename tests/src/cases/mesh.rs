@@ -6,12 +6,12 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3, dvec3};
 use mercury_common::formats::mesh::{TriangleMesh, push_binary_stl, read_mesh};
 use mercury_common::random::Stream;
-use mercury_solver::contact::{
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, Mindlin, PairLaw,
 };
-use mercury_solver::state::volume;
-use mercury_solver::step::Engine;
-use mercury_solver::walls::{Cylinder, Mesh, Motion, Plane, Shape, Side};
+use mercury_engine::state::volume;
+use mercury_engine::step::Engine;
+use mercury_engine::walls::{Cylinder, Mesh, Motion, Plane, Shape, Side};
 
 use super::Case;
 use super::Tolerance::Absolute;
@@ -62,7 +62,7 @@ pub(super) fn cases() -> Vec<Case> {
     cases
 }
 
-fn mesh_wall(triangles: &TriangleMesh) -> mercury_solver::walls::Wall {
+fn mesh_wall(triangles: &TriangleMesh) -> mercury_engine::walls::Wall {
     let mesh = Mesh::new(triangles, |x| x, false).expect("triangles with areas");
     wall(Shape::Mesh(Arc::new(mesh)), Motion::default())
 }

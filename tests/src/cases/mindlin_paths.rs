@@ -1,12 +1,12 @@
 //! T16 and T17: the Mindlin law along prescribed paths of a sphere on a plane.
 
 use glam::{DVec3, dvec3};
-use mercury_solver::contact::tangential::StoredForce;
-use mercury_solver::contact::{
+use mercury_engine::contact::tangential::StoredForce;
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Contact, Hertz, Mindlin, MindlinRescaled,
     NormalLaw, PairLaw, TangentialLaw,
 };
-use mercury_solver::lanes::Vector;
+use mercury_engine::lanes::Vector;
 
 use super::Case;
 use super::Tolerance::{Absolute, Relative};

@@ -1,6 +1,6 @@
 //! T18: effective moduli of unlike materials.
 
-use mercury_solver::contact::normal::{effective_modulus, effective_shear_modulus};
+use mercury_engine::contact::normal::{effective_modulus, effective_shear_modulus};
 
 use super::Case;
 use super::Tolerance::Relative;

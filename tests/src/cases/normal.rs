@@ -1,7 +1,7 @@
 //! T1 to T3: the linear law, its clamped variant, and the plastic law.
 
-use mercury_solver::contact::normal::{MaxOverlap, damping_ratio, damping_ratio_clamped};
-use mercury_solver::contact::{AnyNormal, Linear, NormalLaw, Plastic};
+use mercury_engine::contact::normal::{MaxOverlap, damping_ratio, damping_ratio_clamped};
+use mercury_engine::contact::{AnyNormal, Linear, NormalLaw, Plastic};
 
 use super::Case;
 use super::Tolerance::{Absolute, Digit, Relative};

@@ -1,7 +1,7 @@
 //! T20: oblique impacts of Chung & Ooi (2011), tests 4 to 8, where they slide all along, and beside measurements where they do not.
 
 use glam::DVec3;
-use mercury_solver::state::Particle;
+use mercury_engine::state::Particle;
 
 use super::Case;
 use super::Tolerance::{Absolute, Relative};

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::{DVec3, dvec3};
 use mercury_common::formats::mesh::TriangleMesh;
 use mercury_common::random::Stream;
-use mercury_solver::membrane::{
+use mercury_engine::membrane::{
     Bending, Elasticity, Evaluation, Law, Load, Sheet, Topology, Workspace, sphere,
 };
 

@@ -1,13 +1,13 @@
 //! T14 and T15: a sphere on a plane.
 
 use glam::{DVec3, dvec3};
-use mercury_solver::contact::rolling::FrictionSpring;
-use mercury_solver::contact::{
+use mercury_engine::contact::rolling::FrictionSpring;
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Linear, LinearFriction,
     Luding, PairLaw, SpringRotation,
 };
-use mercury_solver::state::volume;
-use mercury_solver::step::Engine;
+use mercury_engine::state::volume;
+use mercury_engine::step::Engine;
 
 use super::Case;
 use super::Tolerance::{Absolute, Relative};

@@ -3,11 +3,11 @@
 use std::f64::consts::PI;
 
 use glam::{DVec3, dvec3};
-use mercury_solver::contact::rolling::FrictionSpring;
-use mercury_solver::contact::{
+use mercury_engine::contact::rolling::FrictionSpring;
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, Luding, PairLaw, SpringRotation,
 };
-use mercury_solver::forces::Partner;
+use mercury_engine::forces::Partner;
 
 use super::Case;
 use super::Tolerance::Digit;

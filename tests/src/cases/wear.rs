@@ -8,10 +8,10 @@ use std::sync::OnceLock;
 use glam::{DVec3, dvec3};
 use mercury_common::formats::mesh::{TriangleMesh, push_obj};
 use mercury_common::formats::number::NumberStyle;
-use mercury_solver::forces::Partner;
+use mercury_engine::forces::Partner;
+use mercury_engine::step::Engine;
+use mercury_engine::wear::WearRow;
 use mercury_solver::plan::{Plan, plan, read_scene};
-use mercury_solver::step::Engine;
-use mercury_solver::wear::WearRow;
 
 use super::Case;
 use super::Tolerance::{Absolute, Relative};

@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use mercury_common::scene::Files;
-use mercury_solver::contact::adhesion::liquid::{Bridge, Fit, Liquid, Rupture, Tables};
-use mercury_solver::contact::adhesion::young_laplace::{Branch, Table};
-use mercury_solver::liquid::film_thickness;
+use mercury_engine::contact::adhesion::liquid::{Bridge, Fit, Liquid, Rupture, Tables};
+use mercury_engine::contact::adhesion::young_laplace::{Branch, Table};
+use mercury_engine::liquid::film_thickness;
+use mercury_engine::step::{Engine, StartOptions};
 use mercury_solver::plan::{parse_scene, plan};
-use mercury_solver::step::{Engine, StartOptions};
 
 use super::Case;
 use super::Tolerance::{Absolute, Relative};

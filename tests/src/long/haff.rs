@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 
 use anyhow::Result;
 use glam::DVec3;
+use mercury_engine::step::Engine;
 use mercury_pictures::charts::{Axis, Chart, ChartPage, Dash, Hue, Series};
 use mercury_solver::plan::Plan;
-use mercury_solver::step::Engine;
 
 use super::fits::Line;
 use super::{Reported, outcome, small_scene};

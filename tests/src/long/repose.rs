@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context, Result};
+use mercury_engine::step::Engine;
 use mercury_pictures::charts::{Axis, Chart, ChartPage, Series};
-use mercury_solver::step::Engine;
 
 use super::fits::Line;
 use super::{Reported, outcome, small_scene};

@@ -4,14 +4,14 @@ use std::sync::{Arc, OnceLock};
 
 use anyhow::{Context, Result};
 use glam::{DVec3, dvec3};
-use mercury_solver::contact::registry::AnyPairLaw;
-use mercury_solver::contact::{
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Linear, LinearFriction,
     PairLaw, SpringRotation,
 };
+use mercury_engine::state::{MaterialIndex, volume};
+use mercury_engine::step::Engine;
 use mercury_solver::plan::Draft;
-use mercury_solver::state::{MaterialIndex, volume};
-use mercury_solver::step::Engine;
 
 use super::Published;
 use super::mfix_table::{Table, read};

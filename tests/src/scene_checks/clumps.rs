@@ -3,9 +3,9 @@
 use std::sync::OnceLock;
 
 use glam::DVec3;
+use mercury_engine::state::Body;
+use mercury_engine::step::Engine;
 use mercury_solver::plan::Draft;
-use mercury_solver::state::Body;
-use mercury_solver::step::Engine;
 
 use super::planned;
 use crate::cases::Case;

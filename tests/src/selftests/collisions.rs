@@ -3,11 +3,11 @@
 use anyhow::{Result, ensure};
 use glam::DVec3;
 use mercury_common::formats::ene::{EnergyReader, EnergyRow};
-use mercury_solver::contact::{AnyNormal, Linear};
-use mercury_solver::forces::Partner;
+use mercury_engine::contact::{AnyNormal, Linear};
+use mercury_engine::forces::Partner;
+use mercury_engine::state::MaterialIndex;
+use mercury_engine::step::Engine;
 use mercury_solver::plan::{Draft, NewParticle};
-use mercury_solver::state::MaterialIndex;
-use mercury_solver::step::Engine;
 
 use super::Data;
 use super::comparison::{Comparison, Tally, Tolerance};
@@ -15,7 +15,7 @@ use super::restart_file::{self, RestartState};
 use super::run::{by_id, compare_energies, energies, frictionless, observe, plane, saved_steps};
 
 /// The linear spring and dashpot.
-fn linear(stiffness: f64, dissipation: f64) -> mercury_solver::contact::registry::AnyPairLaw {
+fn linear(stiffness: f64, dissipation: f64) -> mercury_engine::contact::registry::AnyPairLaw {
     frictionless(AnyNormal::Linear(Linear::new(stiffness, dissipation)))
 }
 

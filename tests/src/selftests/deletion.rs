@@ -3,10 +3,10 @@
 use anyhow::{Context, Result, ensure};
 use glam::DVec3;
 use mercury_common::formats::data::DataReader;
-use mercury_solver::boundaries::{DeletionPlan, Region};
-use mercury_solver::contact::{AnyNormal, Linear};
+use mercury_engine::boundaries::{DeletionPlan, Region};
+use mercury_engine::contact::{AnyNormal, Linear};
+use mercury_engine::state::MaterialIndex;
 use mercury_solver::plan::{Draft, NewParticle};
-use mercury_solver::state::MaterialIndex;
 
 use super::Data;
 use super::comparison::{Comparison, Tally, Tolerance};

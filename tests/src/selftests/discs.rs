@@ -4,13 +4,13 @@ use anyhow::{Context, Result, ensure};
 use glam::DVec3;
 use mercury_common::formats::data::{DataFrame, DataReader};
 use mercury_common::formats::orientation::euler_from_quaternion;
-use mercury_solver::contact::{
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Linear, LinearFriction,
     PairLaw, SpringRotation,
 };
+use mercury_engine::state::MaterialIndex;
+use mercury_engine::step::Engine;
 use mercury_solver::plan::{Draft, NewParticle};
-use mercury_solver::state::MaterialIndex;
-use mercury_solver::step::Engine;
 
 use super::Data;
 use super::comparison::{Comparison, Tally, Tolerance};

@@ -4,11 +4,11 @@ use std::f64::consts::PI;
 
 use anyhow::{Context, Result};
 use glam::DVec3;
-use mercury_solver::contact::normal::{effective_modulus, hertz_damping};
-use mercury_solver::contact::{AnyNormal, Hertz, Plastic};
+use mercury_engine::contact::normal::{effective_modulus, hertz_damping};
+use mercury_engine::contact::{AnyNormal, Hertz, Plastic};
+use mercury_engine::state::MaterialIndex;
+use mercury_engine::step::Engine;
 use mercury_solver::plan::{Draft, NewParticle};
-use mercury_solver::state::MaterialIndex;
-use mercury_solver::step::Engine;
 
 use super::Data;
 use super::comparison::{Comparison, Tally, Tolerance};

@@ -3,12 +3,12 @@
 use anyhow::{Context, Result, ensure};
 use glam::DVec3;
 use mercury_common::formats::fstat::{FstatFrame, FstatReader};
-use mercury_solver::contact::{
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Hertz, Mindlin, PairLaw,
 };
+use mercury_engine::state::MaterialIndex;
+use mercury_engine::step::Engine;
 use mercury_solver::plan::{Draft, NewParticle, PrescribedMotion};
-use mercury_solver::state::MaterialIndex;
-use mercury_solver::step::Engine;
 
 use super::Data;
 use super::comparison::{Comparison, Tally, Tolerance};
@@ -18,7 +18,7 @@ use super::run::{drive, observe, plane, saved_steps};
 const MODULI: (f64, f64) = (1e5, 65_000.0);
 
 /// Hertz-Mindlin with mu = 0.1 and the factor 2/3 of the source.
-fn law(normal_damping: f64) -> mercury_solver::contact::registry::AnyPairLaw {
+fn law(normal_damping: f64) -> mercury_engine::contact::registry::AnyPairLaw {
     PairLaw {
         normal: AnyNormal::Hertz(Hertz::new(MODULI.0, normal_damping)),
         tangential: AnyTangential::Mindlin(

@@ -5,15 +5,15 @@ use std::sync::Arc;
 use anyhow::Result;
 use glam::DVec3;
 use mercury_common::formats::ene::EnergyRow;
-use mercury_solver::contact::registry::AnyPairLaw;
-use mercury_solver::contact::{
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, PairLaw, SlidingNormal,
 };
-use mercury_solver::forces::Watch;
+use mercury_engine::forces::Watch;
+use mercury_engine::state::{FIXED, MaterialIndex, Particle, inverse_inertia_factor};
+use mercury_engine::step::Engine;
+use mercury_engine::walls::{Motion, Plane, Shape, Wall};
 use mercury_solver::plan::Draft;
-use mercury_solver::state::{FIXED, MaterialIndex, Particle, inverse_inertia_factor};
-use mercury_solver::step::Engine;
-use mercury_solver::walls::{Motion, Plane, Shape, Wall};
 
 use super::comparison::Tally;
 

@@ -2,13 +2,13 @@
 
 use anyhow::{Context, Result};
 use glam::DVec3;
-use mercury_solver::contact::rolling::FrictionSpring;
-use mercury_solver::contact::{
+use mercury_engine::contact::rolling::FrictionSpring;
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Linear, LinearFriction,
     Luding, PairLaw, SpringRotation,
 };
+use mercury_engine::state::MaterialIndex;
 use mercury_solver::plan::{Draft, NewParticle};
-use mercury_solver::state::MaterialIndex;
 
 use super::Data;
 use super::comparison::{Comparison, Tally, Tolerance};

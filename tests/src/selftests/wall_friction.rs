@@ -4,12 +4,12 @@ use anyhow::{Context, Result, ensure};
 use glam::DVec3;
 use mercury_common::formats::data::DataReader;
 use mercury_common::formats::ene::EnergyReader;
-use mercury_solver::contact::{
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Linear, LinearFriction,
     PairLaw, SpringRotation,
 };
+use mercury_engine::state::MaterialIndex;
 use mercury_solver::plan::{Draft, NewParticle};
-use mercury_solver::state::MaterialIndex;
 
 use super::Data;
 use super::comparison::{Comparison, Tally, Tolerance};

@@ -16,7 +16,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use mercury_solver::contact::AnyNormal;
+use mercury_engine::contact::AnyNormal;
 
 use super::stage::Stage;
 

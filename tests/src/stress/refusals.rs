@@ -1,7 +1,7 @@
 //! What must be refused, or caught, and said.
 
 use anyhow::Result;
-use mercury_solver::step::RunError;
+use mercury_engine::step::RunError;
 
 use super::stage::{Stage, complaint};
 use super::{Check, Found, Length};

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use glam::{DQuat, DVec3};
-use mercury_solver::step::RunError;
+use mercury_engine::step::RunError;
 
 use super::stage::{Stage, ulp};
 use super::{Check, Found, Length};

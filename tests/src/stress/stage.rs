@@ -6,10 +6,10 @@ use std::sync::Arc;
 use anyhow::{Result, anyhow};
 use glam::DVec3;
 use mercury_common::scene::SceneErrors;
-use mercury_solver::forces::Watch;
+use mercury_engine::forces::Watch;
+use mercury_engine::state::{FIXED, PEBBLE, Particle, inverse_inertia_factor};
+use mercury_engine::step::{Engine, RunError};
 use mercury_solver::plan::{Plan, plan, read_scene, refusal};
-use mercury_solver::state::{FIXED, PEBBLE, Particle, inverse_inertia_factor};
-use mercury_solver::step::{Engine, RunError};
 
 use crate::scenes;
 

@@ -1,7 +1,7 @@
 //! Time steps up to what the plan lets pass, in a crystal that bears half of it.
 
 use anyhow::{Context, Result};
-use mercury_solver::step::RunError;
+use mercury_engine::step::RunError;
 
 use super::stage::{Stage, complaint, planned};
 use super::{Check, Found, Length};

@@ -4,12 +4,12 @@ use std::path::Path;
 
 use anyhow::Result;
 use glam::DVec3;
-use mercury_pictures::charts::{Axis, Chart, ChartPage, Dash, Hue, Marker, Series};
-use mercury_solver::contact::normal::{effective_modulus, effective_shear_modulus};
-use mercury_solver::contact::{
+use mercury_engine::contact::normal::{effective_modulus, effective_shear_modulus};
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, Mindlin, PairLaw,
 };
-use mercury_solver::state::volume;
+use mercury_engine::state::volume;
+use mercury_pictures::charts::{Axis, Chart, ChartPage, Dash, Hue, Marker, Series};
 
 use super::Results;
 use crate::published::Published;

@@ -6,11 +6,11 @@
 use glam::{DQuat, DVec3, dvec3};
 use mercury_common::formats::clump::Pebble;
 use mercury_common::random::Stream;
-use mercury_solver::bodies::Clump;
-use mercury_solver::contact::registry::AnyPairLaw;
+use mercury_engine::bodies::Clump;
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::state::MaterialIndex;
+use mercury_engine::step::Engine;
 use mercury_solver::plan::{Draft, NewBody, NewParticle};
-use mercury_solver::state::MaterialIndex;
-use mercury_solver::step::Engine;
 use mercury_tests::reference::Simulation;
 use mercury_tests::scenes::start;
 use mercury_tests::twins::reference_of;

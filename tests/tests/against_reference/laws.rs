@@ -1,9 +1,9 @@
 //! Every combination of the parts of a contact law.
 
-use mercury_solver::contact::normal::hertz_damping;
-use mercury_solver::contact::registry::AnyPairLaw;
-use mercury_solver::contact::rolling::FrictionSpring;
-use mercury_solver::contact::{
+use mercury_engine::contact::normal::hertz_damping;
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::contact::rolling::FrictionSpring;
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Hertz, Linear,
     LinearFriction, Luding, Mindlin, MindlinRescaled, PairLaw, Plastic, SpringRotation,
 };

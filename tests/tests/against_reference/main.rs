@@ -11,15 +11,15 @@ mod surroundings;
 
 use glam::{DVec3, dvec3};
 use mercury_common::random::Stream;
-use mercury_solver::contact::adhesion::liquid::Tables;
-use mercury_solver::contact::registry::{AnyPairLaw, LawTable};
-use mercury_solver::contact::{
+use mercury_engine::contact::adhesion::liquid::Tables;
+use mercury_engine::contact::registry::{AnyPairLaw, LawTable};
+use mercury_engine::contact::{
     AnyNormal, AnyRolling, AnyTangential, CoulombLimits, SpringRotation,
 };
+use mercury_engine::state::MaterialIndex;
+use mercury_engine::step::Engine;
+use mercury_engine::walls::{Touch, Touches};
 use mercury_solver::plan::{Draft, NewParticle, PrescribedMotion};
-use mercury_solver::state::MaterialIndex;
-use mercury_solver::step::Engine;
-use mercury_solver::walls::{Touch, Touches};
 use mercury_tests::reference::Simulation;
 use mercury_tests::scenes::{advance, start};
 use mercury_tests::twins::{force_difference, position_difference, reference_of};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DVec3, dvec3};
 use mercury_common::formats::mesh::TriangleMesh;
 use mercury_common::random::Stream;
-use mercury_solver::walls as fast;
+use mercury_engine::walls as fast;
 use mercury_tests::reference::walls as plain;
 use mercury_tests::scenes::wall;
 use mercury_tests::twins::TwinWall;

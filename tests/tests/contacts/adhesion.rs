@@ -6,18 +6,18 @@ use std::sync::Arc;
 use glam::{DVec3, dvec3};
 use mercury_common::formats::mesh::TriangleMesh;
 use mercury_common::random::Stream;
-use mercury_solver::contact::registry::AnyPairLaw;
-use mercury_solver::contact::{
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::contact::{
     AdhesionForce, AdhesionLaw, AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Contact,
     CoulombLimits, History, HistoryNumber, Linear, LinearFriction, NoFriction, NoRolling,
     NormalForce, PairLaw, SpringRotation, TangentialLaw,
 };
-use mercury_solver::forces::{ContactForces, ContactLoop, SlotState, Watch};
-use mercury_solver::lanes::{Mask, Real};
-use mercury_solver::neighbours::Images;
+use mercury_engine::forces::{ContactForces, ContactLoop, SlotState, Watch};
+use mercury_engine::lanes::{Mask, Real};
+use mercury_engine::neighbours::Images;
+use mercury_engine::step::{Engine, Snapshot, StartOptions};
+use mercury_engine::walls::{Disc, Mesh, Motion, Shape};
 use mercury_solver::plan::{Draft, Plan};
-use mercury_solver::step::{Engine, Snapshot, StartOptions};
-use mercury_solver::walls::{Disc, Mesh, Motion, Shape};
 use mercury_tests::scenes::{held, plan, plane, sphere, wall};
 
 /// A bridge that forms on contact and is torn at a gap: it pulls with one force while the two touch, with less the wider the gap,
@@ -238,7 +238,7 @@ fn the_loop_says_how_far_it_reaches() {
     let (with, _) = contacts(Linear::new(1.0, 0.0), NoFriction, BRIDGE);
     assert_eq!(with.needs().range, 2e-4);
     let plan = pair(0.1, 0.0, 1e-6);
-    let (without, name) = mercury_solver::forces::contact_loop(&plan.laws);
+    let (without, name) = mercury_engine::forces::contact_loop(&plan.laws);
     assert_eq!(without.needs().range, 0.0);
     assert!(!name.contains("adhesion"), "{name}");
 }
@@ -485,7 +485,7 @@ impl BruteForce {
             assert_eq!(formed, 1.0);
             (age, state == SlotState::Touching)
         };
-        let held = |slot: &mercury_solver::forces::SavedSlot<'_>| slot.state != SlotState::Near;
+        let held = |slot: &mercury_engine::forces::SavedSlot<'_>| slot.state != SlotState::Near;
         let mut pairs = HashMap::new();
         for slot in snapshot.pairs().unwrap().iter().filter(held) {
             let (one, other) = (id(slot.row), id(slot.partner));
@@ -519,8 +519,8 @@ fn bonds_are_those_of_a_search_over_all_pairs() {
         expected.compare(&engine);
         across += expected.pairs.values().filter(|bond| !bond.1).count();
         at_walls += expected.walls.values().filter(|bond| !bond.1).count();
-        let shifted = |slot: &mercury_solver::forces::SavedSlot<'_>| {
-            slot.state == SlotState::Bonded && slot.image != mercury_solver::neighbours::NO_SHIFT
+        let shifted = |slot: &mercury_engine::forces::SavedSlot<'_>| {
+            slot.state == SlotState::Bonded && slot.image != mercury_engine::neighbours::NO_SHIFT
         };
         through += engine
             .snapshot()
@@ -602,7 +602,7 @@ fn bonds_are_part_of_the_state_and_of_no_number_of_threads() {
     three.steps_at_once(400, None).unwrap();
     let saved = one.snapshot();
     assert_eq!(saved, three.snapshot());
-    let bonded = |slot: &mercury_solver::forces::SavedSlot<'_>| slot.state == SlotState::Bonded;
+    let bonded = |slot: &mercury_engine::forces::SavedSlot<'_>| slot.state == SlotState::Bonded;
     assert!(saved.pairs().unwrap().iter().filter(bonded).count() > 3);
     assert!(saved.near_walls().unwrap().iter().filter(bonded).count() > 0);
     let bytes = saved.encode();

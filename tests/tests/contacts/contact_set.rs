@@ -6,15 +6,15 @@ use std::f64::consts::TAU;
 use glam::{DVec3, dvec3};
 use mercury_common::formats::clump::Pebble;
 use mercury_common::random::Stream;
-use mercury_solver::bodies::Clump;
-use mercury_solver::contact::{AnyNormal, Linear};
-use mercury_solver::forces::Partner;
-use mercury_solver::plan::{Draft, NewBody, NewParticle, PrescribedMotion};
-use mercury_solver::state::{Id, MaterialIndex, WallIndex};
-use mercury_solver::step::Engine;
-use mercury_solver::walls::{
+use mercury_engine::bodies::Clump;
+use mercury_engine::contact::{AnyNormal, Linear};
+use mercury_engine::forces::Partner;
+use mercury_engine::state::{Id, MaterialIndex, WallIndex};
+use mercury_engine::step::Engine;
+use mercury_engine::walls::{
     Component, Cylinder, Disc, Motion, Plane, Shape, Side, SphereShell, Touches,
 };
+use mercury_solver::plan::{Draft, NewBody, NewParticle, PrescribedMotion};
 use mercury_tests::scenes::{RECORDS, frictionless, row, start, wall};
 use proptest::prelude::*;
 

@@ -1,15 +1,15 @@
 //! Friction never exceeds Coulomb's limit: for every tangential law, in impacts that slide all along, from the first evaluation on.
 
 use glam::{DVec3, dvec3};
-use mercury_solver::contact::normal::{damping_ratio, damping_ratio_clamped, hertz_damping};
-use mercury_solver::contact::registry::AnyPairLaw;
-use mercury_solver::contact::{
+use mercury_engine::contact::normal::{damping_ratio, damping_ratio_clamped, hertz_damping};
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Hertz, Linear,
     LinearFriction, Mindlin, MindlinRescaled, PairLaw, SpringRotation,
 };
-use mercury_solver::forces::ContactRecord;
-use mercury_solver::state::volume;
-use mercury_solver::step::Engine;
+use mercury_engine::forces::ContactRecord;
+use mercury_engine::state::volume;
+use mercury_engine::step::Engine;
 use mercury_tests::closed_forms::{hertz_contact_time, linear_contact_time};
 use mercury_tests::scenes::{advance, observed_step, particle, plan, plane, sphere, start};
 

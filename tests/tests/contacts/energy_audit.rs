@@ -7,20 +7,20 @@ use glam::{DVec3, dvec3};
 use mercury_common::formats::clump::Pebble;
 use mercury_common::random::Stream;
 use mercury_common::scene::{Files, parse_scene};
-use mercury_solver::bodies::Clump;
-use mercury_solver::boundaries::{DeletionPlan, Region};
-use mercury_solver::contact::registry::AnyPairLaw;
-use mercury_solver::contact::rolling::FrictionSpring;
-use mercury_solver::contact::{
+use mercury_engine::bodies::Clump;
+use mercury_engine::boundaries::{DeletionPlan, Region};
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::contact::rolling::FrictionSpring;
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, LinearFriction, Luding,
     Mindlin, MindlinRescaled, PairLaw, Plastic, SpringRotation,
 };
+use mercury_engine::state::{MaterialIndex, volume};
+use mercury_engine::step::{Engine, Snapshot};
+use mercury_engine::walls::{Component, Motion, Plane, Shape, Wall};
 use mercury_solver::output::summary::EnergySummary;
 use mercury_solver::plan::{Draft, NewBody, PrescribedMotion, plan as planned};
 use mercury_solver::run::{RunOptions, run};
-use mercury_solver::state::{MaterialIndex, volume};
-use mercury_solver::step::{Engine, Snapshot};
-use mercury_solver::walls::{Component, Motion, Plane, Shape, Wall};
 use mercury_tests::scenes::{advance, held, plan, plane, sphere, start, wall};
 
 const RADIUS: f64 = 0.01;

@@ -3,17 +3,17 @@
 
 use glam::{DVec3, dvec3};
 use mercury_common::random::Stream;
-use mercury_solver::contact::registry::AnyPairLaw;
-use mercury_solver::contact::rolling::FrictionSpring;
-use mercury_solver::contact::{
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::contact::rolling::FrictionSpring;
+use mercury_engine::contact::{
     Action, AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Contact, CoulombLimits, Hertz,
     Histories, History, Linear, LinearFriction, Luding, Mindlin, MindlinRescaled, PairLaw, Plastic,
     SpringRotation, TangentialLaw,
 };
-use mercury_solver::forces::Partner;
-use mercury_solver::lanes::Vector;
+use mercury_engine::forces::Partner;
+use mercury_engine::lanes::Vector;
+use mercury_engine::walls::{Cylinder, Motion, Shape, Side};
 use mercury_solver::plan::Meeting;
-use mercury_solver::walls::{Cylinder, Motion, Shape, Side};
 use mercury_tests::scenes::{contact_at_rest, observed_step, plan, sphere, start, wall};
 
 type Memory = Histories<AnyNormal, AnyTangential, AnyRolling, AnyAdhesion>;

@@ -4,12 +4,12 @@ use std::path::Path;
 use std::sync::Arc;
 
 use mercury_common::scene::Files;
-use mercury_solver::contact::adhesion::liquid::Liquid;
-use mercury_solver::contact::adhesion::young_laplace::Branch;
-use mercury_solver::liquid::film_thickness;
+use mercury_engine::contact::adhesion::liquid::Liquid;
+use mercury_engine::contact::adhesion::young_laplace::Branch;
+use mercury_engine::liquid::film_thickness;
+use mercury_engine::state::FILM_VOLUME;
+use mercury_engine::step::{Engine, Snapshot, StartOptions};
 use mercury_solver::plan::{Plan, parse_scene, plan};
-use mercury_solver::state::FILM_VOLUME;
-use mercury_solver::step::{Engine, Snapshot, StartOptions};
 use mercury_tests::scenes::observed_step;
 
 fn planned(text: &str, set: &[&str]) -> Arc<Plan> {

@@ -3,11 +3,11 @@
 
 use glam::{DVec3, dvec3};
 use mercury_common::random::Stream;
-use mercury_solver::contact::adhesion::liquid::Tables;
-use mercury_solver::contact::registry::LawTable;
-use mercury_solver::contact::{AnyNormal, Linear};
+use mercury_engine::contact::adhesion::liquid::Tables;
+use mercury_engine::contact::registry::LawTable;
+use mercury_engine::contact::{AnyNormal, Linear};
+use mercury_engine::state::MaterialIndex;
 use mercury_solver::plan::{Draft, NewParticle};
-use mercury_solver::state::MaterialIndex;
 use mercury_tests::scenes::{add_material, frictionless, start};
 
 const RADIUS: f64 = 0.01;

@@ -1,7 +1,7 @@
 //! A grain rolls off two beads, whatever they are made of, at the automatic step and at four times it.
 
-use mercury_solver::contact::rolling::FrictionSpring;
-use mercury_solver::contact::{AnyRolling, Luding, PairLaw, SlidingNormal, SpringRotation};
+use mercury_engine::contact::rolling::FrictionSpring;
+use mercury_engine::contact::{AnyRolling, Luding, PairLaw, SlidingNormal, SpringRotation};
 use mercury_tests::three_beads::{Beads, Groove, hertz_law, linear_law};
 
 fn assert_falls(groove: Groove) {

@@ -3,15 +3,15 @@
 use std::sync::Arc;
 
 use glam::{DVec3, dvec3};
-use mercury_solver::contact::rolling::FrictionSpring;
-use mercury_solver::contact::{
+use mercury_engine::contact::rolling::FrictionSpring;
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, LinearFriction, Luding,
     PairLaw, Plastic, SpringRotation,
 };
-use mercury_solver::physics::Setup;
+use mercury_engine::physics::Setup;
+use mercury_engine::state::MaterialIndex;
+use mercury_engine::step::Engine;
 use mercury_solver::plan::NewParticle;
-use mercury_solver::state::MaterialIndex;
-use mercury_solver::step::Engine;
 use mercury_tests::scenes::{advance, plan, start};
 
 /// Seven spheres of four sizes that fly together, stick and tumble on, with friction of every kind.

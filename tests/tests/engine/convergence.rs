@@ -2,15 +2,15 @@
 
 use glam::{DVec3, dvec3};
 use mercury_common::formats::clump::Pebble;
-use mercury_solver::bodies::{Clump, NewBody};
-use mercury_solver::contact::registry::AnyPairLaw;
-use mercury_solver::contact::rolling::FrictionSpring;
-use mercury_solver::contact::{
+use mercury_engine::bodies::{Clump, NewBody};
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::contact::rolling::FrictionSpring;
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Hertz, Linear,
     LinearFriction, Luding, Mindlin, MindlinRescaled, PairLaw, SpringRotation,
 };
-use mercury_solver::state::{MaterialIndex, volume};
-use mercury_solver::walls::{Component, Cylinder, Motion, Shape, Side, SphereShell};
+use mercury_engine::state::{MaterialIndex, volume};
+use mercury_engine::walls::{Component, Cylinder, Motion, Shape, Side, SphereShell};
 use mercury_tests::scenes::{advance, frictionless, particle, plan, plane, sphere, start, wall};
 
 /// Three spheres of unequal size in a sequence of contacts: the first hits the second, which hits the third and a plane.

@@ -5,18 +5,18 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3, dvec3};
 use mercury_common::formats::clump::Pebble;
 use mercury_common::random::Stream;
-use mercury_solver::bodies::Clump;
-use mercury_solver::contact::normal::hertz_damping;
-use mercury_solver::contact::rolling::FrictionSpring;
-use mercury_solver::contact::{
+use mercury_engine::bodies::Clump;
+use mercury_engine::contact::normal::hertz_damping;
+use mercury_engine::contact::rolling::FrictionSpring;
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Luding, Mindlin, PairLaw,
     SpringRotation,
 };
-use mercury_solver::forces::{SlotState, block_size};
+use mercury_engine::forces::{SlotState, block_size};
+use mercury_engine::state::MaterialIndex;
+use mercury_engine::step::Engine;
+use mercury_engine::walls::{Component, Cylinder, Motion, Shape, Side};
 use mercury_solver::plan::{Draft, NewBody, NewParticle, Plan};
-use mercury_solver::state::MaterialIndex;
-use mercury_solver::step::Engine;
-use mercury_solver::walls::{Component, Cylinder, Motion, Shape, Side};
 use mercury_tests::scenes::{plane, wall};
 
 /// Frictional spheres that fall, in a periodic layer or into a turning drum.

@@ -3,13 +3,13 @@
 use glam::{DVec3, dvec3};
 use mercury_common::formats::clump::Pebble;
 use mercury_common::random::Stream;
-use mercury_solver::bodies::{Clump, NewBody};
-use mercury_solver::boundaries::FluxPlan;
-use mercury_solver::contact::registry::AnyPairLaw;
-use mercury_solver::contact::{AnyNormal, Linear};
+use mercury_engine::bodies::{Clump, NewBody};
+use mercury_engine::boundaries::FluxPlan;
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::contact::{AnyNormal, Linear};
+use mercury_engine::state::MaterialIndex;
 use mercury_solver::plan::{Draft, NewParticle};
 use mercury_solver::run::{RunOptions, run};
-use mercury_solver::state::MaterialIndex;
 use mercury_tests::scenes::{advance, frictionless, sphere, start};
 
 fn law() -> AnyPairLaw {

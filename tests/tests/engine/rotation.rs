@@ -2,14 +2,14 @@
 
 use glam::{DQuat, DVec3, dvec3};
 use mercury_common::formats::clump::Pebble;
-use mercury_solver::bodies::{Clump, NewBody};
-use mercury_solver::contact::registry::AnyPairLaw;
-use mercury_solver::contact::{
+use mercury_engine::bodies::{Clump, NewBody};
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Linear, LinearFriction,
     PairLaw, SpringRotation,
 };
-use mercury_solver::state::MaterialIndex;
-use mercury_solver::step::{Engine, RunError};
+use mercury_engine::state::MaterialIndex;
+use mercury_engine::step::{Engine, RunError};
 use mercury_tests::scenes::{advance, plan, sphere, start};
 
 /// With friction, so that particles turn.

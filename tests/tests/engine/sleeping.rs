@@ -4,9 +4,9 @@
 //! `docs/theory/sleeping.md`: each load is wrong by at most a part [`IMBALANCE`] of the weight above it.
 
 use glam::DVec3;
-use mercury_solver::forces::Watch;
-use mercury_solver::state::{ASLEEP, Particle};
-use mercury_solver::step::Engine;
+use mercury_engine::forces::Watch;
+use mercury_engine::state::{ASLEEP, Particle};
+use mercury_engine::step::Engine;
 use mercury_tests::sleeping_scenes::{
     D, G, IMBALANCE, R, STIFFNESS, Scene, TIME_STEP, advance_by, asleep, load_on_walls, mass,
     weight,

@@ -1,7 +1,7 @@
 //! Clumps that sleep: each as a whole, and woken by what happens to any of its pebbles.
 
-use mercury_solver::state::ASLEEP;
-use mercury_solver::step::Engine;
+use mercury_engine::state::ASLEEP;
+use mercury_engine::step::Engine;
 use mercury_tests::sleeping_scenes::{
     D, G, IMBALANCE, Scene, TIME_STEP, advance_by, asleep, load_on_walls, weight,
 };

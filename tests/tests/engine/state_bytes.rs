@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::DVec3;
-use mercury_solver::contact::{AnyNormal, Linear};
-use mercury_solver::forces::{Needs, Watch};
+use mercury_engine::contact::{AnyNormal, Linear};
+use mercury_engine::forces::{Needs, Watch};
+use mercury_engine::state::{Pieces, Plain};
+use mercury_engine::step::{Core, Engine, Part, RunError, Snapshot, StartOptions};
+use mercury_engine::walls::Shape;
 use mercury_solver::plan::{Guard, GuardPolicy, Plan, plan, read_scene};
-use mercury_solver::state::{Pieces, Plain};
-use mercury_solver::step::{Core, Engine, Part, RunError, Snapshot, StartOptions};
-use mercury_solver::walls::Shape;
 use mercury_tests::scenes::{advance, frictionless, sphere, start};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree as _;

@@ -6,16 +6,16 @@ use std::sync::Arc;
 use glam::{DVec3, dvec3};
 use mercury_common::formats::mesh::TriangleMesh;
 use mercury_common::random::Stream;
-use mercury_solver::contact::registry::AnyPairLaw;
-use mercury_solver::contact::{
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, Mindlin, PairLaw,
 };
-use mercury_solver::plan::{Draft, NewParticle, PrescribedMotion};
-use mercury_solver::state::volume;
-use mercury_solver::step::Engine;
-use mercury_solver::walls::{
+use mercury_engine::state::volume;
+use mercury_engine::step::Engine;
+use mercury_engine::walls::{
     Component, Cylinder, Disc, Mesh, Motion, Plane, Shape, Side, Touches, Wall,
 };
+use mercury_solver::plan::{Draft, NewParticle, PrescribedMotion};
 use mercury_tests::scenes::{advance, frictionless, particle, row, sphere, start, wall};
 
 const RADIUS: f64 = 0.005;

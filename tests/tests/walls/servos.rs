@@ -1,9 +1,9 @@
 //! Servos and walls that come and go: what is absent neither moves by its servo nor bounds another wall.
 
 use glam::DVec3;
-use mercury_solver::contact::{AnyNormal, Linear};
+use mercury_engine::contact::{AnyNormal, Linear};
+use mercury_engine::walls::{Area, Component, Motion, Plane, Ramp, Servo, Shape, Target, Wall};
 use mercury_solver::plan::Draft;
-use mercury_solver::walls::{Area, Component, Motion, Plane, Ramp, Servo, Shape, Target, Wall};
 use mercury_tests::scenes::{advance, frictionless, plane, start, wall};
 
 const TIME_STEP: f64 = 1e-3;

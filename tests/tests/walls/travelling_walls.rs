@@ -6,18 +6,18 @@ use std::sync::Arc;
 
 use glam::{DVec3, dvec3};
 use mercury_common::formats::mesh::TriangleMesh;
-use mercury_solver::contact::registry::AnyPairLaw;
-use mercury_solver::contact::{
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Hertz, Linear,
     LinearFriction, Mindlin, PairLaw, SpringRotation,
 };
-use mercury_solver::plan::{Draft, NewParticle, PrescribedMotion};
-use mercury_solver::state::volume;
-use mercury_solver::step::Engine;
-use mercury_solver::walls::{
+use mercury_engine::state::volume;
+use mercury_engine::step::Engine;
+use mercury_engine::walls::{
     Component, Cone, Cylinder, Disc, Mesh, Motion, MotionTable, Ramp, Revolution, Servo, Shape,
     Side, SphereShell, Target,
 };
+use mercury_solver::plan::{Draft, NewParticle, PrescribedMotion};
 use mercury_tests::scenes::{
     RECORDS, advance, held, observed_step, particle, plane, sphere, start, wall,
 };

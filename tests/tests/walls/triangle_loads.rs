@@ -9,19 +9,19 @@ use mercury_common::formats::mesh::TriangleMesh;
 use mercury_common::frames::{TriangleLoadFrame, TriangleLoadReader, WallReader};
 use mercury_common::random::Stream;
 use mercury_common::surfaces::Surface;
-use mercury_solver::bodies::Clump;
-use mercury_solver::contact::normal::hertz_damping;
-use mercury_solver::contact::registry::AnyPairLaw;
-use mercury_solver::contact::{
+use mercury_engine::bodies::Clump;
+use mercury_engine::contact::normal::hertz_damping;
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Hertz, Linear,
     LinearFriction, Mindlin, PairLaw, SpringRotation,
 };
-use mercury_solver::forces::{LoadSums, Watch, block_size};
+use mercury_engine::forces::{LoadSums, Watch, block_size};
+use mercury_engine::state::{MaterialIndex, volume};
+use mercury_engine::step::Engine;
+use mercury_engine::walls::{Component, Mesh, Motion, Shape, Wall};
 use mercury_solver::plan::{Draft, NewBody, NewParticle, PrescribedMotion};
 use mercury_solver::run::{RunOptions, run};
-use mercury_solver::state::{MaterialIndex, volume};
-use mercury_solver::step::Engine;
-use mercury_solver::walls::{Component, Mesh, Motion, Shape, Wall};
 use mercury_tests::scenes::{add_material, plan, wall};
 
 const RADIUS: f64 = 0.005;

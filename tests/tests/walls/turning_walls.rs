@@ -2,17 +2,17 @@
 
 use glam::{DVec3, dvec3};
 use mercury_common::formats::clump::Pebble;
-use mercury_solver::bodies::{Clump, NewBody};
-use mercury_solver::contact::registry::AnyPairLaw;
-use mercury_solver::contact::rolling::FrictionSpring;
-use mercury_solver::contact::{
+use mercury_engine::bodies::{Clump, NewBody};
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::contact::rolling::FrictionSpring;
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Linear, LinearFriction,
     Luding, PairLaw, SpringRotation,
 };
+use mercury_engine::state::{MaterialIndex, volume};
+use mercury_engine::step::Engine;
+use mercury_engine::walls::{Component, Cylinder, Disc, Motion, Plane, Shape, Side};
 use mercury_solver::plan::{Draft, PrescribedMotion};
-use mercury_solver::state::{MaterialIndex, volume};
-use mercury_solver::step::Engine;
-use mercury_solver::walls::{Component, Cylinder, Disc, Motion, Plane, Shape, Side};
 use mercury_tests::scenes::{RECORDS, advance, particle, plan, sphere, start, wall};
 
 const RADIUS: f64 = 0.05;

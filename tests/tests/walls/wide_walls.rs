@@ -3,16 +3,16 @@
 use std::f64::consts::PI;
 
 use glam::{DVec3, dvec3};
-use mercury_solver::contact::registry::AnyPairLaw;
-use mercury_solver::contact::{
+use mercury_engine::contact::registry::AnyPairLaw;
+use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, PairLaw,
     SpringRotation,
 };
-use mercury_solver::plan::{Draft, NewParticle};
-use mercury_solver::state::{Particle, volume};
-use mercury_solver::walls::{
+use mercury_engine::state::{Particle, volume};
+use mercury_engine::walls::{
     Component, Cone, Cylinder, Disc, Motion, Revolution, Shape, Side, SphereShell, Wall,
 };
+use mercury_solver::plan::{Draft, NewParticle};
 use mercury_tests::scenes::{plan, plane, sphere, start, wall};
 
 const PERIOD: f64 = 0.024;

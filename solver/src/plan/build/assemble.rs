@@ -6,10 +6,6 @@ use mercury_common::scene::{ClumpMass, ClumpsAs, Scene, SceneErrors, stem};
 
 use super::laws::Laws;
 use super::{Findings, Parts};
-use crate::boundaries::InsertionPlan;
-use crate::contact::registry::LawTable;
-use crate::liquid::{LiquidPlan, Weight};
-use crate::physics::{Guard, Inputs};
 use crate::plan::closing;
 use crate::plan::doubtful::{Doubt, doubts};
 use crate::plan::meshes;
@@ -19,9 +15,13 @@ use crate::plan::time_step::{StepPlan, steps};
 use crate::plan::wall_films::wall_films;
 use crate::plan::wear::wear;
 use crate::plan::{Counted, Material, Notes, OutputPlan, Outputs, Plan};
-use crate::sleeping::Sleeping;
-use crate::spray::SprayPlan;
-use crate::walls::Wall;
+use mercury_engine::boundaries::InsertionPlan;
+use mercury_engine::contact::registry::LawTable;
+use mercury_engine::liquid::{LiquidPlan, Weight};
+use mercury_engine::physics::{Guard, Inputs};
+use mercury_engine::sleeping::Sleeping;
+use mercury_engine::spray::SprayPlan;
+use mercury_engine::walls::Wall;
 
 /// What the stages before have found.
 pub(super) struct Resolved {

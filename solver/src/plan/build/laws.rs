@@ -3,14 +3,14 @@
 use mercury_common::scene::{Scene, SceneError};
 
 use super::{Findings, Parts};
-use crate::contact::adhesion::liquid::Tables;
-use crate::contact::mixing::resolve_pair;
-use crate::contact::registry::LawTable;
-use crate::contact::{AdhesionLaw, AnyAdhesion};
 use crate::plan::bridges;
 use crate::plan::pair::PairPlan;
 use crate::plan::usage::{MaterialUse, particles_meet, walls_meet};
-use crate::state::MaterialIndex;
+use mercury_engine::contact::adhesion::liquid::Tables;
+use mercury_engine::contact::mixing::resolve_pair;
+use mercury_engine::contact::registry::LawTable;
+use mercury_engine::contact::{AdhesionLaw, AnyAdhesion};
+use mercury_engine::state::MaterialIndex;
 
 /// The laws of a scene.
 pub(super) struct Laws {

@@ -3,9 +3,6 @@
 use mercury_common::scene::{Dimensions, Scene};
 
 use super::Findings;
-use crate::bodies::Clump;
-use crate::boundaries::{CountedRegion, DeletionPlan, FluxPlan, InsertionPlan};
-use crate::physics::Sizes;
 use crate::plan::fields::{FieldPlan, fields};
 use crate::plan::fluxes::fluxes;
 use crate::plan::insertions::{deletions, insertions};
@@ -15,8 +12,11 @@ use crate::plan::regions::regions;
 use crate::plan::sprays::sprays;
 use crate::plan::usage::{MaterialUse, material_uses};
 use crate::plan::walls::walls;
-use crate::spray::SprayPlan;
-use crate::walls::Wall;
+use mercury_engine::bodies::Clump;
+use mercury_engine::boundaries::{CountedRegion, DeletionPlan, FluxPlan, InsertionPlan};
+use mercury_engine::physics::Sizes;
+use mercury_engine::spray::SprayPlan;
+use mercury_engine::walls::Wall;
 
 /// What is in a scene.
 pub(super) struct Parts {

@@ -5,9 +5,6 @@ use mercury_common::scene::{Scene, TimeStep};
 
 use super::parts::densities;
 use super::{Findings, Parts};
-use crate::contact::mixing::elastic_constants;
-use crate::contact::normal::rayleigh_time;
-use crate::contact::parameter::short;
 use crate::plan::membranes;
 use crate::plan::pair::PairPlan;
 use crate::plan::time_step::{
@@ -15,6 +12,9 @@ use crate::plan::time_step::{
     steps,
 };
 use crate::plan::usage::MaterialUse;
+use mercury_engine::contact::mixing::elastic_constants;
+use mercury_engine::contact::normal::rayleigh_time;
+use mercury_engine::contact::parameter::short;
 
 /// More steps than this cannot be counted in a double, by which times are computed.
 const MOST_STEPS: f64 = 9e15;

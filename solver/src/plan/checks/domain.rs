@@ -3,10 +3,10 @@
 use mercury_common::scene::{Scene, SceneError, Shape};
 
 use super::{name, place, point};
-use crate::boundaries::InsertionPlan;
-use crate::contact::parameter::short;
 use crate::plan::NewParticle;
 use crate::plan::particles::StartingParticles;
+use mercury_engine::boundaries::InsertionPlan;
+use mercury_engine::contact::parameter::short;
 
 /// A periodic edge must hold two listing distances: contact and a skin, here of a twentieth.
 const PERIODIC_ROOM: f64 = 1.05;

@@ -8,7 +8,7 @@ use glam::DVec3;
 use mercury_common::scene::{Place, Scene};
 
 use super::particles::{StartingParticles, Typed};
-use crate::contact::parameter::short;
+use mercury_engine::contact::parameter::short;
 
 pub(super) use domain::{far_from_the_origin, flat, inside_the_domain, periodic_axes};
 pub(super) use overlaps::{overlaps, through_sheets};

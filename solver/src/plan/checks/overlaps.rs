@@ -5,13 +5,13 @@ use mercury_common::scene::{Scene, SceneError};
 
 use super::crowds::{MOST_TOUCHING, crowded, too_many};
 use super::{name, place};
-use crate::bodies::Clump;
-use crate::contact::parameter::short;
-use crate::neighbours::{ExtraSkins, Images, Levels, Skin, build};
 use crate::plan::particles::{StartingParticles, StartingSphere};
-use crate::state::{MaterialIndex, Particle, Particles};
-use crate::surface::{Surface, SurfacePlan};
-use crate::walls::{Scratch, Touches, Wall, WallNow};
+use mercury_engine::bodies::Clump;
+use mercury_engine::contact::parameter::short;
+use mercury_engine::neighbours::{ExtraSkins, Images, Levels, Skin, build};
+use mercury_engine::state::{MaterialIndex, Particle, Particles};
+use mercury_engine::surface::{Surface, SurfacePlan};
+use mercury_engine::walls::{Scratch, Touches, Wall, WallNow};
 
 /// The worst overlap of many, and how many there are.
 #[derive(Default)]
@@ -135,7 +135,7 @@ pub(in crate::plan) fn overlaps(
                 continue;
             }
             // Planes push back from any depth: what is behind them overlaps them.
-            let has_back = !matches!(wall.shape(), crate::walls::Shape::Plane(_));
+            let has_back = !matches!(wall.shape(), mercury_engine::walls::Shape::Plane(_));
             if has_back && wall.is_behind(&images, sphere.centre, &mut scratch) {
                 behind.add(1.0, (sphere.grain, index, 0.0));
             }

@@ -2,7 +2,7 @@
 
 use super::Doubt;
 use crate::plan::Plan;
-use crate::walls::Shape;
+use mercury_engine::walls::Shape;
 
 /// A warning for each insertion and wall.
 pub(super) fn walls_that_close_over_insertions(plan: &Plan) -> Vec<Doubt> {

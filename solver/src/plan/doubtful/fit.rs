@@ -1,9 +1,9 @@
 //! Liquid bridges beyond the solutions that their law was fitted to.
 
 use super::Doubt;
-use crate::contact::adhesion::liquid::{Fit, reduced_diameter};
-use crate::contact::parameter::short;
 use crate::plan::{PairPlan, Plan};
+use mercury_engine::contact::adhesion::liquid::{Fit, reduced_diameter};
+use mercury_engine::contact::parameter::short;
 
 /// A warning for each pair of materials.
 pub(super) fn bridges_beyond_the_fit(plan: &Plan) -> Vec<Doubt> {

@@ -4,8 +4,8 @@ use glam::DVec3;
 use mercury_common::surfaces::FACES;
 
 use super::Doubt;
-use crate::boundaries::InsertionPlan;
 use crate::plan::Plan;
+use mercury_engine::boundaries::InsertionPlan;
 
 /// A warning if all particles fall out of the domain.
 pub(super) fn particles_that_fall_out(plan: &Plan) -> Vec<Doubt> {

@@ -1,9 +1,9 @@
 //! Resistance to rolling or torsion that never brings grains to rest.
 
 use super::Doubt;
-use crate::contact::AnyRolling;
-use crate::contact::rolling::FrictionSpring;
 use crate::plan::Plan;
+use mercury_engine::contact::AnyRolling;
+use mercury_engine::contact::rolling::FrictionSpring;
 
 /// A note on each pair whose resistance to rolling or torsion is a spring without a dashpot: nothing ends the swing of its grains.
 pub(super) fn rolling_without_end(plan: &Plan) -> Vec<Doubt> {

@@ -3,10 +3,10 @@
 use glam::DVec3;
 
 use super::Doubt;
-use crate::contact::parameter::Value;
 use crate::plan::Plan;
 use crate::plan::motions::vector;
-use crate::walls::{Component, Shape, Wall};
+use mercury_engine::contact::parameter::Value;
+use mercury_engine::walls::{Component, Shape, Wall};
 
 /// A warning for each such wall.
 pub(super) fn servos_that_lift_off(plan: &Plan) -> Vec<Doubt> {

@@ -3,12 +3,12 @@
 use glam::DVec3;
 
 use super::Doubt;
-use crate::contact::parameter::short;
-use crate::forces::{Impact, Rub};
 use crate::plan::Plan;
-use crate::state::volume;
-use crate::walls::Wall;
-use crate::wear::{WearPlan, Worn};
+use mercury_engine::contact::parameter::short;
+use mercury_engine::forces::{Impact, Rub};
+use mercury_engine::state::volume;
+use mercury_engine::walls::Wall;
+use mercury_engine::wear::{WearPlan, Worn};
 
 /// Warnings for each wall that wears.
 pub(super) fn wear_without_effect_or_too_fast(plan: &Plan) -> Vec<Doubt> {

@@ -3,9 +3,9 @@
 use glam::{DVec2, DVec3};
 use mercury_common::scene::{Quantity, Total};
 
-use crate::boundaries::{InsertionPlan, expected_number, volume_within};
-use crate::physics::Physics;
 use crate::plan::Plan;
+use mercury_engine::boundaries::{InsertionPlan, expected_number, volume_within};
+use mercury_engine::physics::Physics;
 
 /// Solid fraction, in three and two dimensions, of spheres and discs that are placed at random until no more fit (Torquato 2002, Random
 /// Heterogeneous Materials, table 3.1), and of those that are packed at random.

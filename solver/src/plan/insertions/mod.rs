@@ -13,9 +13,11 @@ use mercury_common::scene::{
 };
 use mercury_common::sizes::{SizeDistribution, SizeError};
 
-use crate::bodies::Clump;
-use crate::boundaries::{DeletionPlan, Ingredient, InsertionPlan, Rate, Space, mean_volume};
-use crate::state::MaterialIndex;
+use mercury_engine::bodies::Clump;
+use mercury_engine::boundaries::{
+    DeletionPlan, Ingredient, InsertionPlan, Rate, Space, mean_volume,
+};
+use mercury_engine::state::MaterialIndex;
 
 pub(super) use expected::{expected_inserted, grains_per_unit};
 pub(super) use region::region;

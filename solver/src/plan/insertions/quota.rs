@@ -2,8 +2,8 @@
 
 use mercury_common::scene::{Insertion, Scene, SceneError, Total};
 
-use crate::boundaries::mean_volume;
-use crate::boundaries::{Ingredient, MOST_OF_QUOTA};
+use mercury_engine::boundaries::mean_volume;
+use mercury_engine::boundaries::{Ingredient, MOST_OF_QUOTA};
 
 /// Why numbers cannot be fixed in advance.
 pub(super) fn wrong_quota(

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use mercury_common::scene::{Region as SceneRegion, SceneError};
 
-use crate::boundaries::Region;
 use crate::plan::meshes;
+use mercury_engine::boundaries::Region;
 
 /// The engine's form of a region; none where a mesh in it is wrong.
 pub(in crate::plan) fn region(

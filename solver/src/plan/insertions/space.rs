@@ -3,13 +3,13 @@
 use mercury_common::scene::{Insertion, Scene, SceneError};
 use mercury_common::sizes::{SizeDistribution, warning_of_shares};
 
-use crate::bodies::Clump;
-use crate::boundaries::{
+use mercury_engine::bodies::Clump;
+use mercury_engine::boundaries::{
     Blocked, Ingredient, InsertionPlan, PLACES_AMONG_WALLS, Region, Space, blocked, may_hold,
 };
-use crate::contact::parameter::short;
-use crate::neighbours::Images;
-use crate::walls::{Wall, WallNow};
+use mercury_engine::contact::parameter::short;
+use mercury_engine::neighbours::Images;
+use mercury_engine::walls::{Wall, WallNow};
 
 /// The share of the particles, by number, that must have a position: the rest is too rare to wait for at the start.
 pub(super) const ALMOST_ALL: f64 = 0.999;

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use mercury_common::scene::{Files, Given, Key, KeyDefault, LawKeys, Part, Range};
 
-use crate::contact::law_keys;
 use crate::plan::parse_scene;
+use mercury_engine::contact::law_keys;
 
 /// Sections that a case leaves out.
 const GOOD: [(&str, &str); 4] = [

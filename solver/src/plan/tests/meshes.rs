@@ -2,7 +2,7 @@
 
 use super::super::passes;
 use super::*;
-use crate::walls::Shape;
+use mercury_engine::walls::Shape;
 
 /// A scene of two balls over a square of corners -1 and 1 in x and y; the domain is periodic in x and y.
 fn scene(mesh: bool, output: &str, scale: f64, motion: &str) -> (tempfile::TempDir, String) {

@@ -1,8 +1,10 @@
 //! From materials to pair laws.
 
 use super::*;
-use crate::contact::mixing::harmonic_mean;
-use crate::contact::{AnyNormal, AnyRolling, AnyTangential, CoulombLimits, SpringRotation};
+use mercury_engine::contact::mixing::harmonic_mean;
+use mercury_engine::contact::{
+    AnyNormal, AnyRolling, AnyTangential, CoulombLimits, SpringRotation,
+};
 use proptest::prelude::*;
 
 const PLANE: &str =

@@ -2,8 +2,8 @@
 
 use super::super::{document, passes, report};
 use super::*;
-use crate::boundaries::{Rate, Total};
 use crate::run::memory;
+use mercury_engine::boundaries::{Rate, Total};
 
 const SCENE: &str = "title = \"Rain\"\ngravity = [0, 0, -9.81]\n\
     [time]\nend = 0.1\nstep = 1e-6\n[domain]\nmin = [0, 0, 0]\nmax = [0.04, 0.04, 0.12]\n[output]\ninterval = 0.01\ndata = false\nrestart_interval = 0.05\n\

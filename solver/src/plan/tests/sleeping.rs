@@ -1,7 +1,7 @@
 //! `[sleeping]`: defaults, and what is refused.
 
 use super::*;
-use crate::sleeping::Sleeping;
+use mercury_engine::sleeping::Sleeping;
 
 const ON: &str = "sleeping={}";
 const GRAVITY: &str = "gravity=[0, 0, -10]";

@@ -4,7 +4,7 @@ use mercury_common::formats::mesh::TriangleMesh;
 use mercury_common::frames::{BodyReader, FLAG_FIXED};
 
 use super::*;
-use crate::state::MaterialIndex;
+use mercury_engine::state::MaterialIndex;
 
 /// A lopsided body: its pebbles' own centre is not its centre of mass, and its moments are all different.
 fn stone(surface: Option<TriangleMesh>) -> Clump {
@@ -13,7 +13,7 @@ fn stone(surface: Option<TriangleMesh>) -> Clump {
         radius: radius * RADIUS,
     };
     let pebbles = vec![at(-0.7, 0.1, 1.0), at(0.6, 0.0, 0.8), at(0.2, 0.9, 0.5)];
-    let volume = 1.7 * crate::state::volume(RADIUS, 3);
+    let volume = 1.7 * mercury_engine::state::volume(RADIUS, 3);
     let mass = DENSITY * volume;
     let moments = DVec3::new(0.5, 0.7, 0.9) * (mass * RADIUS * RADIUS);
     let stone = Clump::new(

@@ -1,9 +1,9 @@
 //! When a run has come to rest: energies just below and just above the limit, of all kinds of grains.
 
 use super::*;
-use crate::bodies::NewBody;
 use crate::run::rest_criterion::Rest;
-use crate::state::{Particles, PrescribedMotion};
+use mercury_engine::bodies::NewBody;
+use mercury_engine::state::{Particles, PrescribedMotion};
 
 const GRAVITY: f64 = 9.0;
 /// I/(m R^2) of a sphere, inverted.
@@ -44,7 +44,7 @@ fn is_calm(particles: &Particles) -> bool {
 #[test]
 fn the_limit_is_a_millionth_of_the_weight_times_the_diameter() {
     let material = MaterialIndex::new(0);
-    let mass = |radius: f64| DENSITY * crate::state::volume(radius, 3);
+    let mass = |radius: f64| DENSITY * mercury_engine::state::volume(radius, 3);
     for (part, calm) in [(0.999, true), (1.001, false)] {
         // Two spheres, of which one moves and one turns; fixed and prescribed ones do not count.
         let (small, large) = (RADIUS, 2.0 * RADIUS);
@@ -78,7 +78,10 @@ fn the_limit_is_a_millionth_of_the_weight_times_the_diameter() {
             position: DVec3::X * (side * RADIUS),
             radius: RADIUS,
         });
-        let (mass, volume) = (2.0 * mass(RADIUS), 2.0 * crate::state::volume(RADIUS, 3));
+        let (mass, volume) = (
+            2.0 * mass(RADIUS),
+            2.0 * mercury_engine::state::volume(RADIUS, 3),
+        );
         let moments = DVec3::new(0.4, 1.4, 1.4) * (mass * RADIUS * RADIUS);
         let twin = Clump::new("twin", material, pebbles.to_vec(), mass, volume, moments).unwrap();
         let limit = part * 1e-6 * mass * GRAVITY * (4.0 * RADIUS);
@@ -101,7 +104,7 @@ fn the_limit_is_a_millionth_of_the_weight_times_the_diameter() {
 /// first the larger or the smaller.
 #[test]
 fn spin_counts_by_how_it_changes() {
-    let mass = DENSITY * crate::state::volume(RADIUS, 3);
+    let mass = DENSITY * mercury_engine::state::volume(RADIUS, 3);
     let limit = 1e-6 * mass * GRAVITY * (2.0 * RADIUS);
     let inertia = mass * RADIUS * RADIUS / INVERSE_INERTIA;
     let turning = |energy: f64| {

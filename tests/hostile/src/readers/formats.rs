@@ -10,7 +10,7 @@ use mercury_common::formats::mesh::{read_mesh, read_mesh_welded};
 use mercury_common::formats::particle_csv::parse_particle_csv;
 use mercury_common::formats::pebble_list::read_pebble_list;
 use mercury_common::formats::vtu::PvdWriter;
-use mercury_solver::walls::MotionTable;
+use mercury_engine::walls::MotionTable;
 
 use super::{KB, MB, Reader};
 use crate::checks::{said, say};

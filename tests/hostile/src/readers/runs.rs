@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
+use mercury_engine::step::Engine;
 use mercury_solver::output::folder::{Earlier, prepare};
 use mercury_solver::plan::{Plan, plan, read_scene};
 use mercury_solver::run::{Checkpoints, RunOptions, checkpoint, run_from};
-use mercury_solver::step::Engine;
 
 use super::{KB, MB, Reader};
 use crate::checks::{said, say};

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use mercury_common::machine::MachineMemory;
 use mercury_common::scene::{Files, Scene, SceneErrors, parse_clump, read_clump, read_psd};
+use mercury_engine::step::{Engine, StartOptions};
 use mercury_solver::plan::{document, parse_scene, read_scene, refusal, report};
 use mercury_solver::run::{check_fit, plan_within};
-use mercury_solver::step::{Engine, StartOptions};
 
 use super::runs::resealed;
 use super::{MB, Reader};

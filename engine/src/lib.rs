@@ -1,0 +1,27 @@
+//! The engine of a discrete particle simulation: contact laws, neighbour lists, walls and the time step.
+//!
+//! The modules, each of which may use those below it: [`step`], [`physics`], [`boundaries`], [`bodies`], [`spray`], [`liquid`], [`wear`],
+//! [`membrane`], [`forces`], [`surface`], [`walls`], [`neighbours`], [`contact`], [`state`], [`lanes`], [`memory`], [`stage`].
+//! An [`Engine`](step::Engine) starts from a [`Setup`](physics::Setup) and makes steps; it knows nothing of scenes, plans and files.
+
+#![warn(clippy::disallowed_methods)]
+#![cfg_attr(test, allow(clippy::disallowed_methods))]
+
+pub mod bodies;
+pub mod boundaries;
+pub mod contact;
+pub mod forces;
+pub mod lanes;
+pub mod liquid;
+pub mod membrane;
+pub mod memory;
+pub mod neighbours;
+pub mod physics;
+pub mod sleeping;
+pub mod spray;
+pub mod stage;
+pub mod state;
+pub mod step;
+pub mod surface;
+pub mod walls;
+pub mod wear;

@@ -1,0 +1,393 @@
+//! What a run simulates, to be filled in.
+
+use std::fmt;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::sizes::Sizes;
+use super::{Carried, Guard, Physics, Setup};
+use crate::bodies::{Clump, NewBody};
+use crate::boundaries::{DeletionPlan, InsertionPlan};
+use crate::contact::SlidingNormal;
+use crate::contact::adhesion::liquid::Tables;
+use crate::contact::registry::{AnyPairLaw, LawTable};
+use crate::liquid::LiquidPlan;
+use crate::membrane::MembranePlan;
+use crate::sleeping::Sleeping;
+use crate::spray::SprayPlan;
+use crate::state::{Material, NewParticle};
+use crate::surface::SurfacePlan;
+use crate::walls::{Shape, Wall};
+use crate::wear::WearPlan;
+
+/// Why inputs are no physics.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum InputError {
+    /// A number that cannot be computed with.
+    #[error("{what} must be {expected}, got {found}")]
+    Number {
+        /// Which.
+        what: String,
+        /// What it has to be.
+        expected: &'static str,
+        /// What it is.
+        found: String,
+    },
+    /// Something names what is not there.
+    #[error("{what} is of {kind} {index}; there are {count}")]
+    Missing {
+        /// What names it.
+        what: String,
+        /// What is missing.
+        kind: &'static str,
+        /// Its index.
+        index: u32,
+        /// How many there are.
+        count: usize,
+    },
+}
+
+/// What a run simulates, to be filled in: set the fields, then [`Inputs::physics`] makes consistent [`Physics`] of them.
+///
+/// [`Inputs::new`] has one material, an empty domain and no gravity. Radii, and all else that follows from the particles and insertions, are
+/// found when the physics are made.
+#[derive(Debug, Clone)]
+pub struct Inputs {
+    /// Seed of every random choice.
+    pub seed: u64,
+    /// Gravity, m/s^2.
+    pub gravity: DVec3,
+    /// 3, or 2 for discs.
+    pub dimensions: u8,
+    /// Time step, s.
+    pub time_step: f64,
+    /// Steps to make.
+    pub steps: u64,
+    /// Also ends when the particles are at rest.
+    pub until_at_rest: bool,
+    /// Lower corner of the domain, m.
+    pub domain_min: DVec3,
+    /// Upper corner of the domain, m.
+    pub domain_max: DVec3,
+    /// Periodic axes.
+    pub periodic: [bool; 3],
+    /// Materials.
+    pub materials: Vec<Material>,
+    /// Laws of all pairs of materials.
+    pub laws: LawTable,
+    /// The normal for the velocities of sliding, rolling and torsion.
+    pub sliding_normal: SlidingNormal,
+    /// R* includes the curvature of walls.
+    pub wall_curvature: bool,
+    /// Springs advance in the force evaluation before the first step.
+    pub startup_increment: bool,
+    /// Contacts of clumps are damped by the mass at the contact point instead of that of the whole body.
+    pub contact_point_mass: bool,
+    /// What a run may not do in silence; off.
+    pub guard: Guard,
+    /// When particles fall asleep; `None` (the default): never.
+    pub sleeping: Option<Sleeping>,
+    /// Films at the start and rules for liquid. Where laws have liquid and this is `None`, the default holds.
+    pub liquid: Option<LiquidPlan>,
+    /// Nozzles; films need `liquid`.
+    pub sprays: Option<SprayPlan>,
+    /// Walls.
+    pub walls: Vec<Wall>,
+    /// How walls wear: at most one entry for each, of meshes alone, in their order.
+    pub wear: Vec<WearPlan>,
+    /// Sheets.
+    pub surfaces: Vec<SurfacePlan>,
+    /// Their mechanics, one for each, or none at all.
+    pub membranes: Vec<MembranePlan>,
+    /// Particles of the start, in the order of their ids.
+    pub particles: Vec<NewParticle>,
+    /// Templates of rigid bodies.
+    pub clumps: Vec<Clump>,
+    /// Bodies of the start, in the order of their ids, which follow those of `particles`.
+    pub bodies: Vec<NewBody>,
+    /// Contacts of the start that continue from other runs.
+    pub carried: Option<Arc<Carried>>,
+    /// Insertions.
+    pub insertions: Vec<InsertionPlan>,
+    /// Deletions.
+    pub deletions: Vec<DeletionPlan>,
+    /// Whether rotations are integrated.
+    pub orientations: bool,
+    /// Whether the energy is audited in every step.
+    pub energy_budget: bool,
+}
+
+impl Inputs {
+    /// One material of the given density (kg/m^3) whose contacts with itself follow `law`, in an empty domain (lower and upper
+    /// corner, m), with steps of `time_step` (s).
+    #[must_use]
+    pub fn new(time_step: f64, domain: (DVec3, DVec3), density: f64, law: AnyPairLaw) -> Self {
+        Self {
+            seed: 0,
+            gravity: DVec3::ZERO,
+            dimensions: 3,
+            time_step,
+            steps: 0,
+            until_at_rest: false,
+            domain_min: domain.0,
+            domain_max: domain.1,
+            periodic: [false; 3],
+            materials: vec![Material {
+                name: "material".to_owned(),
+                density,
+            }],
+            laws: LawTable {
+                materials: 1,
+                laws: vec![Some(law)],
+                tables: Tables::default(),
+            },
+            sliding_normal: SlidingNormal::default(),
+            wall_curvature: false,
+            startup_increment: false,
+            contact_point_mass: false,
+            guard: Guard::OFF,
+            sleeping: None,
+            liquid: None,
+            sprays: None,
+            walls: Vec::new(),
+            wear: Vec::new(),
+            surfaces: Vec::new(),
+            membranes: Vec::new(),
+            particles: Vec::new(),
+            clumps: Vec::new(),
+            bodies: Vec::new(),
+            carried: None,
+            insertions: Vec::new(),
+            deletions: Vec::new(),
+            orientations: false,
+            energy_budget: false,
+        }
+    }
+
+    /// The physics. Where something brings liquid and `liquid` is `None`, its default holds.
+    ///
+    /// # Errors
+    /// If a number is not valid, or a material, wall or clump does not exist.
+    pub fn physics(mut self) -> Result<Physics, InputError> {
+        self.check()?;
+        let densities: Vec<f64> = self.materials.iter().map(|m| m.density).collect();
+        let sizes = Sizes::of(
+            &densities,
+            (&self.particles, &self.bodies),
+            &self.clumps,
+            &self.insertions,
+            self.dimensions,
+        );
+        let mut parts = self.insertions.iter().flat_map(|feed| &feed.mixture);
+        let has_liquid = self.laws.has_liquid()
+            || self.sprays.is_some()
+            || parts.any(|part| part.film_volume > 0.0);
+        if has_liquid && self.liquid.is_none() {
+            self.liquid = Some(LiquidPlan::default());
+        }
+        Ok(Physics {
+            inputs: self,
+            sizes,
+        })
+    }
+
+    /// What an engine starts from that watches nothing.
+    ///
+    /// # Errors
+    /// As [`Inputs::physics`].
+    pub fn setup(self) -> Result<Setup, InputError> {
+        Ok(Setup::unwatched(Arc::new(self.physics()?)))
+    }
+
+    /// With these clumps and bodies instead of the present ones.
+    #[must_use]
+    pub fn with_bodies(mut self, clumps: Vec<Clump>, bodies: Vec<NewBody>) -> Self {
+        (self.clumps, self.bodies) = (clumps, bodies);
+        self
+    }
+
+    /// With these particles instead of the present ones.
+    #[must_use]
+    pub fn with_particles(mut self, particles: Vec<NewParticle>) -> Self {
+        self.particles = particles;
+        self
+    }
+
+    fn check(&self) -> Result<(), InputError> {
+        positive("the time step", self.time_step)?;
+        if !(2..=3).contains(&self.dimensions) {
+            return Err(number("dimensions", "2 or 3", self.dimensions));
+        }
+        let (min, max) = (self.domain_min, self.domain_max);
+        if !(min.is_finite() && max.is_finite() && min.cmple(max).all()) {
+            let found = format!("{min} to {max}");
+            return Err(number(
+                "the domain",
+                "from a lower to an upper corner",
+                found,
+            ));
+        }
+        let count = self.materials.len();
+        if self.laws.materials != count || self.laws.laws.len() != count * count {
+            let found = self.laws.laws.len();
+            return Err(number("the laws", "one for each pair of materials", found));
+        }
+        for material in &self.materials {
+            positive(
+                &format!("the density of {}", material.name),
+                material.density,
+            )?;
+        }
+        for (id, particle) in self.particles.iter().enumerate() {
+            positive_of("the radius of particle", id, particle.radius)?;
+            present(
+                "particle",
+                id,
+                "material",
+                particle.material.number(),
+                count,
+            )?;
+        }
+        for (index, wall) in self.walls.iter().enumerate() {
+            present("wall", index, "material", wall.material.number(), count)?;
+        }
+        for (index, wear) in self.wear.iter().enumerate() {
+            present("wear", index, "wall", wear.wall as u32, self.walls.len())?;
+            let is_mesh = matches!(self.walls[wear.wall].shape, Shape::Mesh(_));
+            let is_next = index == 0 || self.wear[index - 1].wall < wear.wall;
+            if !(is_mesh && is_next) {
+                let what = format!("the wall of wear {index}");
+                return Err(number(&what, "a mesh, each once and in order", wear.wall));
+            }
+        }
+        self.check_surfaces()?;
+        for (index, clump) in self.clumps.iter().enumerate() {
+            present("clump", index, "material", clump.material.number(), count)?;
+        }
+        for (index, body) in self.bodies.iter().enumerate() {
+            positive_of("the scale of body", index, body.scale)?;
+            present("body", index, "clump", body.clump, self.clumps.len())?;
+        }
+        if let Some(carried) = &self.carried {
+            let pebbles = |body: &NewBody| self.clumps[body.clump as usize].pebbles.len();
+            let rows = self.particles.len() + self.bodies.iter().map(pebbles).sum::<usize>();
+            let pairs = (carried.pairs.iter()).map(|slot| slot.row.max(slot.partner));
+            let walls = carried.near_walls.iter().map(|slot| slot.row);
+            for row in pairs.chain(walls) {
+                present("contact", 0, "particle", row, rows)?;
+            }
+            for wall in carried.near_walls.iter().map(|slot| slot.partner) {
+                present("contact", 0, "wall", wall, self.walls.len())?;
+            }
+        }
+        for (index, insertion) in self.insertions.iter().enumerate() {
+            for part in &insertion.mixture {
+                present(
+                    "insertion",
+                    index,
+                    "material",
+                    part.material.number(),
+                    count,
+                )?;
+                if let Some(clump) = part.clump {
+                    present("insertion", index, "clump", clump, self.clumps.len())?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Inputs {
+    fn check_surfaces(&self) -> Result<(), InputError> {
+        let count = self.materials.len();
+        for (index, surface) in self.surfaces.iter().enumerate() {
+            let name = &surface.name;
+            let material = surface.material.number();
+            present("surface", index, "material", material, count)?;
+            positive(&format!("the thickness of {name}"), surface.thickness)?;
+            for &vertex in surface.triangles.iter().flatten() {
+                let vertices = surface.vertices.len();
+                present(
+                    &format!("{name}, surface"),
+                    index,
+                    "vertex",
+                    vertex,
+                    vertices,
+                )?;
+            }
+            if surface.masses.len() != surface.vertices.len() {
+                let (what, found) = (format!("the masses of {name}"), surface.masses.len());
+                return Err(number(&what, "one for each vertex", found));
+            }
+            // Those that are held have an infinite one.
+            if let Some(mass) = surface
+                .masses
+                .iter()
+                .find(|&&mass| mass.is_nan() || mass <= 0.0)
+            {
+                let what = format!("a mass of {name}");
+                return Err(number(&what, "a number above 0", mass));
+            }
+        }
+        let mut touching = self.surfaces.iter().filter(|surface| surface.touches_walls);
+        if self.laws.has_liquid()
+            && let Some(surface) = touching.next()
+        {
+            let what = format!("walls of {}", surface.name);
+            return Err(number(&what, "off in scenes with liquid", "on"));
+        }
+        let what = "sleeping";
+        if self.sleeping.is_some() && !self.surfaces.is_empty() {
+            return Err(number(what, "off in scenes with surfaces", "on"));
+        }
+        if self.sprays.is_some() && !self.surfaces.is_empty() {
+            return Err(number("sprays", "none in scenes with surfaces", "some"));
+        }
+        Ok(())
+    }
+}
+
+fn number(what: &str, expected: &'static str, found: impl fmt::Display) -> InputError {
+    InputError::Number {
+        what: what.to_owned(),
+        expected,
+        found: found.to_string(),
+    }
+}
+
+fn positive(what: &str, value: f64) -> Result<(), InputError> {
+    if value > 0.0 && value.is_finite() {
+        Ok(())
+    } else {
+        Err(number(what, "a number above 0", value))
+    }
+}
+
+/// The same for one of many entries, whose name is made only for an error.
+fn positive_of(what: &str, index: usize, value: f64) -> Result<(), InputError> {
+    if value > 0.0 && value.is_finite() {
+        Ok(())
+    } else {
+        positive(&format!("{what} {index}"), value)
+    }
+}
+
+fn present(
+    what: &str,
+    number: usize,
+    kind: &'static str,
+    index: u32,
+    count: usize,
+) -> Result<(), InputError> {
+    if (index as usize) < count {
+        return Ok(());
+    }
+    Err(InputError::Missing {
+        what: format!("{what} {number}"),
+        kind,
+        index,
+        count,
+    })
+}

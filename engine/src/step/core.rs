@@ -1,0 +1,165 @@
+//! The core of an engine: what all parts of a step work on.
+
+use std::sync::Arc;
+
+use crate::boundaries::Boundaries;
+use crate::contact::HistoryNumber;
+use crate::forces::{ContactForces, MotionBound, Needs};
+use crate::lanes::Width;
+use crate::membrane::MembraneNow;
+use crate::neighbours::Images;
+use crate::physics::{Physics, Setup, Watched};
+use crate::stage::Stage;
+use crate::state::{Load, Particles};
+use crate::surface::{Surface, SurfaceMotion};
+use crate::walls::{WallFilms, WallNow};
+
+use super::Lists;
+
+/// Clock, particles, contacts, walls, sheets and lists: lent to each [`Part`](super::Part) of the step.
+pub struct Core {
+    pub(crate) physics: Arc<Physics>,
+    /// What outputs need to be watched in every step.
+    pub(crate) watched: Watched,
+    /// All particles.
+    pub particles: Particles,
+    /// The contact loop with what it remembers of contacts.
+    pub(crate) contacts: Box<dyn ContactForces>,
+    pub(crate) boundaries: Boundaries,
+    /// One for each wall of the plan, then one for each sheet, whose shape it borrows.
+    pub(crate) walls: Vec<WallNow>,
+    /// What walls hold of liquid.
+    pub(crate) wall_films: WallFilms,
+    /// A wall was given another surface from outside, which no motion shows.
+    pub(crate) has_new_surface: bool,
+    /// One for each sheet of the plan.
+    pub surfaces: Vec<Surface>,
+    /// Whether particles of the present candidate list are near each of them.
+    pub(super) is_near: Vec<bool>,
+    /// Whether the mesh of each of them was left behind, as no particle is near.
+    pub(super) stale: Vec<bool>,
+    /// Their mechanics, one for each, or none at all.
+    pub(super) membranes: Vec<MembraneNow>,
+    /// What walls did to the vertices of each sheet in the last forces; empty if none touches walls.
+    pub(super) vertex_loads: Vec<Vec<Load>>,
+    /// How the sheets moved in this step.
+    pub(super) surface_motion: SurfaceMotion,
+    pub(crate) lists: Lists,
+    pub(crate) step: u64,
+    /// How particles move in this step.
+    pub(crate) motion: MotionBound,
+    /// The second half kick of the last step is still to be made; it is made together with the next one.
+    pub(super) kick_due: bool,
+    /// The present step was begun when the last one ended: its kicks and drift are made already.
+    pub(super) drifted: Option<MotionBound>,
+
+    // What follows never changes.
+    /// What contacts and parts need together.
+    pub(crate) needs: Needs,
+    pub(super) law_names: String,
+    pub(crate) images: Images,
+    /// Whether a wall has a servo.
+    pub(super) has_servos: bool,
+    pub(crate) inverse_inertia: f64,
+    pub(crate) turns: bool,
+    /// How many numbers are worked on side by side.
+    pub(crate) width: Width,
+    /// The stage to which long work reports.
+    pub(super) stage: Arc<Stage>,
+    pub(crate) pool: Option<Arc<rayon::ThreadPool>>,
+    /// The pool while steps are made without it.
+    pub(super) idle_pool: Option<Arc<rayon::ThreadPool>>,
+}
+
+impl Core {
+    /// Time of the present state, s: step number times step, never a running sum.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.step as f64 * self.physics.time_step()
+    }
+
+    /// Time since the last force evaluation, s: 0 in the first.
+    #[must_use]
+    pub fn since_last(&self) -> f64 {
+        if self.step > 0 {
+            self.physics.time_step()
+        } else {
+            0.0
+        }
+    }
+
+    /// Steps made.
+    #[must_use]
+    pub fn steps(&self) -> u64 {
+        self.step
+    }
+
+    /// What it simulates.
+    #[must_use]
+    pub fn physics(&self) -> &Arc<Physics> {
+        &self.physics
+    }
+
+    /// What the engine started from.
+    #[must_use]
+    pub fn setup(&self) -> Setup {
+        Setup {
+            physics: Arc::clone(&self.physics),
+            watched: self.watched.clone(),
+        }
+    }
+
+    /// Periodic images of the domain.
+    #[must_use]
+    pub fn images(&self) -> &Images {
+        &self.images
+    }
+
+    /// Insertions and deletions, and what they counted.
+    #[must_use]
+    pub fn boundaries(&self) -> &Boundaries {
+        &self.boundaries
+    }
+
+    /// The walls as they are now, in the order of the plan.
+    #[must_use]
+    pub fn walls(&self) -> &[WallNow] {
+        &self.walls[..self.physics.walls().len()]
+    }
+
+    /// The threads of the engine beside the calling one; `None` if it has no others.
+    #[must_use]
+    pub fn pool(&self) -> Option<&Arc<rayon::ThreadPool>> {
+        self.pool.as_ref()
+    }
+
+    /// What is known of the candidate lists.
+    #[must_use]
+    pub fn lists(&self) -> &Lists {
+        &self.lists
+    }
+
+    /// Largest speed of a particle in this step, m/s.
+    #[must_use]
+    pub fn fastest(&self) -> f64 {
+        self.motion.squared_speed.sqrt()
+    }
+
+    /// Unit and meaning of the numbers that contacts remember.
+    #[must_use]
+    pub fn history_columns(&self) -> Vec<HistoryNumber> {
+        self.contacts.layout().columns
+    }
+
+    /// The laws that the contact loop was compiled for.
+    #[must_use]
+    pub fn law_names(&self) -> &str {
+        &self.law_names
+    }
+
+    /// Times the candidate list was built, and the listed pairs of the present one.
+    #[must_use]
+    pub fn list_statistics(&self) -> (u64, usize) {
+        (self.lists.rebuilds, self.contacts.listed())
+    }
+}

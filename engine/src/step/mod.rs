@@ -1,0 +1,192 @@
+//! The time step on one page; each stage has its own module.
+//!
+//! The engine is a core (clock, particles, contacts, walls, sheets, lists) and the parts of the plan: features that keep a state
+//! of their own, each of which acts at the places of the step that it names ([`Part`]).
+//!
+//! | stage | module |
+//! |---|---|
+//! | finish the last kick, kick, drift | `kick`, `motion` |
+//! | walls move, and change their shape | `walls` |
+//! | vertices of sheets move, and their meshes follow; loads on them | `surfaces` |
+//! | particles come and go | `exchange` |
+//! | lists are kept valid | `lists` |
+//! | forces; loads of pebbles gathered; fused with them the kicks and the drift that follow | `forces` |
+//! | everything else | the parts, by their list in `parts` |
+
+mod audit;
+mod awake;
+mod core;
+mod crossings;
+mod error;
+mod exchange;
+mod forces;
+mod guard;
+mod kick;
+mod lists;
+mod load_series;
+mod motion;
+mod part;
+mod parts;
+mod snapshot;
+mod start;
+mod surfaces;
+#[cfg(test)]
+mod tests;
+mod tracks;
+mod walls;
+
+pub use self::core::Core;
+pub use audit::{Audit, AuditedContact};
+pub use error::RunError;
+pub use lists::Lists;
+pub use part::{Arrival, Exchanged, Leaving, Part};
+pub use snapshot::Snapshot;
+pub use start::StartOptions;
+
+use std::ops::{Deref, DerefMut};
+
+pub(crate) use forces::unobserved;
+pub(crate) use motion::turn_orientations;
+pub use tracks::Tracked;
+
+use awake::awake;
+
+use crate::forces::{Observation, Watch};
+
+/// The engine: the whole state of a run and the way from one step to the next. What is there to see and to change between steps
+/// is that of the [`Core`].
+pub struct Engine {
+    core: Core,
+    /// In the order in which each place of the step calls them.
+    parts: Vec<Box<dyn Part>>,
+}
+
+impl Deref for Engine {
+    type Target = Core;
+
+    fn deref(&self) -> &Core {
+        &self.core
+    }
+}
+
+impl DerefMut for Engine {
+    fn deref_mut(&mut self) -> &mut Core {
+        &mut self.core
+    }
+}
+
+impl Engine {
+    /// Makes one time step: velocity Verlet as kick, drift, kick, rotation alike.
+    ///
+    /// `watch` says what to see of the contacts; the [`Engine::observation`] then belongs to the end of the step.
+    ///
+    /// # Errors
+    /// If a particle's motion is no longer a number, or if the guard of the plan is strict and something is beyond its limits.
+    pub fn step(&mut self, watch: Option<Watch>) -> Result<(), RunError> {
+        self.steps_at_once(1, watch)
+    }
+
+    /// Makes `count` time steps; `watch` is for the last one. The result is that of `count` calls of [`Engine::step`], to the
+    /// bit, but the states in between are not observed, so that each block of particles can go on to the next step while it is in
+    /// the cache. Fewer are made where a wall is worn to the depth at which the run ends ([`Engine::is_worn`]): that step is not
+    /// observed, and one more must follow.
+    ///
+    /// # Errors
+    /// If a particle's motion is no longer a number, or if the guard of the plan is strict and something is beyond its limits.
+    pub fn steps_at_once(&mut self, count: u64, watch: Option<Watch>) -> Result<(), RunError> {
+        let pool = self.pool.clone();
+        let mut run = || {
+            let was_worn = self.is_worn();
+            for k in 1..=count {
+                let last = k == count;
+                self.one_step(if last { watch } else { None }, !last)?;
+                if self.is_worn() && !was_worn {
+                    break;
+                }
+            }
+            Ok(())
+        };
+        match pool {
+            Some(pool) => pool.install(|| awake(run)),
+            None => run(),
+        }
+    }
+
+    /// Whether steps are made by the calling thread alone from now on, although there is a pool; they come out the same.
+    pub fn step_alone(&mut self, is_alone: bool) {
+        let (from, to) = if is_alone {
+            (&mut self.core.pool, &mut self.core.idle_pool)
+        } else {
+            (&mut self.core.idle_pool, &mut self.core.pool)
+        };
+        if from.is_some() {
+            *to = from.take();
+        }
+    }
+
+    /// The time step: velocity Verlet. `fuse`: what follows the forces, which is the second half kick of this step and the first
+    /// half kick and drift of the next, is made together with them where nothing forbids it.
+    fn one_step(&mut self, watch: Option<Watch>, fuse: bool) -> Result<(), RunError> {
+        let kicks = self.begin_step()?;
+        self.call(|part, core| part.after_drift(core));
+        self.move_walls();
+        self.reshape_walls()?;
+        let fastest = self.fastest();
+        self.advance_surfaces(kicks, fastest)?;
+        self.call(|part, core| part.after_walls(core));
+        self.call(|part, core| part.before_exchange(core));
+        self.exchange_particles()?;
+        self.keep_lists_valid()?;
+        self.try_call(|part, core| part.before_forces(core))?;
+        self.evaluate_forces(self.physics.time_step(), watch, fuse);
+        self.guard_membranes()?;
+        self.try_call(|part, core| part.end_step(core))
+    }
+
+    /// Does the same with all parts in their order.
+    fn call(&mut self, mut act: impl FnMut(&mut dyn Part, &mut Core)) {
+        let Self { core, parts } = self;
+        parts.iter_mut().for_each(|part| act(part.as_mut(), core));
+    }
+
+    /// The same, until one of them fails.
+    fn try_call(
+        &mut self,
+        mut act: impl FnMut(&mut dyn Part, &mut Core) -> Result<(), RunError>,
+    ) -> Result<(), RunError> {
+        let Self { core, parts } = self;
+        parts
+            .iter_mut()
+            .try_for_each(|part| act(part.as_mut(), core))
+    }
+
+    /// Whether a part has come to where it ends the run.
+    #[must_use]
+    pub fn is_worn(&self) -> bool {
+        self.parts.iter().any(|part| part.ends_run())
+    }
+
+    /// What was seen of the contacts in the last watched step.
+    #[must_use]
+    pub fn observation(&self) -> Observation {
+        let walls = self.physics.walls().len();
+        self.with_parts(self.contacts.observation(walls, true))
+    }
+
+    /// The same, without leaving the records of contacts behind.
+    pub fn take_observation(&mut self) -> Observation {
+        let walls = self.physics.walls().len();
+        let records = self.contacts.take_records();
+        let sums = self.contacts.observation(walls, false);
+        self.with_parts(Observation { records, ..sums })
+    }
+
+    /// With what sheets and parts add to an observation of the contacts.
+    fn with_parts(&self, mut observation: Observation) -> Observation {
+        for part in &self.parts {
+            part.observe(&mut observation);
+        }
+        self.add_holds_to_walls(&mut observation);
+        observation
+    }
+}

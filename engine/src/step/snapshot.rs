@@ -1,0 +1,337 @@
+//! The state of a run as sections of bytes: the one list of what a checkpoint holds of the engine.
+
+use super::{Core, Engine, Lists, RunError, StartOptions};
+use crate::forces::SavedSlots;
+use crate::physics::ToSetup;
+use crate::state::{DecodeError, Decoder, Encoder, Particles, Pieces, Plain, Sections, whole};
+use crate::walls::WallNow;
+
+/// Everything that a run needs to go on bit for bit, beside its plan: also the candidate list, the skin and the count of
+/// steps since the list was built, which decide the order of summation in the steps to come.
+///
+/// Two runs of one plan whose snapshots are equal stay equal.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Snapshot(Sections);
+
+/// A section of a checkpoint that holds something of the core; each part of the step has one more.
+struct Section {
+    name: &'static str,
+    /// Whether runs of this plan have it.
+    is_there: fn(&Core) -> bool,
+    /// Appends it.
+    put: fn(&Core, &mut Pieces),
+    /// Takes it back. The sections before it are restored already.
+    take: fn(&mut Core, &mut &[u8]) -> Result<(), String>,
+}
+
+fn always(_: &Core) -> bool {
+    true
+}
+
+fn has_surfaces(core: &Core) -> bool {
+    !core.surfaces.is_empty()
+}
+
+const CLOCK: &str = "clock";
+const PARTICLES: &str = "particles";
+const PAIRS: &str = "pairs";
+const NEAR_WALLS: &str = "near walls";
+const LISTS: &str = "lists";
+
+/// More steps have no time of their own: above it not every whole number is an `f64`.
+pub(super) const MOST_STEPS: u64 = 1 << 53;
+
+/// The sections of the core, in the order in which they are written and read; those of the parts follow in theirs.
+const SECTIONS: &[Section] = &[
+    Section {
+        name: CLOCK,
+        is_there: always,
+        put: |core, pieces| (core.step, core.kick_due).put(pieces.end()),
+        take: Core::take_clock,
+    },
+    Section {
+        name: PARTICLES,
+        is_there: always,
+        put: |core, pieces| core.particles.put_pieces(pieces, core.pool.as_deref()),
+        take: Core::take_particles,
+    },
+    Section {
+        name: "walls",
+        is_there: always,
+        put: |core, pieces| {
+            let saved: Vec<_> = core.walls().iter().map(WallNow::save).collect();
+            saved.put(pieces.end());
+        },
+        take: Core::take_walls,
+    },
+    Section {
+        name: PAIRS,
+        is_there: always,
+        put: |core, pieces| {
+            let pool = core.pool.as_deref();
+            core.contacts.put_pairs(pieces, pool);
+        },
+        take: |core, bytes| {
+            let rows = core.particles.len();
+            core.contacts.take_pairs(rows, bytes)
+        },
+    },
+    Section {
+        name: NEAR_WALLS,
+        is_there: always,
+        put: |core, pieces| core.contacts.put_near_walls(pieces),
+        take: |core, bytes| {
+            let counts = (core.particles.len(), core.walls.len());
+            core.contacts.take_near_walls(counts, bytes)
+        },
+    },
+    Section {
+        name: LISTS,
+        is_there: always,
+        put: |core, pieces| core.lists.put(pieces.end()),
+        take: |core, bytes| {
+            core.lists = Plain::take(bytes)?;
+            core.lists.check(core.particles.len())
+        },
+    },
+    Section {
+        name: "boundaries",
+        is_there: always,
+        put: |core, pieces| core.boundaries.state().put(pieces.end()),
+        take: |core, bytes| {
+            let state = Plain::take(bytes)?;
+            core.boundaries.restore(&state, &core.particles)
+        },
+    },
+    Section {
+        name: "surfaces",
+        is_there: has_surfaces,
+        put: |core, pieces| core.saved_surfaces().put(pieces.end()),
+        take: |core, bytes| {
+            let saved: Vec<_> = Plain::take(bytes)?;
+            core.restore_surfaces(&saved)
+        },
+    },
+    Section {
+        name: "vertices at walls",
+        is_there: has_surfaces,
+        put: |core, pieces| core.contacts.put_vertices(pieces),
+        take: |core, bytes| {
+            let walls = core.physics.walls().len();
+            let surfaces = core.surfaces.iter();
+            let vertices: Vec<usize> = surfaces.map(|of| of.positions.len()).collect();
+            let contacts = &mut core.contacts;
+            contacts.take_vertices((&vertices, walls), bytes)
+        },
+    },
+    Section {
+        name: "membranes",
+        is_there: |core| !core.membranes.is_empty(),
+        put: |core, pieces| core.saved_membranes().put(pieces.end()),
+        take: |core, bytes| {
+            let saved: Vec<_> = Plain::take(bytes)?;
+            core.restore_membranes(&saved)
+        },
+    },
+];
+
+impl Snapshot {
+    /// As bytes, with a version and checksums.
+    #[must_use]
+    pub fn encode(&self) -> Vec<u8> {
+        self.0.encode()
+    }
+
+    /// From the bytes of [`Snapshot::encode`]. Values are decoded, and checked, when an engine goes on from here.
+    ///
+    /// # Errors
+    /// If the bytes are no state, of another version, cut or damaged.
+    pub fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
+        Sections::decode(bytes).map(Self)
+    }
+
+    /// From the sections of [`Engine::add_state_to`], which end before the section `end`.
+    ///
+    /// # Errors
+    /// Those of [`Snapshot::decode`].
+    pub fn take_from(decoder: &mut Decoder<'_>, end: &str) -> Result<Self, DecodeError> {
+        Sections::take_from(decoder, end).map(Self)
+    }
+
+    /// The sections, to look at one by one.
+    #[must_use]
+    pub fn sections(&self) -> &Sections {
+        &self.0
+    }
+
+    /// The same with another value in a section, for tests.
+    ///
+    /// # Errors
+    /// Those of [`Sections::get`].
+    pub fn edited<T: Plain>(
+        &self,
+        section: &str,
+        edit: impl FnOnce(&mut T),
+    ) -> Result<Self, DecodeError> {
+        self.0.edited(section, edit).map(Self)
+    }
+
+    /// Steps made.
+    ///
+    /// # Errors
+    /// Those of [`Sections::get`].
+    pub fn steps(&self) -> Result<u64, DecodeError> {
+        self.0.get(CLOCK).map(|(steps, _): (u64, bool)| steps)
+    }
+
+    /// All particles with their last loads, row by row.
+    ///
+    /// # Errors
+    /// Those of [`Sections::get`].
+    pub fn particles(&self) -> Result<Particles, DecodeError> {
+        self.0.get(PARTICLES)
+    }
+
+    /// The listed pairs in order, with their histories.
+    ///
+    /// # Errors
+    /// Those of [`Sections::get`].
+    pub fn pairs(&self) -> Result<SavedSlots, DecodeError> {
+        self.0.get(PAIRS)
+    }
+
+    /// The particles near walls in order, with their histories.
+    ///
+    /// # Errors
+    /// Those of [`Sections::get`].
+    pub fn near_walls(&self) -> Result<SavedSlots, DecodeError> {
+        self.0.get(NEAR_WALLS)
+    }
+
+    /// What is known of the candidate lists.
+    ///
+    /// # Errors
+    /// Those of [`Sections::get`].
+    pub fn lists(&self) -> Result<Lists, DecodeError> {
+        self.0.get(LISTS)
+    }
+}
+
+impl Engine {
+    /// Appends the sections of [`Engine::snapshot`].
+    pub fn add_state_to(&self, encoder: &mut Encoder) {
+        let core = &self.core;
+        let there = SECTIONS.iter().filter(|section| (section.is_there)(core));
+        there.for_each(|section| {
+            encoder.section_by(section.name, |pieces| (section.put)(core, pieces));
+        });
+        for part in &self.parts {
+            encoder.section_by(part.name(), |pieces| part.put(core, pieces));
+        }
+    }
+
+    /// The present state.
+    #[must_use]
+    pub fn snapshot(&self) -> Snapshot {
+        let mut encoder = Encoder::new();
+        self.add_state_to(&mut encoder);
+        Snapshot(encoder.into_sections())
+    }
+
+    /// An engine that goes on from `snapshot`, which must come from one of the same setup; the number of threads may
+    /// differ. [`Engine::observation`] is empty until the next watched step.
+    ///
+    /// # Errors
+    /// If threads cannot be started, or the snapshot cannot have come from this setup.
+    pub fn restore(
+        setup: impl ToSetup,
+        snapshot: Snapshot,
+        threads: usize,
+    ) -> Result<Self, RunError> {
+        Self::resume(setup, snapshot, StartOptions::threads(threads))
+    }
+
+    /// The same for a run that was started with [`Engine::start`], with the same contacts and forces.
+    ///
+    /// # Errors
+    /// Also if these are not the forces of the snapshot.
+    pub fn resume(
+        setup: impl ToSetup,
+        snapshot: Snapshot,
+        options: StartOptions,
+    ) -> Result<Self, RunError> {
+        Self::unstarted(setup.to_setup(), options)?.restored(&snapshot)
+    }
+
+    /// An engine that is not started yet, in the state of a snapshot.
+    fn restored(mut self, snapshot: &Snapshot) -> Result<Self, RunError> {
+        let Self { core, parts } = &mut self;
+        let mut found = snapshot.0.iter();
+        for section in SECTIONS {
+            if (section.is_there)(core) {
+                let name = section.name;
+                take_section(found.next(), name, |bytes| (section.take)(core, bytes))?;
+            }
+        }
+        for part in parts {
+            let name = part.name().to_owned();
+            take_section(found.next(), &name, |bytes| part.take(core, bytes))?;
+        }
+        match found.next() {
+            Some((name, _)) => Err(RunError::other_section("end", Some(name))),
+            None => Ok(self),
+        }
+    }
+}
+
+/// Takes the section that was found, which must have this name.
+fn take_section(
+    found: Option<(&str, &[u8])>,
+    name: &str,
+    take: impl FnOnce(&mut &[u8]) -> Result<(), String>,
+) -> Result<(), RunError> {
+    let content = match found {
+        Some((found, content)) if found == name => content,
+        found => return Err(RunError::other_section(name, found.map(|(name, _)| name))),
+    };
+    whole(content, take).map_err(|reason| RunError::OtherState {
+        section: name.to_owned(),
+        reason,
+    })
+}
+
+impl Core {
+    fn take_clock(&mut self, bytes: &mut &[u8]) -> Result<(), String> {
+        (self.step, self.kick_due) = Plain::take(bytes)?;
+        if self.step > MOST_STEPS {
+            return Err("more steps than a run can make".to_owned());
+        }
+        Ok(())
+    }
+
+    fn take_particles(&mut self, bytes: &mut &[u8]) -> Result<(), String> {
+        let particles = Particles::take(bytes)?;
+        particles.check(self.physics.materials().len())?;
+        particles.columns.check_names(&self.particles.columns)?;
+        if !particles.may_sleep_so(self.physics.sleeping().is_some()) {
+            return Err("a particle sleeps that cannot sleep".to_owned());
+        }
+        self.particles = particles;
+        Ok(())
+    }
+
+    fn take_walls(&mut self, bytes: &mut &[u8]) -> Result<(), String> {
+        let saved: Vec<_> = Plain::take(bytes)?;
+        let planned = self.physics.walls();
+        if saved.len() != planned.len() {
+            let (found, planned) = (saved.len(), planned.len());
+            return Err(format!("it has {found} walls, the plan {planned}"));
+        }
+        let (time, dt) = (self.time(), self.physics.time_step());
+        for ((wall, now), saved) in planned.iter().zip(&mut self.walls).zip(&saved) {
+            now.restore(wall, saved, (time, dt), &self.images)
+                .map_err(|error| format!("walls.{}: {error}", wall.name))?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,240 @@
+//! The start: from a plan to the state whose first forces are known.
+
+use std::sync::Arc;
+
+use super::{Core, Engine, Lists, Part, RunError};
+use super::{parts, surfaces};
+use crate::boundaries::Boundaries;
+use crate::forces::{ContactForces, MotionBound, Needs, Watch, contact_loop};
+use crate::lanes::Width;
+use crate::membrane::Moment;
+use crate::neighbours::Skin;
+use crate::physics::{Setup, ToSetup};
+use crate::stage::Stage;
+use crate::state::{Particles, inverse_inertia_factor};
+use crate::surface::SurfaceMotion;
+use crate::walls::{WallFilms, WallNow};
+
+/// How a run is started or continued.
+pub struct StartOptions {
+    /// Threads; 0 counts as 1.
+    pub threads: usize,
+    /// Contact laws that no scene can name: a [`ContactLoop`](crate::forces::ContactLoop) over the materials of the plan, and how the
+    /// log calls it. Of the plan's own laws only counts then whether particles turn.
+    pub contacts: Option<(Box<dyn ContactForces>, String)>,
+    /// Parts of the step beside those of the plan: forces beside the contacts, for instance.
+    pub parts: Vec<Box<dyn Part>>,
+    /// Whether the contacts of the start are recorded one by one; there are more of them than particles.
+    pub records: bool,
+    /// How many numbers are worked on side by side; changes no bit. `None`: what is fastest.
+    pub width: Option<Width>,
+    /// The stage to which long work reports, and which may request to give it up.
+    pub stage: Arc<Stage>,
+}
+
+impl StartOptions {
+    /// The plan's laws and parts, no others, contacts recorded.
+    #[must_use]
+    pub fn threads(threads: usize) -> Self {
+        Self {
+            threads,
+            contacts: None,
+            parts: Vec::new(),
+            records: true,
+            width: None,
+            stage: Arc::default(),
+        }
+    }
+
+    /// Watched by this one.
+    #[must_use]
+    pub fn stage(mut self, stage: Arc<Stage>) -> Self {
+        self.stage = stage;
+        self
+    }
+
+    /// With so many lanes.
+    #[must_use]
+    pub fn width(mut self, width: Option<Width>) -> Self {
+        self.width = width;
+        self
+    }
+
+    /// With contact laws of their own.
+    #[must_use]
+    pub fn contacts(mut self, contacts: (Box<dyn ContactForces>, String)) -> Self {
+        self.contacts = Some(contacts);
+        self
+    }
+
+    /// With these parts beside those of the plan.
+    #[must_use]
+    pub fn parts(mut self, parts: Vec<Box<dyn Part>>) -> Self {
+        self.parts = parts;
+        self
+    }
+
+    /// With or without records of the first contacts.
+    #[must_use]
+    pub fn records(mut self, records: bool) -> Self {
+        self.records = records;
+        self
+    }
+}
+
+impl Engine {
+    /// The state at the start, its first forces evaluated, for `threads` threads.
+    ///
+    /// # Errors
+    /// If threads cannot be started, or the start is not a number.
+    pub fn new(setup: impl ToSetup, threads: usize) -> Result<Self, RunError> {
+        Self::start(setup, StartOptions::threads(threads))
+    }
+
+    /// The same with more to choose.
+    ///
+    /// # Errors
+    /// As [`Engine::new`].
+    pub fn start(setup: impl ToSetup, options: StartOptions) -> Result<Self, RunError> {
+        let records = options.records;
+        Self::unstarted(setup.to_setup(), options)?.started(records)
+    }
+
+    /// With its first lists, its first forces evaluated, and with `records` of their contacts.
+    pub(super) fn started(mut self, records: bool) -> Result<Self, RunError> {
+        self.take_up_contacts();
+        self.call(|part, core| part.start(core));
+        self.exchange_particles()?;
+        self.keep_lists_valid()?;
+        self.try_call(|part, core| part.before_forces(core))?;
+        let spring_time = if self.physics.startup_increment() {
+            self.physics.time_step()
+        } else {
+            0.0
+        };
+        let watch = Watch {
+            records,
+            audit: None,
+        };
+        self.evaluate_forces(spring_time, Some(watch), false);
+        // The first step begins with its own half kick alone.
+        self.kick_due = false;
+        Ok(self)
+    }
+
+    /// Gives the rows of the start the contacts that go on from other runs, as if a list had held them: the first list carries their
+    /// histories over like those of any list.
+    fn take_up_contacts(&mut self) {
+        let physics = Arc::clone(&self.physics);
+        let Some(carried) = physics.carried() else {
+            return;
+        };
+        let Core {
+            contacts,
+            particles,
+            boundaries,
+            ..
+        } = &mut self.core;
+        // Laws that no scene can name may remember something else.
+        if carried.pairs.numbers() == contacts.layout().numbers {
+            let rows = particles.len();
+            contacts.restore(rows, &carried.pairs, &carried.near_walls);
+            boundaries.go_on_from_list(rows);
+        }
+    }
+
+    /// The particles and walls as they are placed, without lists and forces.
+    pub(super) fn unstarted(setup: Setup, options: StartOptions) -> Result<Self, RunError> {
+        let Setup { physics, watched } = setup;
+        let named = options.contacts;
+        let (contacts, law_names) = named.unwrap_or_else(|| contact_loop(physics.laws()));
+        let others = options.parts.iter().map(|part| part.needs());
+        let needs = others.fold(contacts.needs(), Needs::and);
+        let images = physics.images();
+        let mut particles = Particles::new(physics.orientations() || needs.orientations);
+        for new in physics.particles() {
+            let (record, mass, prescribed) = new.build(physics.materials(), physics.dimensions());
+            particles.push(record, mass, prescribed);
+        }
+        for new in physics.bodies() {
+            new.add_to(&mut particles, physics.clumps());
+        }
+        let pool = match options.threads {
+            0 | 1 => None,
+            threads => {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+                Some(Arc::new(
+                    pool.map_err(|error| RunError::Threads(error.to_string()))?,
+                ))
+            }
+        };
+        let mut walls = WallNow::all(physics.walls(), physics.time_step(), &images);
+        let (mut surfaces, borrowing) =
+            surfaces::start(physics.surfaces(), physics.time_step(), &images)?;
+        walls.extend(borrowing);
+        let is_near = vec![true; surfaces.len()];
+        let stale = vec![false; surfaces.len()];
+        let membranes = surfaces::start_membranes(
+            (physics.membranes(), &mut surfaces),
+            &Moment {
+                time: 0.0,
+                dt: physics.time_step(),
+                gravity: physics.gravity(),
+                walls: &walls,
+                images: &images,
+                has_pool: false,
+            },
+        );
+        let has_servos = physics
+            .walls()
+            .iter()
+            .any(|wall| wall.motion.all_servos().next().is_some());
+        let skin = Skin::first(physics.radii(), needs.range, &images);
+        let mut boundaries = Boundaries::new(
+            physics.insertions(),
+            physics.deletions(),
+            &watched.fluxes,
+            &physics.setting(),
+        );
+        boundaries.tell(Arc::clone(&options.stage));
+        let width = options.width.unwrap_or_else(Width::fastest);
+        let liquid = physics.liquid().as_ref();
+        let wall_films = liquid.map(|liquid| WallFilms::start(&liquid.wall_films));
+        let mut core = Core {
+            boundaries,
+            inverse_inertia: inverse_inertia_factor(physics.dimensions()),
+            turns: physics.laws().turns(),
+            physics,
+            watched,
+            particles,
+            contacts,
+            needs,
+            law_names,
+            images,
+            walls,
+            wall_films: wall_films.unwrap_or_default(),
+            has_new_surface: false,
+            surfaces,
+            vertex_loads: Vec::new(),
+            surface_motion: SurfaceMotion::default(),
+            membranes,
+            is_near,
+            stale,
+            lists: Lists::new(skin),
+            has_servos,
+            width,
+            stage: options.stage,
+            step: 0,
+            motion: MotionBound::default(),
+            kick_due: false,
+            drifted: None,
+            pool,
+            idle_pool: None,
+        };
+        let mut parts = parts::all(&mut core);
+        parts.extend(options.parts);
+        let of_parts = parts.iter().map(|part| part.needs());
+        core.needs = of_parts.fold(core.needs, Needs::and);
+        Ok(Self { core, parts })
+    }
+}

@@ -1,0 +1,3 @@
+//! The engine with what no scene can name.
+
+mod liquid;

@@ -1,0 +1,147 @@
+//! Which particles are followed, and by how many periods each was put back into the domain.
+
+use glam::DVec3;
+
+use super::{Arrival, Core, Exchanged, Part};
+use crate::neighbours::Images;
+use crate::physics::Tracking;
+use crate::state::{PEBBLE, PERIODS, Particles, TRACK};
+
+/// The part that follows particles: by columns of theirs.
+pub(super) struct Tracks;
+
+impl Tracks {
+    /// Gives the particles of the start their tracks, if the plan has any.
+    pub(super) fn of(core: &mut Core) -> Option<Self> {
+        let tracking = &core.watched.tracking;
+        if tracking.is_empty() {
+            return None;
+        }
+        begin(tracking, &core.images, &mut core.particles);
+        Some(Self)
+    }
+}
+
+impl Part for Tracks {
+    fn name(&self) -> &str {
+        "tracks"
+    }
+
+    fn after_exchange(&mut self, core: &mut Core, exchanged: &Exchanged) {
+        let tracking = &core.watched.tracking;
+        for arrival in &exchanged.arrivals {
+            if let Some(track) = tracking.track_of(arrival.insertion) {
+                mark(&mut core.particles, arrival, track, tracking.every);
+            }
+        }
+    }
+
+    fn before_list(&mut self, core: &mut Core) {
+        core.count_periods();
+    }
+}
+
+fn begin(tracking: &Tracking, images: &Images, particles: &mut Particles) {
+    let rows = particles.len();
+    particles.columns.add(TRACK, 0.0, rows);
+    for name in images.any().then_some(PERIODS).into_iter().flatten() {
+        particles.columns.add(name, 0.0, rows);
+    }
+    let ids: Vec<u32> = particles.ids.iter().map(|id| id.number()).collect();
+    let Some(tracks) = particles.columns.get_mut(TRACK) else {
+        return;
+    };
+    for (number, id) in tracking.particles.iter().enumerate() {
+        if let Some(row) = ids.iter().position(|known| known == id) {
+            tracks[row] = (number + 1) as f64;
+        }
+    }
+}
+
+/// Marks each `every`-th of the grains that an insertion has just brought with a track.
+fn mark(particles: &mut Particles, arrival: &Arrival, track: u32, every: u64) {
+    let mut grain = arrival.before;
+    let mut body = None;
+    let mut marked = Vec::new();
+    for row in arrival.rows.clone() {
+        if particles.records[row].flags & PEBBLE != 0 {
+            let of_row = particles.bodies.as_ref().and_then(|b| b.body_of_row(row));
+            if of_row == body {
+                continue;
+            }
+            body = of_row;
+        }
+        if grain.is_multiple_of(every) {
+            marked.push(row);
+        }
+        grain += 1;
+    }
+    if let Some(tracks) = particles.columns.get_mut(TRACK) {
+        for row in marked {
+            tracks[row] = f64::from(track);
+        }
+    }
+}
+
+/// A tracked particle or body.
+pub struct Tracked {
+    /// Its row; of a body, that of its first pebble.
+    pub row: usize,
+    /// Its track.
+    pub track: u32,
+    /// Centre, m: where it would be in a domain that goes on for ever.
+    pub position: DVec3,
+}
+
+impl Core {
+    /// All that are tracked and still there, in the order of the rows.
+    pub fn tracked(&self) -> Vec<Tracked> {
+        let particles = &self.particles;
+        let Some(tracks) = particles.columns.get(TRACK) else {
+            return Vec::new();
+        };
+        let periods = PERIODS.map(|name| particles.columns.get(name));
+        let rows = tracks.iter().enumerate().filter(|(_, track)| **track > 0.0);
+        let tracked = rows.map(|(row, track)| {
+            let periods = periods.map(|column| column.map_or(0.0, |column| column[row]));
+            // An axis that is not periodic may have any size.
+            let way = DVec3::from_array(std::array::from_fn(|axis| match periods[axis] {
+                0.0 => 0.0,
+                count => count * self.images.size[axis],
+            }));
+            Tracked {
+                row,
+                track: *track as u32,
+                position: centre(particles, row) + way,
+            }
+        });
+        tracked.collect()
+    }
+
+    /// Before particles are put back into the domain: counts the periods.
+    fn count_periods(&mut self) {
+        if !self.images.any() || self.particles.columns.get(TRACK).is_none() {
+            return;
+        }
+        for Tracked { row, .. } in self.tracked() {
+            let place = centre(&self.particles, row);
+            let way = place - self.images.wrap(place);
+            for (axis, name) in PERIODS.into_iter().enumerate() {
+                if self.images.periodic[axis]
+                    && let Some(periods) = self.particles.columns.get_mut(name)
+                {
+                    periods[row] += (way[axis] / self.images.size[axis]).round();
+                }
+            }
+        }
+    }
+}
+
+/// The centre of a particle, or of the body of a pebble, m.
+fn centre(particles: &Particles, row: usize) -> DVec3 {
+    let bodies = particles.bodies.as_ref();
+    match bodies.and_then(|bodies| Some(&bodies.all[bodies.body_of_row(row)?.index()])) {
+        Some(body) => body.position,
+        None => particles.records[row].position,
+    }
+}
