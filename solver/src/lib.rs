@@ -19,7 +19,6 @@ pub mod output;
 pub mod plan;
 pub mod results;
 pub mod run;
-pub mod sleeping;
 pub mod spray;
 pub mod stage;
 pub mod starters;

@@ -22,7 +22,7 @@ pub use alarms::{Alarm, AlarmKind, Alarms, Other};
 pub use blocks::{block_size, parked_bytes};
 pub use compiled::{contact_loop, dispatching_loop};
 pub use contact_loop::ContactLoop;
-pub use contacts::{ContactForces, HistoryLayout, HoldsContacts, ObservesContacts, SavesContacts};
+pub use contacts::{ContactForces, HistoryLayout, ObservesContacts, SavesContacts};
 pub use events::{Bond, BondPlace, ContactEvent};
 pub use feature_loads::{FeatureKey, FeatureLoad, FeatureLoads, LoadSums};
 pub use near_walls::{NearWall, find_near_walls, near_walls_of_vertices};
@@ -69,8 +69,6 @@ pub struct StepContext<'a> {
     pub deep: f64,
     /// What to observe of the contacts; `None` in most steps.
     pub watch: Option<Watch>,
-    /// Whether contacts among sleepers are observed too.
-    pub sees_sleepers: bool,
     /// The number of contacts that are evaluated side by side; changes no bit.
     pub width: Width,
 }

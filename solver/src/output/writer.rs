@@ -154,7 +154,6 @@ crate::state::plain!(EnergyFlows {
     deleted,
     deleted_elastic,
     vanished_walls,
-    put_to_rest,
     sheets
 });
 crate::state::plain!(SheetEnergies {

@@ -14,7 +14,6 @@ use crate::contact::adhesion::liquid::Tables;
 use crate::contact::registry::{AnyPairLaw, LawTable};
 use crate::liquid::LiquidPlan;
 use crate::membrane::MembranePlan;
-use crate::sleeping::Sleeping;
 use crate::spray::SprayPlan;
 use crate::state::{Material, NewParticle};
 use crate::surface::SurfacePlan;
@@ -90,8 +89,6 @@ pub struct Draft {
     pub contact_point_mass: bool,
     /// What a run may not do in silence; off.
     pub guard: Guard,
-    /// When particles fall asleep; `None` (the default): never.
-    pub sleeping: Option<Sleeping>,
     /// Films at the start and rules for liquid. Where laws have liquid and this is `None`, the default holds.
     pub liquid: Option<LiquidPlan>,
     /// Nozzles; films need `liquid`.
@@ -159,7 +156,6 @@ impl Draft {
             startup_increment: false,
             contact_point_mass: false,
             guard: Guard::OFF,
-            sleeping: None,
             liquid: None,
             sprays: None,
             walls: Vec::new(),
@@ -231,7 +227,6 @@ impl Draft {
                 startup_increment: self.startup_increment,
                 contact_point_mass: self.contact_point_mass,
                 guard: self.guard,
-                sleeping: self.sleeping,
                 liquid,
                 sprays: self.sprays,
                 walls: self.walls,
@@ -385,10 +380,6 @@ impl Draft {
             let what = format!("walls of {}", surface.name);
             return Err(number(&what, "off in scenes with liquid", "on"));
         }
-        let what = "sleeping";
-        if self.sleeping.is_some() && !self.surfaces.is_empty() {
-            return Err(number(what, "off in scenes with surfaces", "on"));
-        }
         if self.sprays.is_some() && !self.surfaces.is_empty() {
             return Err(number("sprays", "none in scenes with surfaces", "some"));
         }
@@ -420,7 +411,6 @@ impl Plan {
             startup_increment: physics.startup_increment,
             contact_point_mass: physics.contact_point_mass,
             guard: physics.guard,
-            sleeping: physics.sleeping,
             liquid: physics.liquid,
             sprays: physics.sprays,
             walls: physics.walls,

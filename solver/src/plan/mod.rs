@@ -37,7 +37,6 @@ mod regions;
 mod report;
 mod requests;
 mod sizes;
-mod sleeping;
 mod sprays;
 mod start_from_run;
 #[cfg(test)]

@@ -14,7 +14,6 @@ use crate::contact::registry::LawTable;
 use crate::liquid::LiquidPlan;
 use crate::membrane::MembranePlan;
 use crate::neighbours::Images;
-use crate::sleeping::Sleeping;
 use crate::spray::SprayPlan;
 use crate::state::{Material, NewParticle};
 use crate::surface::SurfacePlan;
@@ -40,7 +39,6 @@ pub struct Physics {
     pub(super) startup_increment: bool,
     pub(super) contact_point_mass: bool,
     pub(super) guard: Guard,
-    pub(super) sleeping: Option<Sleeping>,
     pub(super) liquid: Option<LiquidPlan>,
     pub(super) sprays: Option<SprayPlan>,
     pub(super) walls: Vec<Wall>,
@@ -94,8 +92,6 @@ impl Physics {
         copy contact_point_mass: bool;
         /// What a run may not do in silence.
         copy guard: Guard;
-        /// When particles fall asleep, if any may.
-        copy sleeping: Option<Sleeping>;
         /// Films at the start and rules for liquid, in scenes that have any.
         borrow liquid: Option<LiquidPlan>;
         /// Nozzles, in scenes that have any.

@@ -19,7 +19,7 @@ use crate::contact::registry::LawTable;
 use crate::forces::{SavedSlot, SavedSlots, SlotState, contact_loop};
 use crate::neighbours::HalfSkins;
 use crate::state::{
-    ASLEEP, BodyPebble, DecodeError, Decoder, FILM_VOLUME, FIXED, MaterialIndex, PEBBLE, Particles,
+    BodyPebble, DecodeError, Decoder, FILM_VOLUME, FIXED, MaterialIndex, PEBBLE, Particles,
     Prescribed, PrescribedBody, inverse_inertia_factor,
 };
 use crate::walls::Wall;
@@ -404,7 +404,7 @@ fn complete(state: &mut State) {
         ..
     } = &mut state.particles;
     for (record, load) in records.iter_mut().zip(loads) {
-        if record.flags & (FIXED | PEBBLE | ASLEEP) == 0 {
+        if record.flags & (FIXED | PEBBLE) == 0 {
             let per_torque = factor * record.inverse_mass / (record.radius * record.radius);
             record.velocity += (load.force * record.inverse_mass + gravity) * half;
             record.angular_velocity += load.torque * (per_torque * half);

@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 use crate::forces::MotionBound;
 use crate::lanes::{MOST_LANES, Mask, Quad, Real, Task, Vector, Width};
 use crate::neighbours::HalfSkins;
-use crate::state::{ASLEEP, FIXED, Load, PEBBLE, Particle};
+use crate::state::{FIXED, Load, PEBBLE, Particle};
 
 /// Half kicks and a drift of a block of particles.
 pub(super) struct KickDrift {
@@ -25,7 +25,7 @@ pub(super) struct KickDrift {
 }
 
 impl KickDrift {
-    /// Moves those that are neither fixed nor asleep nor pebbles; what their fastest is then.
+    /// Moves those that are neither fixed nor pebbles; what their fastest is then.
     pub(super) fn run(&self, records: &mut [Particle], loads: &[Load]) -> MotionBound {
         self.width.run(Advance {
             by: self,
@@ -91,7 +91,7 @@ impl Task for Advance<'_> {
 
     #[inline(always)]
     fn run<L: Real>(self) -> MotionBound {
-        let moves = |record: &Particle| record.flags & (FIXED | PEBBLE | ASLEEP) == 0;
+        let moves = |record: &Particle| record.flags & (FIXED | PEBBLE) == 0;
         let (mut fastest, mut alone) = ([L::ZERO; 3], [0.0; 3]);
         let groups = self.records.chunks_mut(L::LANES);
         for (records, loads) in groups.zip(self.loads.chunks(L::LANES)) {
@@ -125,7 +125,7 @@ impl Task for Advance<'_> {
 }
 
 /// Turns orientations by the angular velocities over `drift` seconds, exactly for constant ones. Several at once, as `width` says.
-pub(crate) fn turn_orientations(
+pub(super) fn turn_orientations(
     orientations: &mut [DQuat],
     records: &[Particle],
     drift: f64,
@@ -151,7 +151,7 @@ impl Task for Turn<'_> {
     #[inline(always)]
     fn run<L: Real>(self) {
         // A pebble's orientation is its body's.
-        let turns = |record: &Particle| record.flags & (PEBBLE | ASLEEP) == 0;
+        let turns = |record: &Particle| record.flags & PEBBLE == 0;
         let groups = self.orientations.chunks_mut(L::LANES);
         for (orientations, records) in groups.zip(self.records.chunks(L::LANES)) {
             if records.len() == L::LANES && records.iter().all(turns) {

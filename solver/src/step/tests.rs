@@ -5,7 +5,6 @@ mod funnels;
 mod liquid;
 mod sheets;
 mod sides;
-mod sleepers;
 mod spray;
 
 use std::path::Path;

@@ -17,7 +17,6 @@ const ROOMS: &[&str] = &[
     "plan",
     "boundaries",
     "bodies",
-    "sleeping",
     "spray",
     "liquid",
     "wear",

@@ -18,7 +18,6 @@ use crate::plan::time_step::{StepPlan, steps};
 use crate::plan::wall_films::wall_films;
 use crate::plan::wear::wear;
 use crate::plan::{Counted, Guard, Material, Notes, OutputPlan, Outputs, Physics, Plan};
-use crate::sleeping::Sleeping;
 use crate::spray::SprayPlan;
 use crate::walls::Wall;
 
@@ -27,7 +26,6 @@ pub(super) struct Resolved {
     pub(super) parts: Parts,
     pub(super) laws: Laws,
     pub(super) counted: Counted,
-    pub(super) sleeping: Option<Sleeping>,
     /// s
     pub(super) time_step: f64,
     pub(super) step: StepPlan,
@@ -39,7 +37,6 @@ pub(super) fn assemble(scene: &Scene, resolved: Resolved, mut found: Findings) -
         parts,
         laws,
         counted,
-        sleeping,
         time_step,
         step: step_plan,
     } = resolved;
@@ -134,7 +131,6 @@ pub(super) fn assemble(scene: &Scene, resolved: Resolved, mut found: Findings) -
                 overlap: *scene.guard.overlap,
                 way: *scene.guard.way,
             },
-            sleeping,
             liquid,
             sprays,
             walls,
