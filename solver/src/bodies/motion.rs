@@ -7,7 +7,6 @@ use rayon::prelude::*;
 
 use super::rotation::free_motion;
 use crate::forces::MotionBound;
-use crate::neighbours::HalfSkins;
 use crate::state::{
     Bodies, Body, BodyPebble, FIXED, Load, PRESCRIBED, Particle, PebbleIndex, PrescribedBody,
 };
@@ -23,8 +22,6 @@ pub struct BodyStep {
     pub kicks: u32,
     /// m/s^2
     pub gravity: DVec3,
-    /// Of the present lists.
-    pub skins: HalfSkins,
 }
 
 /// Bodies, or rows, that one thread takes at a time; what they give does not depend on it.
@@ -124,7 +121,6 @@ fn put(record: &mut Particle, pebble: &BodyPebble, body: &Body, step: &BodyStep)
     }
     MotionBound {
         squared_speed,
-        squared_part: step.skins.squared_part(record.radius, squared_speed),
         sum_of_squares,
     }
 }

@@ -17,7 +17,6 @@ use super::{NewBody, NewParticle, PrescribedMotion};
 use crate::bodies::{BodyStep, Clump};
 use crate::contact::registry::LawTable;
 use crate::forces::{SavedSlot, SavedSlots, SlotState, contact_loop};
-use crate::neighbours::HalfSkins;
 use crate::state::{
     BodyPebble, DecodeError, Decoder, FILM_VOLUME, FIXED, MaterialIndex, PEBBLE, Particles,
     Prescribed, PrescribedBody, inverse_inertia_factor,
@@ -427,7 +426,6 @@ fn complete(state: &mut State) {
             drift: 0.0,
             kicks: 1,
             gravity,
-            skins: HalfSkins::default(),
         };
         bodies.advance(records, &step, None);
     }

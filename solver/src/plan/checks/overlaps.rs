@@ -7,7 +7,7 @@ use super::crowds::{MOST_TOUCHING, crowded, too_many};
 use super::{name, place};
 use crate::bodies::Clump;
 use crate::contact::parameter::short;
-use crate::neighbours::{ExtraSkins, Images, Levels, Skin, build};
+use crate::neighbours::{Images, Levels, Skin, build};
 use crate::plan::particles::{StartingParticles, StartingSphere};
 use crate::state::{MaterialIndex, Particle, Particles};
 use crate::surface::{Surface, SurfacePlan};
@@ -267,7 +267,7 @@ fn for_each_touching_pair(
     let levels = Levels::choose(&particles.records, skin);
     let list = build(
         &mut particles,
-        &mut ExtraSkins::default(),
+        &mut Vec::new(),
         &levels,
         skin,
         &images,
