@@ -179,8 +179,6 @@ def groups(folder):
         ("loads of walls", "every 10 steps", lambda text: every(text).replace("walls = false", "walls = true")),
         ("energies (`.ene`)", "every 10 steps", every),
         ("energy audit", "every step", keys("energy_budget = true")),
-        ("sleeping", "on, no particle asleep yet", lambda text: "sleeping = {}\n" + text),
-        ("sleeping", "nearly all asleep", lambda text: f"sleeping = {{ after = {10 * STEP}, speed = 10.0, imbalance = 0.9 }}\n" + text),
         ("guard", "off", add('[guard]\npolicy = "off"\n')),
     ]
 

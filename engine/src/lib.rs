@@ -17,7 +17,6 @@ pub mod membrane;
 pub mod memory;
 pub mod neighbours;
 pub mod physics;
-pub mod sleeping;
 pub mod spray;
 pub mod stage;
 pub mod state;

@@ -51,8 +51,6 @@ pub struct EnergyFlows {
     pub deleted_elastic: f64,
     /// Stored in contacts with walls that vanished.
     pub vanished_walls: f64,
-    /// Kinetic energy of particles that fell asleep.
-    pub put_to_rest: f64,
     /// Elastic sheets.
     pub sheets: SheetEnergies,
 }
@@ -98,7 +96,7 @@ impl EnergyFlows {
     /// Taken from the system by all of them (J); negative if more was given to it.
     #[must_use]
     pub fn taken(&self) -> f64 {
-        self.dissipated() + self.deleted + self.vanished_walls + self.put_to_rest
+        self.dissipated() + self.deleted + self.vanished_walls
             - self.wall_work
             - self.inserted
             - self.sheets.pressure_work
@@ -254,7 +252,7 @@ fn flows(rows: &[EnergyRow]) -> Vec<Series> {
     fn of(pick: fn(&EnergyFlows) -> f64) -> Box<dyn Fn(&EnergyRow) -> f64> {
         Box::new(move |row| row.flows.as_ref().map_or(0.0, pick))
     }
-    let all: [Kind; 10] = [
+    let all: [Kind; 9] = [
         (
             "dissipated, normal",
             "by normal forces",
@@ -317,13 +315,6 @@ fn flows(rows: &[EnergyRow]) -> Vec<Series> {
             Hue::Purple,
             Dash::Dotted,
             of(|flows| flows.vanished_walls),
-        ),
-        (
-            "put to rest",
-            "of sleepers",
-            Hue::Grey,
-            Dash::Dotted,
-            of(|flows| flows.put_to_rest),
         ),
     ];
     all.iter()

@@ -11,7 +11,7 @@ use glam::DVec3;
 use mercury_common::formats::mesh::TriangleMesh;
 use mercury_common::random::Stream;
 use mercury_engine::forces::find_near_walls;
-use mercury_engine::neighbours::{Built, ExtraSkins, Images, Levels, build};
+use mercury_engine::neighbours::{Built, Images, Levels, build};
 use mercury_engine::state::{MaterialIndex, Particle, Particles};
 use mercury_engine::walls::{
     Cylinder, Disc, Mesh, Motion, Plane, Scratch, Shape, Side, Touches, Wall, WallError, WallNow,
@@ -163,7 +163,7 @@ fn main() -> Result<(), WallError> {
                 for _ in 0..ROUNDS {
                     let (of_pairs, Built { grid, .. }) = time(|| {
                         let levels = Levels::choose(&particles.records, MARGIN);
-                        let mut extra = ExtraSkins::default();
+                        let mut extra = Vec::new();
                         build(&mut particles, &mut extra, &levels, MARGIN, &images, false)
                     });
                     let (of_plain, found) = time(|| by_asking_all(&particles, &walls, &images));

@@ -14,7 +14,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use mercury_engine::neighbours::{Built, ExtraSkins, Images, Levels, Skin, build};
+use mercury_engine::neighbours::{Built, Images, Levels, Skin, build};
 use mercury_engine::state::{Particle, Particles};
 use mercury_engine::step::Engine;
 use mercury_solver::plan::{plan, read_scene};
@@ -64,7 +64,7 @@ impl Case {
             skin,
             pool,
         } = self;
-        let mut none = ExtraSkins::default();
+        let mut none = Vec::new();
         match pool {
             Some(pool) => pool.install(|| build(particles, &mut none, levels, *skin, images, true)),
             None => build(particles, &mut none, levels, *skin, images, false),

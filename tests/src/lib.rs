@@ -12,7 +12,6 @@ pub mod scenes;
 pub mod selftests;
 pub mod shapes;
 pub mod sheet_at_rest;
-pub mod sleeping_scenes;
 pub mod stress;
 pub mod three_beads;
 pub mod twins;

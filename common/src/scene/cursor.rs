@@ -310,6 +310,11 @@ impl<'a> Fields<'a> {
                 self.context.report(error.with_help(help));
                 continue;
             }
+            if entry.key == "sleeping" && self.place.key().is_empty() {
+                let help = "particles no longer sleep, the changelog says why: leave it out";
+                self.context.report(error.with_help(help));
+                continue;
+            }
             self.context
                 .report(match nearest(&entry.key, allowed.iter().copied()) {
                     Some(near) => error.with_help(format!("did you mean `{near}`?")),

@@ -36,7 +36,6 @@ mod quantities;
 mod region;
 mod settings;
 mod shapes;
-mod sleeping;
 mod source;
 mod spelling;
 mod sprays;
@@ -80,7 +79,6 @@ pub use settings::{
     TangentialHistory, Time, TimeStep,
 };
 pub use shapes::{MeshSide, MeshSource, Shape, Side, Turn};
-pub use sleeping::Sleeping;
 pub use source::{Located, Place, Source};
 pub use spelling::{listed, nearest};
 pub use sprays::{AtWalls, Nozzle, Spray, SprayDrag, SprayFlow, SprayPattern, SpraySource};
@@ -143,8 +141,6 @@ pub struct Scene {
     pub contact: Conventions,
     /// `[guard]`
     pub guard: Guard,
-    /// `[sleeping]`
-    pub sleeping: Option<Sleeping>,
     /// `[liquid]`
     pub liquid: LiquidSettings,
     /// `[materials.NAME]`
@@ -430,13 +426,6 @@ fn read_document(context: &Context, document: &Node, path: &Path, place: &Place)
             guard::read(&fields, overlap_error)
         }
     };
-    let sleeping = match root.get("sleeping") {
-        Some(item) => (item.table())
-            .and_then(|fields| sleeping::read(&fields))
-            .map(Some),
-        None => Some(None),
-    };
-
     let liquid = match root.get("liquid") {
         Some(item) => item.table().and_then(|fields| liquid::read(&fields)),
         None => {
@@ -485,7 +474,6 @@ fn read_document(context: &Context, document: &Node, path: &Path, place: &Place)
         domain: domain?,
         contact: contact?,
         guard: guard?,
-        sleeping: sleeping?,
         liquid: liquid?,
         materials,
         contacts,

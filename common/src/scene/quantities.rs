@@ -207,7 +207,6 @@ fn of_key(keys: &[&str]) -> Option<Kind> {
         ["gravity"] => D::ACCELERATION,
         ["time", "end" | "step"] => D::TIME,
         ["time", "v_ref"] => D::SPEED,
-        ["sleeping", "after"] => D::TIME,
         ["liquid", "evaporation"] => D::SPEED,
         [
             "output",

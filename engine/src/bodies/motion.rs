@@ -7,10 +7,8 @@ use rayon::prelude::*;
 
 use super::rotation::free_motion;
 use crate::forces::MotionBound;
-use crate::neighbours::HalfSkins;
 use crate::state::{
-    ASLEEP, Bodies, Body, BodyIndex, BodyPebble, FIXED, Load, PRESCRIBED, Particle, PebbleIndex,
-    PrescribedBody,
+    Bodies, Body, BodyPebble, FIXED, Load, PRESCRIBED, Particle, PebbleIndex, PrescribedBody,
 };
 
 /// Half kicks and a drift of bodies.
@@ -24,8 +22,6 @@ pub struct BodyStep {
     pub kicks: u32,
     /// m/s^2
     pub gravity: DVec3,
-    /// Of the present lists.
-    pub skins: HalfSkins,
 }
 
 /// Bodies, or rows, that one thread takes at a time; what they give does not depend on it.
@@ -104,28 +100,10 @@ impl Bodies {
     }
 }
 
-impl Bodies {
-    /// The same as [`Bodies::advance`] for a single body without prescribed motion.
-    pub fn advance_one(
-        &mut self,
-        body: BodyIndex,
-        records: &mut [Particle],
-        step: &BodyStep,
-    ) -> MotionBound {
-        let body = &mut self.all[body.index()];
-        step.advance(body);
-        let pebbles = self.pebbles[body.pebbles()].iter();
-        pebbles.fold(MotionBound::default(), |fastest, pebble| {
-            let record = &mut records[pebble.row.index()];
-            fastest.merge(put(record, pebble, body, step))
-        })
-    }
-}
-
 /// Puts a pebble where its body has it.
 #[inline]
 fn put(record: &mut Particle, pebble: &BodyPebble, body: &Body, step: &BodyStep) -> MotionBound {
-    if body.flags & (FIXED | ASLEEP) != 0 {
+    if body.flags & FIXED != 0 {
         return MotionBound::default();
     }
     let lever = body.orientation * pebble.offset;
@@ -143,7 +121,6 @@ fn put(record: &mut Particle, pebble: &BodyPebble, body: &Body, step: &BodyStep)
     }
     MotionBound {
         squared_speed,
-        squared_part: step.skins.squared_part(record.radius, squared_speed),
         sum_of_squares,
     }
 }
@@ -152,7 +129,7 @@ impl BodyStep {
     /// A body that moves freely. The angular velocity afterwards is that of the middle of the drift, as the velocity is: the mean of
     /// those of the old and the new orientation.
     fn advance(&self, body: &mut Body) {
-        if body.flags & (FIXED | PRESCRIBED | ASLEEP) != 0 {
+        if body.flags & (FIXED | PRESCRIBED) != 0 {
             return;
         }
         self.kick(body);

@@ -82,15 +82,6 @@ impl Outbox {
         });
     }
 
-    /// What is parked for the block `ahead` blocks behind the successor, with the rows within that block.
-    pub(super) fn parked(&self, ahead: usize) -> impl Iterator<Item = (usize, Load)> {
-        let list = self.lists.get(ahead).into_iter().flatten();
-        list.map(|parked| {
-            let load = Load::new(parked.force, parked.torque);
-            (parked.row as usize, load)
-        })
-    }
-
     /// Adds what is parked for the block `ahead` blocks behind the successor.
     pub(super) fn deliver(&self, ahead: usize, loads: &mut [Load]) {
         if let Some(list) = self.lists.get(ahead) {
@@ -140,7 +131,11 @@ mod tests {
                 .collect();
             assert_eq!((found, loads[row].force), (vec![row], expected));
         }
-        assert_eq!(outbox.parked(1).count() + outbox.parked(7).count(), 0);
+        for ahead in [1, 7] {
+            let mut loads = [Load::default(); 1000];
+            outbox.deliver(ahead, &mut loads);
+            assert_eq!(loads, [Load::default(); 1000]);
+        }
     }
 
     #[test]

@@ -16,7 +16,6 @@ mod saving;
 mod sharing;
 mod sheets;
 mod sides;
-mod sleepers;
 mod slots;
 mod vertices;
 mod walls;

@@ -1,4 +1,4 @@
-//! What the step knows of a contact loop, whatever its laws: computing, observing, holding and saving contacts, each a trait.
+//! What the step knows of a contact loop, whatever its laws: computing, observing and saving contacts, each a trait.
 
 use super::{
     Alarms, Bond, BondPlace, ContactEvent, ContactRecord, FeatureKey, FeatureLoad, Finish,
@@ -10,7 +10,7 @@ use crate::state::{Load, Particle, Particles, Pieces, Row, WallIndex};
 use crate::surface::SurfaceLoad;
 
 /// A contact loop with its slots: lists and loads.
-pub trait ContactForces: ObservesContacts + HoldsContacts + SavesContacts + Send {
+pub trait ContactForces: ObservesContacts + SavesContacts + Send {
     /// What the loop needs of the step.
     fn needs(&self) -> Needs {
         Needs::default()
@@ -90,34 +90,6 @@ pub trait ObservesContacts {
 
     /// Shows what the contacts of the last evaluation did to sheets, block by block, in the order of the rows.
     fn visit_surface_loads(&self, visit: &mut dyn FnMut(&SurfaceLoad));
-}
-
-/// Contacts among particles that sleep: they are not evaluated, and their loads are held.
-pub trait HoldsContacts {
-    /// Registers which particles sleep: the loads among sleepers are held from now on. `woken`: the rows that were woken since
-    /// the last call ([`WOKEN`](crate::state::WOKEN)), where nothing else changed; `None` where a particle fell asleep or the
-    /// list is a new one. `context` must not request an observation.
-    fn hold(
-        &mut self,
-        particles: &Particles,
-        context: &StepContext<'_>,
-        pool: Option<&rayon::ThreadPool>,
-        woken: Option<&[u32]>,
-    );
-
-    /// Passes to its argument the rows of sleepers that are listed with a particle that moves, block by block: loads of others do
-    /// not change.
-    fn visit_borders(&self, visit: &mut dyn FnMut(usize));
-
-    /// Marks, by row, the particles listed near one of these walls (yes or no for each), or with a particle whose motion is
-    /// prescribed.
-    fn mark_disturbed(&self, particles: &Particles, walls: &[bool], disturbed: &mut [bool]);
-
-    /// The held load of each row.
-    fn held(&self) -> Vec<Load>;
-
-    /// Restores what [`HoldsContacts::held`] returned; called when contacts are restored.
-    fn restore_held(&mut self, particles: &Particles, held: &[Load]);
 }
 
 /// The state of contacts, for checkpoints.

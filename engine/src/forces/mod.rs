@@ -22,7 +22,7 @@ pub use alarms::{Alarm, AlarmKind, Alarms, Other};
 pub use blocks::{block_size, parked_bytes};
 pub use compiled::{contact_loop, dispatching_loop};
 pub use contact_loop::ContactLoop;
-pub use contacts::{ContactForces, HistoryLayout, HoldsContacts, ObservesContacts, SavesContacts};
+pub use contacts::{ContactForces, HistoryLayout, ObservesContacts, SavesContacts};
 pub use events::{Bond, BondPlace, ContactEvent};
 pub use feature_loads::{FeatureKey, FeatureLoad, FeatureLoads, LoadSums};
 pub use near_walls::{NearWall, find_near_walls, near_walls_of_vertices};
@@ -33,7 +33,7 @@ pub use saved::{SavedSlot, SavedSlots};
 
 use crate::contact::SlidingNormal;
 use crate::lanes::Width;
-use crate::neighbours::{HalfSkins, Images};
+use crate::neighbours::Images;
 use crate::state::{Load, Particle};
 use crate::surface::Surface;
 use crate::walls::{WallFilms, WallNow};
@@ -69,8 +69,6 @@ pub struct StepContext<'a> {
     pub deep: f64,
     /// What to observe of the contacts; `None` in most steps.
     pub watch: Option<Watch>,
-    /// Whether contacts among sleepers are observed too.
-    pub sees_sleepers: bool,
     /// The number of contacts that are evaluated side by side; changes no bit.
     pub width: Width,
 }
@@ -95,13 +93,11 @@ pub type SavedLoads = (Option<u32>, Vec<(FeatureKey, FeatureLoad)>);
 /// The function that is called for a block of particles, by its number, once the loads on them are known.
 pub type Finish<'a> = dyn Fn(usize, &mut [Particle], &[Load]) -> MotionBound + Sync + 'a;
 
-/// The largest squared speed of some particles, the largest part of their skin that they use up, and the sum of their squared speeds, which is not finite if any of them is not.
+/// The largest squared speed of some particles, and the sum of their squared speeds, which is not finite if any of them is not.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MotionBound {
     /// Largest v^2, m^2/s^2.
     pub squared_speed: f64,
-    /// Largest square of the speed over half the own skin, 1/s^2 ([`HalfSkins`]).
-    pub squared_part: f64,
     /// Sum of v^2 and w^2 without regard to units: a test for numbers.
     pub sum_of_squares: f64,
 }
@@ -109,11 +105,10 @@ pub struct MotionBound {
 impl MotionBound {
     /// Of a particle that moves with its velocity.
     #[must_use]
-    pub fn of(record: &Particle, skins: &HalfSkins) -> Self {
+    pub fn of(record: &Particle) -> Self {
         let squared_speed = record.velocity.length_squared();
         Self {
             squared_speed,
-            squared_part: skins.squared_part(record.radius, squared_speed),
             sum_of_squares: squared_speed + record.angular_velocity.length_squared(),
         }
     }
@@ -123,7 +118,6 @@ impl MotionBound {
     pub fn merge(self, other: Self) -> Self {
         Self {
             squared_speed: self.squared_speed.max(other.squared_speed),
-            squared_part: self.squared_part.max(other.squared_part),
             sum_of_squares: self.sum_of_squares + other.sum_of_squares,
         }
     }

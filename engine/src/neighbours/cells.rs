@@ -126,7 +126,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::neighbours::{ExtraSkins, NO_SHIFT, build};
+    use crate::neighbours::{NO_SHIFT, build};
     use crate::state::{MaterialIndex, Particle};
 
     proptest! {
@@ -180,7 +180,7 @@ mod tests {
             let first = count / 3;
             check(&Cells::sort(first..count, &particles, &images), &particles, first);
             let levels = Levels::choose(&particles.records, 0.0);
-            let mut extra = ExtraSkins::default();
+            let mut extra = Vec::new();
             let built = build(&mut particles, &mut extra, &levels, 0.01 * largest, &images, false);
             check(&Cells::of_list(built.grid, &levels, &particles, &images), &particles, 0);
         }

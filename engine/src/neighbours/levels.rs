@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::state::Particle;
 
 /// Largest number of size classes in the choice of levels: 2^(CLASSES - 1) choices are compared.
-pub(super) const CLASSES: usize = 11;
+const CLASSES: usize = 11;
 /// Time to read a run of cells over the time to test a pair (measured; only for speed).
 const RUN_OVER_TEST: f64 = 3.0;
 /// Another level must save this share of the cost: it also has costs outside of the model.

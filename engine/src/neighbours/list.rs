@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::grid::MOST_LATER;
 use super::other_pairs::OtherPairs;
 use super::rows::{change_each, each};
-use super::{ExtraSkins, Grid, Images, Levels, NO_SHIFT};
+use super::{Grid, Images, Levels, NO_SHIFT};
 use crate::memory::GROWTH;
 use crate::state::{Bodies, Particle, Particles, Row};
 
@@ -64,14 +64,14 @@ pub struct Built {
 
 /// Sorts the particles into cells (in place, wrapped into periodic domains) and lists every pair closer than
 /// R_i + R_j + `skin` + l_i + l_j (m), except pairs that contacts cannot move and pairs of pebbles of one body. `extra`: l of
-/// each row, above -`skin`/2, and put into the new order. `levels`: which particles are sought together; the
+/// each row, or empty if all are 0; put into the new order. `levels`: which particles are sought together; the
 /// list is the same with any. `parallel`: with the threads of the pool from within which it is called; the list is the same.
 ///
 /// Requires finite positions, and periodic edges of at least twice the largest listing distance.
 #[must_use]
 pub fn build(
     particles: &mut Particles,
-    extra: &mut ExtraSkins,
+    extra: &mut Vec<f64>,
     levels: &Levels,
     skin: f64,
     images: &Images,
@@ -80,7 +80,7 @@ pub fn build(
     change_each(&mut particles.records, parallel, |_, record| {
         record.position = images.wrap(record.position);
     });
-    let cell = 2.0 * (levels.largest[0] + 0.5 * skin + extra.of_level(0));
+    let cell = 2.0 * (levels.largest[0] + 0.5 * skin);
     let records = &particles.records;
     let position = |row: usize| records[row].position;
     let (grid, order) = Grid::sort(records.len(), position, cell, images, parallel);
@@ -93,8 +93,8 @@ pub fn build(
     change_each(&mut particles.listed_at, parallel, |row, listed| {
         *listed = records[row].position;
     });
-    if !extra.rows.is_empty() {
-        extra.rows = each(order.len(), parallel, |new| extra.rows[order[new] as usize]);
+    if !extra.is_empty() {
+        *extra = each(order.len(), parallel, |new| extra[order[new] as usize]);
     }
     let members = Members::new(&particles.records, extra, levels, skin, parallel);
     let mut list = list(&members, &grid, images, parallel);
@@ -127,7 +127,7 @@ pub fn build_bytes(rows: f64, pairs: f64) -> f64 {
 pub(super) struct Members {
     /// All of them, with radii that include their shares of the skin.
     pub(super) all: Vec<Spot>,
-    /// The level of each. Particles with more skin than their level have a level of their own, the highest: they are few, and
+    /// The level of each. Particles with extra skin have a level of their own, the highest: they are few, and
     /// their reach must not widen the cells of all others.
     pub(super) level: Vec<u8>,
     /// Largest radius of each level, m, skin included.
@@ -137,17 +137,20 @@ pub(super) struct Members {
 impl Members {
     fn new(
         records: &[Particle],
-        extra: &ExtraSkins,
+        extra: &[f64],
         levels: &Levels,
         skin: f64,
         parallel: bool,
     ) -> Self {
         let own = levels.largest.len();
-        let reach = |row: usize| records[row].radius + (0.5 * skin + extra.of(row));
+        let extra = |row: usize| extra.get(row).copied().unwrap_or_default();
+        let reach = |row: usize| records[row].radius + (0.5 * skin + extra(row));
         let level = |row: usize| {
-            let level = levels.of(records[row].radius);
-            let stands_out = extra.of(row) > extra.of_level(level);
-            if stands_out { own } else { level }
+            if extra(row) > 0.0 {
+                own
+            } else {
+                levels.of(records[row].radius)
+            }
         };
         let spot = |row: usize| {
             let fixed = records[row].inverse_mass == 0.0;
@@ -157,14 +160,11 @@ impl Members {
             }
         };
         let level_of_row = each(records.len(), parallel, |row| level(row) as u8);
-        let mut largest: Vec<f64> = (levels.largest.iter().enumerate())
-            .map(|(level, radius)| radius + (0.5 * skin + extra.of_level(level)))
-            .collect();
-        if !extra.rows.is_empty() {
-            let few = (0..records.len()).filter(|&row| usize::from(level_of_row[row]) == own);
-            if let Some(most) = few.map(reach).reduce(f64::max) {
-                largest.push(most);
-            }
+        let levels = levels.largest.iter();
+        let mut largest: Vec<f64> = levels.map(|radius| radius + 0.5 * skin).collect();
+        let few = (0..records.len()).filter(|&row| usize::from(level_of_row[row]) == own);
+        if let Some(most) = few.map(reach).reduce(f64::max) {
+            largest.push(most);
         }
         Self {
             all: each(records.len(), parallel, spot),
@@ -399,10 +399,7 @@ mod tests {
                 (record.position, record.radius) = (DVec3::new(x, 0.5, 0.5), radius);
             }
             let levels = Levels::choose(&particles.records, skin);
-            let mut extra_skins = ExtraSkins {
-                levels: Vec::new(),
-                rows: vec![extra, 0.0],
-            };
+            let mut extra_skins = vec![extra, 0.0];
             let Built { list, .. } = build(
                 &mut particles,
                 &mut extra_skins,
@@ -452,8 +449,6 @@ mod tests {
                 match (k.is_multiple_of(extra_skin_every), seed % 3 > 0) {
                     (true, true) => 0.01 * (k % 3) as f64,
                     (true, false) if small => 0.002,
-                    // Less than the rest, as slow levels have.
-                    _ if seed % 5 == 0 => -0.1 * skin * (k % 5) as f64,
                     _ => 0.0,
                 }
             };
@@ -465,19 +460,11 @@ mod tests {
                 1 => Levels { largest: vec![0.3 * largest, 0.5 * largest, largest] },
                 _ => Levels::choose(&particles.records, skin),
             };
-            // Levels may have less skin than all their particles, which then get extra skin.
-            let less = |level: usize| if seed % 7 == 0 { -0.1 * skin * (level % 3) as f64 } else { 0.0 };
-            let mut extra = ExtraSkins {
-                levels: (0..levels.largest.len()).map(less).collect(),
-                rows: given.clone(),
-            };
-            if given.is_empty() {
-                extra.levels.clear();
-            }
+            let mut extra = given.clone();
             let parallel = seed % 2 == 0;
             let Built { list, new_row, .. } =
                 build(&mut particles, &mut extra, &levels, skin, &images, parallel);
-            let extra_skin = extra.rows;
+            let extra_skin = extra;
             for (old, extra_skin_then) in given.iter().enumerate() {
                 prop_assert_eq!(extra_skin[new_row[old].index()], *extra_skin_then);
             }

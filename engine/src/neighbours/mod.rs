@@ -7,7 +7,6 @@ mod boxes;
 mod cells;
 mod extra_skin;
 mod grid;
-mod half_skins;
 mod images;
 mod levels;
 mod lines;
@@ -19,9 +18,8 @@ mod validity;
 
 pub use boxes::{Block, Boxes};
 pub use cells::Cells;
-pub use extra_skin::ExtraSkins;
+pub use extra_skin::extra_skins;
 pub use grid::Grid;
-pub use half_skins::HalfSkins;
 pub use images::{Images, NO_SHIFT, opposite};
 pub use levels::Levels;
 pub use list::{Built, Candidate, CandidateList, build, build_bytes, list_bytes};

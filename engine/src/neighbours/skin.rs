@@ -7,7 +7,7 @@ use super::Images;
 /// do not. It matters to speed, and to when rows are sorted, which is the order of sums; not to which contacts are found.
 const REBUILD_OVER_TEST: [f64; 2] = [200.0, 100.0];
 
-/// Largest thickness for the lowest level of sizes, over the mean radius. Only where particles are sparse and fast does the cost of lists
+/// Largest thickness over the mean radius. Only where particles are sparse and fast does the cost of lists
 /// ask for so much; beyond it a list holds pairs by the volume around a particle, and gains nothing.
 const WIDEST: f64 = 3.0;
 
@@ -28,20 +28,19 @@ pub struct Skin {
 }
 
 impl Skin {
-    /// Largest thickness (m) for the lowest level of sizes, of the mean radius `mean` (m).
+    /// Largest thickness (m) for particles of the mean radius `mean` (m).
     #[must_use]
     pub const fn widest(mean: f64) -> f64 {
         WIDEST * mean
     }
 
-    /// For particles of these radii (m), the smallest, the mean and the largest one: starts at a tenth of the mean radius.
+    /// For particles of these radii (m), the smallest and the mean one: starts at a tenth of the mean radius.
     #[must_use]
-    pub fn new([smallest, mean, largest]: [f64; 3]) -> Self {
+    pub fn new([smallest, mean]: [f64; 2]) -> Self {
         Self {
             thickness: 0.1 * mean,
             least: 0.02 * smallest,
-            // Thicker skins are for levels of large particles only.
-            largest: Self::widest(mean).max(largest),
+            largest: Self::widest(mean),
         }
     }
 
@@ -49,7 +48,7 @@ impl Skin {
     /// the mean one; `range`: how far beyond contact forces reach, m.
     #[must_use]
     pub fn first([smallest, mean, largest]: [f64; 3], range: f64, images: &Images) -> Self {
-        let mut skin = Self::new([smallest, mean, largest]);
+        let mut skin = Self::new([smallest, mean]);
         let mut room = f64::INFINITY;
         for axis in 0..3 {
             if images.periodic[axis] {
@@ -103,7 +102,7 @@ mod tests {
     #[test]
     fn follows_the_motion_within_its_limits() {
         for remembers in [false, true] {
-            let mut skin = Skin::new([1e-3; 3]);
+            let mut skin = Skin::new([1e-3; 2]);
             for _ in 0..50 {
                 skin.adapt(1, 1.0, remembers);
             }
@@ -125,7 +124,7 @@ mod tests {
     fn goes_to_the_least_cost() {
         let (way_per_step, pairs_per_metre) = (1e-7, 1e4);
         for (remembers, cost) in [(true, 200.0), (false, 100.0)] {
-            let mut skin = Skin::new([1e-3; 3]);
+            let mut skin = Skin::new([1e-3; 2]);
             for _ in 0..50 {
                 let steps = (skin.thickness / way_per_step) as u64;
                 skin.adapt(steps, pairs_per_metre * skin.thickness, remembers);

@@ -85,7 +85,7 @@ mod tests {
         /// as long as the list is said to be valid, no particle is beyond its own limit; it is valid for most of that time if the
         /// speeds do not change.
         #[test]
-        fn nobody_goes_beyond_the_own_skin(
+        fn no_particle_goes_beyond_its_own_skin(
             ones in prop::collection::vec((0.0..1.0f64, -0.9..5.0f64), 1..20),
             (with_extra, changes, parallel) in any::<(bool, bool, bool)>(),
             start in 0u32..200,

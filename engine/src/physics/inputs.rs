@@ -14,7 +14,6 @@ use crate::contact::adhesion::liquid::Tables;
 use crate::contact::registry::{AnyPairLaw, LawTable};
 use crate::liquid::LiquidPlan;
 use crate::membrane::MembranePlan;
-use crate::sleeping::Sleeping;
 use crate::spray::SprayPlan;
 use crate::state::{Material, NewParticle};
 use crate::surface::SurfacePlan;
@@ -86,8 +85,6 @@ pub struct Inputs {
     pub contact_point_mass: bool,
     /// What a run may not do in silence; off.
     pub guard: Guard,
-    /// When particles fall asleep; `None` (the default): never.
-    pub sleeping: Option<Sleeping>,
     /// Films at the start and rules for liquid. Where laws have liquid and this is `None`, the default holds.
     pub liquid: Option<LiquidPlan>,
     /// Nozzles; films need `liquid`.
@@ -147,7 +144,6 @@ impl Inputs {
             startup_increment: false,
             contact_point_mass: false,
             guard: Guard::OFF,
-            sleeping: None,
             liquid: None,
             sprays: None,
             walls: Vec::new(),
@@ -337,10 +333,6 @@ impl Inputs {
         {
             let what = format!("walls of {}", surface.name);
             return Err(number(&what, "off in scenes with liquid", "on"));
-        }
-        let what = "sleeping";
-        if self.sleeping.is_some() && !self.surfaces.is_empty() {
-            return Err(number(what, "off in scenes with surfaces", "on"));
         }
         if self.sprays.is_some() && !self.surfaces.is_empty() {
             return Err(number("sprays", "none in scenes with surfaces", "some"));

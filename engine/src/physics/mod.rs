@@ -24,7 +24,6 @@ use crate::forces::SavedSlots;
 use crate::liquid::LiquidPlan;
 use crate::membrane::MembranePlan;
 use crate::neighbours::Images;
-use crate::sleeping::Sleeping;
 use crate::spray::SprayPlan;
 use crate::state::{Material, NewParticle};
 use crate::surface::SurfacePlan;
@@ -157,12 +156,6 @@ impl Physics {
     #[must_use]
     pub fn guard(&self) -> Guard {
         self.inputs.guard
-    }
-
-    /// When particles fall asleep, if any may.
-    #[must_use]
-    pub fn sleeping(&self) -> Option<Sleeping> {
-        self.inputs.sleeping
     }
 
     /// Films at the start and rules for liquid, in scenes that have any.

@@ -13,7 +13,7 @@ pub struct Body {
     pub clump: u32,
     /// Index of the material of its surface.
     pub material: MaterialIndex,
-    /// [`FIXED`], [`PRESCRIBED`](crate::state::PRESCRIBED) and [`ASLEEP`](crate::state::ASLEEP), as of its pebbles.
+    /// [`FIXED`] and [`PRESCRIBED`](crate::state::PRESCRIBED), as of its pebbles.
     pub flags: u32,
     /// Its first place in [`Bodies::pebbles`].
     pub first: u32,

@@ -20,7 +20,5 @@ pub use columns::{Column, Columns, FILM_VOLUME, PERIODS, TRACK};
 pub use index::{BodyIndex, Id, MaterialIndex, PebbleIndex, Row, WallIndex};
 pub use new_particle::{Material, NewParticle, PrescribedMotion};
 pub use particles::{Particles, Prescribed};
-pub use record::{
-    ASLEEP, FIXED, Load, PEBBLE, PRESCRIBED, Particle, WOKEN, inverse_inertia_factor, volume,
-};
+pub use record::{FIXED, Load, PEBBLE, PRESCRIBED, Particle, inverse_inertia_factor, volume};
 pub use sections::Sections;

@@ -4,8 +4,8 @@ use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
 use super::{
-    ASLEEP, Bodies, Body, BodyIndex, BodyPebble, Columns, FIXED, Id, Load, PEBBLE, PRESCRIBED,
-    Particle, PebbleIndex, Pieces, Plain, PrescribedBody, Row, WOKEN,
+    Bodies, Body, BodyIndex, BodyPebble, Columns, FIXED, Id, Load, PEBBLE, PRESCRIBED, Particle,
+    PebbleIndex, Pieces, Plain, PrescribedBody, Row,
 };
 
 /// Components of motion that a scene prescribes for one particle; `None` is free.
@@ -218,47 +218,6 @@ impl Particles {
         !self.prescribed.is_empty() || self.bodies.as_ref().is_some_and(of_bodies)
     }
 
-    /// Whether sleep flags are consistent: never on fixed or prescribed particles, and on pebbles as on their bodies.
-    #[must_use]
-    pub fn may_sleep_so(&self, is_enabled: bool) -> bool {
-        const SLEEP: u32 = ASLEEP | WOKEN;
-        let can = |flags: u32| match flags & SLEEP {
-            0 => true,
-            SLEEP => false,
-            _ => is_enabled && flags & (FIXED | PRESCRIBED) == 0,
-        };
-        let as_body = |(row, record): (usize, &Particle)| {
-            let body =
-                (self.bodies.as_ref()).and_then(|of| Some(&of.all[of.body_of_row(row)?.index()]));
-            body.is_none_or(|body| (body.flags ^ record.flags) & ASLEEP == 0)
-        };
-        let bodies = self.bodies().iter().map(|body| body.flags);
-        self.records
-            .iter()
-            .map(|record| record.flags)
-            .chain(bodies)
-            .all(can)
-            && self.records.iter().enumerate().all(as_body)
-    }
-
-    /// Takes the motion of a body and its pebbles, which sleep from now on.
-    pub(crate) fn put_body_to_rest(&mut self, body: usize) {
-        let Some(bodies) = &mut self.bodies else {
-            return;
-        };
-        let body = &mut bodies.all[body];
-        body.flags |= ASLEEP;
-        body.velocity = DVec3::ZERO;
-        body.angular_momentum = DVec3::ZERO;
-        body.angular_velocity = DVec3::ZERO;
-        for pebble in &bodies.pebbles[body.pebbles()] {
-            let record = &mut self.records[pebble.row.index()];
-            record.flags |= ASLEEP;
-            record.velocity = DVec3::ZERO;
-            record.angular_velocity = DVec3::ZERO;
-        }
-    }
-
     /// Whether the row is a pebble of a body.
     #[must_use]
     pub fn is_pebble(&self, row: usize) -> bool {
@@ -318,6 +277,12 @@ impl Particles {
         let is_there = |record: &Particle| record.material.index() < materials;
         if !self.records.iter().all(is_there) {
             return Err("it has particles of materials that are not there".to_owned());
+        }
+        let records = self.records.iter().map(|record| record.flags);
+        let bodies = self.bodies().iter().map(|body| body.flags);
+        let is_known = |flags: u32| flags & !(FIXED | PRESCRIBED | PEBBLE) == 0;
+        if !records.chain(bodies).all(is_known) {
+            return Err("it has particles with flags that are not known".to_owned());
         }
         Ok(())
     }

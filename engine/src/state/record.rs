@@ -25,7 +25,7 @@ pub struct Particle {
     pub angular_velocity: DVec3,
     /// Index of the material in the order of the scene file.
     pub material: MaterialIndex,
-    /// [`FIXED`], [`PRESCRIBED`], [`PEBBLE`], [`ASLEEP`] and [`WOKEN`].
+    /// [`FIXED`], [`PRESCRIBED`] and [`PEBBLE`].
     pub flags: u32,
 }
 
@@ -55,10 +55,6 @@ pub const FIXED: u32 = 1;
 pub const PRESCRIBED: u32 = 2;
 /// The row is a pebble of a rigid body ([`crate::bodies`]), which moves it.
 pub const PEBBLE: u32 = 4;
-/// The particle rests and is not moved until it is woken; its velocities are zero.
-pub const ASLEEP: u32 = 8;
-/// It was asleep until this step, and its contacts with sleepers still count as held.
-pub const WOKEN: u32 = 16;
 
 /// The load of the contacts on one particle in one step.
 ///

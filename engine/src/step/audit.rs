@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::{Core, Engine, Exchanged, Part};
 use crate::bodies::{angular_velocity, constrained_spin};
 use crate::forces::{Exchange, FIRST_VERTEX, Needs, Observation, Partner, SpringEnergy};
-use crate::state::{ASLEEP, Body, FIXED, Load, Pieces, Plain, PrescribedBody, Row};
+use crate::state::{Body, FIXED, Load, Pieces, Plain, PrescribedBody, Row};
 use crate::walls::{RigidVelocity, ServoState, WallNow};
 
 /// What happened to the energy since the start, J; filled only in audited runs.
@@ -333,7 +333,7 @@ impl Core {
             velocity: record.velocity,
             spin: record.angular_velocity,
         };
-        if record.flags & (FIXED | ASLEEP) != 0 {
+        if record.flags & FIXED != 0 {
             return moving;
         }
         if let Some(bodies) = &particles.bodies

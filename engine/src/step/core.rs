@@ -30,8 +30,6 @@ pub struct Core {
     pub(crate) walls: Vec<WallNow>,
     /// What walls hold of liquid.
     pub(crate) wall_films: WallFilms,
-    /// A wall was given another surface from outside, which no motion shows.
-    pub(crate) has_new_surface: bool,
     /// One for each sheet of the plan.
     pub surfaces: Vec<Surface>,
     /// Whether particles of the present candidate list are near each of them.

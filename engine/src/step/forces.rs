@@ -18,9 +18,7 @@ impl Engine {
     /// Evaluates all forces; springs are stretched by `spring_time` seconds of motion. `fuse`: and kicks twice and drifts, which
     /// ends this step and begins the next.
     pub(super) fn evaluate_forces(&mut self, spring_time: f64, watch: Option<Watch>, fuse: bool) {
-        // The loads that servos follow act on walls without sleepers beside them.
         let is_audited = self.physics.energy_budget();
-        let sees_sleepers = watch.is_some() || is_audited;
         let watch = match watch {
             Some(watch) => Some(watch),
             None if self.needs.sums || self.has_servos => Some(Watch::default()),
@@ -34,9 +32,9 @@ impl Engine {
         // after the contacts, the loads are not complete yet.
         let waits = self.needs.whole_steps || self.needs.after_contacts;
         if fuse && !waits && self.particles.prescribed.is_empty() {
-            self.forces_and_drift(spring_time, (watch, sees_sleepers));
+            self.forces_and_drift(spring_time, watch);
         } else {
-            self.forces_alone(spring_time, (watch, sees_sleepers));
+            self.forces_alone(spring_time, watch);
             self.kick_due = true;
         }
         self.load_surfaces();
@@ -58,14 +56,14 @@ impl Engine {
     }
 
     /// The forces, loads gathered to bodies.
-    fn forces_alone(&mut self, spring_time: f64, watch: (Option<Watch>, bool)) {
+    fn forces_alone(&mut self, spring_time: f64, watch: Option<Watch>) {
         let leave = |_: usize, _: &mut [Particle], _: &[Load]| MotionBound::default();
         self.compute(spring_time, watch, &leave);
         self.gather_loads();
     }
 
     /// The forces, and block by block, while it is in the cache, two half kicks and the drift into the next step.
-    fn forces_and_drift(&mut self, spring_time: f64, watch: (Option<Watch>, bool)) {
+    fn forces_and_drift(&mut self, spring_time: f64, watch: Option<Watch>) {
         let drift = self.physics.time_step();
         let pass = self.kick_drift(2, drift);
         // Turned while the angular velocities are in the cache. No lock is ever waited for.
@@ -95,7 +93,7 @@ impl Engine {
     fn compute(
         &mut self,
         spring_time: f64,
-        (watch, sees_sleepers): (Option<Watch>, bool),
+        watch: Option<Watch>,
         finish: &Finish<'_>,
     ) -> MotionBound {
         let Self { core, parts } = self;
@@ -120,7 +118,6 @@ impl Engine {
             feature_loads: watched.triangle_loads,
             wall_films: Some(wall_films),
             watch,
-            sees_sleepers,
             ..unobserved(physics, images, (walls, surfaces), core.width)
         };
         for part in parts.iter() {
@@ -144,7 +141,7 @@ impl Engine {
 }
 
 /// A force evaluation of which nothing is observed, without liquid, at rest.
-pub(crate) fn unobserved<'a>(
+fn unobserved<'a>(
     physics: &Physics,
     images: &'a Images,
     (walls, surfaces): (&'a [WallNow], &'a [Surface]),
@@ -165,7 +162,6 @@ pub(crate) fn unobserved<'a>(
         overlap_limit: f64::INFINITY,
         deep: f64::INFINITY,
         watch: None,
-        sees_sleepers: false,
         width,
     }
 }

@@ -89,7 +89,6 @@ impl Core {
             drift,
             kicks,
             gravity: self.physics.gravity(),
-            skins: self.lists.half_skins,
         };
         bodies.advance(records, &step, self.pool.as_deref())
     }
@@ -102,7 +101,6 @@ impl Core {
             gravity: self.physics.gravity(),
             inverse_inertia: self.inverse_inertia,
             turns: self.turns,
-            skins: self.lists.half_skins,
             width: self.width,
         }
     }
@@ -129,7 +127,7 @@ impl Core {
                     record.angular_velocity[axis] = spin;
                 }
             }
-            fastest = fastest.merge(MotionBound::of(record, &self.lists.half_skins));
+            fastest = fastest.merge(MotionBound::of(record));
         }
         fastest
     }

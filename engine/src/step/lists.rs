@@ -4,7 +4,7 @@ use super::snapshot::MOST_STEPS;
 use super::{Core, Engine, RunError};
 use crate::forces::{NewList, find_near_walls};
 use crate::memory::{MANY, give_back};
-use crate::neighbours::{Built, Cells, ExtraSkins, HalfSkins, Levels, Skin, Validity, build, each};
+use crate::neighbours::{Built, Cells, Levels, Skin, Validity, build, each, extra_skins};
 use crate::state::{Particle, Particles, Row};
 use crate::surface::Surface;
 use crate::walls::WallNow;
@@ -14,8 +14,6 @@ use crate::walls::WallNow;
 pub struct Lists {
     /// Thickness of the skin, and its limits.
     pub skin: Skin,
-    /// Half the skin of each level of sizes.
-    pub half_skins: HalfSkins,
     /// How much farther than half the skin each particle may go before the list is built anew, m; empty if all may go as far.
     pub extra_skin: Vec<f64>,
     /// How much of the skin is used up.
@@ -31,7 +29,6 @@ impl Lists {
     pub(super) fn new(skin: Skin) -> Self {
         Self {
             skin,
-            half_skins: HalfSkins::default(),
             extra_skin: Vec::new(),
             validity: Validity::default(),
             rows_changed: true,
@@ -44,7 +41,7 @@ impl Lists {
     /// # Errors
     /// What is wrong.
     pub(super) fn check(&self, rows: usize) -> Result<(), String> {
-        if !(self.skin.is_possible() && self.half_skins.is_possible()) {
+        if !self.skin.is_possible() {
             return Err("a skin that cannot be".to_owned());
         }
         if self.rebuilds.max(self.validity.steps) > MOST_STEPS {
@@ -86,11 +83,9 @@ impl Engine {
         let parallel = in_pool();
         let removed = core.boundaries.take_row_map(core.particles.len());
         core.rename_images(&removed);
-        let widest = core.widest_skin();
-        let Lists { skin, .. } = &mut core.lists;
-        let levels = Levels::choose(&core.particles.records, skin.thickness.min(widest));
-        let mut extra = ExtraSkins::measure(&core.particles, skin, &levels, widest, parallel);
-        let skin = skin.thickness;
+        let skin = core.lists.skin.thickness;
+        let levels = Levels::choose(&core.particles.records, skin);
+        let mut extra = extra_skins(&core.particles, &core.lists.skin, parallel);
         // Forces that act across a gap need their pairs listed that much farther out.
         let range = core.needs.range;
         parts.iter_mut().for_each(|part| part.before_list(core));
@@ -118,14 +113,13 @@ impl Engine {
         for wall in &mut core.walls {
             wall.note_images(&core.images);
         }
-        let skin_of_walls = core.skin_of_walls();
         let near_walls = find_near_walls(
             &core.particles,
-            &extra.rows,
+            &extra,
             &grid,
             &core.walls,
             &core.images,
-            0.5 * skin + skin_of_walls + range,
+            skin + range,
             parallel,
         );
         core.note_near_surfaces(&near_walls);
@@ -141,18 +135,17 @@ impl Engine {
             parallel,
         };
         parts.iter_mut().for_each(|part| part.new_list(&list));
-        let most = extra.rows.iter().copied().fold(0.0, f64::max);
+        let most = extra.iter().copied().fold(0.0, f64::max);
         core.boundaries.listed(&core.particles, skin + 2.0 * most);
         if core.boundaries.expects_more() {
             let cells = Cells::of_list(grid, &levels, &core.particles, &core.images);
             core.boundaries.take_cells(core.particles.len(), cells);
         }
-        core.lists.half_skins = HalfSkins::new(&levels, &extra, skin);
         core.lists.validity = Validity::default();
-        core.lists.extra_skin = extra.rows;
+        core.lists.extra_skin = extra;
         core.walls.iter_mut().for_each(WallNow::note_listed);
         core.surfaces.iter_mut().for_each(Surface::note_listed);
-        core.list_vertices(skin_of_walls);
+        core.list_vertices(0.5 * skin);
         core.lists.rows_changed = false;
         core.lists.rebuilds += 1;
         if core.particles.len() > MANY {
@@ -166,11 +159,10 @@ impl Core {
     fn are_lists_valid(&mut self) -> bool {
         let dt = self.physics.time_step();
         let limit = 0.5 * self.lists.skin.thickness;
-        let limit_of_walls = self.skin_of_walls();
         let mut valid = !self.lists.rows_changed;
         if valid {
             valid = self.lists.validity.advance(
-                self.motion.squared_part.sqrt() * dt,
+                self.fastest() * dt / limit,
                 dt,
                 limit,
                 &self.particles,
@@ -184,18 +176,7 @@ impl Core {
             && self
                 .walls
                 .iter()
-                .all(|wall| wall.displacement_since_listed(about, reach) <= limit_of_walls)
-    }
-
-    /// Largest thickness of the skin of the smallest particles, m.
-    fn widest_skin(&self) -> f64 {
-        let [_, mean, _] = self.physics.radii();
-        Skin::widest(mean)
-    }
-
-    /// How far surfaces of walls may get from where they were listed, m: as far as most particles, not as large ones that need more.
-    fn skin_of_walls(&self) -> f64 {
-        0.5 * self.lists.skin.thickness.min(self.widest_skin())
+                .all(|wall| wall.displacement_since_listed(about, reach) <= limit)
     }
 }
 
@@ -226,7 +207,6 @@ fn in_pool() -> bool {
 
 crate::state::plain!(Lists {
     skin,
-    half_skins,
     extra_skin,
     validity,
     rows_changed,

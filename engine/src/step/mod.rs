@@ -45,8 +45,6 @@ pub use start::StartOptions;
 
 use std::ops::{Deref, DerefMut};
 
-pub(crate) use forces::unobserved;
-pub(crate) use motion::turn_orientations;
 pub use tracks::Tracked;
 
 use awake::awake;
@@ -134,7 +132,6 @@ impl Engine {
         let fastest = self.fastest();
         self.advance_surfaces(kicks, fastest)?;
         self.call(|part, core| part.after_walls(core));
-        self.call(|part, core| part.before_exchange(core));
         self.exchange_particles()?;
         self.keep_lists_valid()?;
         self.try_call(|part, core| part.before_forces(core))?;

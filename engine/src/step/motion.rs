@@ -6,8 +6,7 @@ use glam::{DQuat, DVec3};
 
 use crate::forces::MotionBound;
 use crate::lanes::{MOST_LANES, Mask, Quad, Real, Task, Vector, Width};
-use crate::neighbours::HalfSkins;
-use crate::state::{ASLEEP, FIXED, Load, PEBBLE, Particle};
+use crate::state::{FIXED, Load, PEBBLE, Particle};
 
 /// Half kicks and a drift of a block of particles.
 pub(super) struct KickDrift {
@@ -19,13 +18,12 @@ pub(super) struct KickDrift {
     pub(super) gravity: DVec3,
     pub(super) inverse_inertia: f64,
     pub(super) turns: bool,
-    pub(super) skins: HalfSkins,
     /// Particles that are moved side by side.
     pub(super) width: Width,
 }
 
 impl KickDrift {
-    /// Moves those that are neither fixed nor asleep nor pebbles; what their fastest is then.
+    /// Moves those that are neither fixed nor pebbles; what their fastest is then.
     pub(super) fn run(&self, records: &mut [Particle], loads: &[Load]) -> MotionBound {
         self.width.run(Advance {
             by: self,
@@ -34,10 +32,10 @@ impl KickDrift {
         })
     }
 
-    /// Moves some particles, one in each lane; `fastest`: largest v^2, the largest squared part of the own skin where skins differ, and the sum of v^2 and
-    /// w^2, of those that were moved before.
+    /// Moves some particles, one in each lane; `fastest`: largest v^2, and the sum of v^2 and w^2, of those that were moved
+    /// before.
     #[inline(always)]
-    fn advance<L: Real>(&self, records: &mut [Particle], loads: &[Load], fastest: &mut [L; 3]) {
+    fn advance<L: Real>(&self, records: &mut [Particle], loads: &[Load], fastest: &mut [L; 2]) {
         let [x, y, z, inverse_mass] = L::columns(|k| &records[k].quads()[1]);
         let force: Vector<L> = L::vectors(|k| &loads[k].quads()[0]);
         let gravity = Vector::splat(self.gravity.into());
@@ -50,10 +48,7 @@ impl KickDrift {
         let position = Vector::new(x, y, z) + velocity * L::splat(self.drift);
         let squared = velocity.length_squared();
         fastest[0] = fastest[0].max(squared);
-        if !self.skins.is_one() {
-            fastest[1] = fastest[1].max(self.skins.squared_part(radius, squared));
-        }
-        fastest[2] = fastest[2] + squared;
+        fastest[1] = fastest[1] + squared;
         let places = L::rows(position, radius);
         let velocities = L::rows(velocity, inverse_mass);
         for (k, record) in records[..L::LANES].iter_mut().enumerate() {
@@ -70,7 +65,7 @@ impl KickDrift {
             if self.kicks == 2 {
                 spin += kick;
             }
-            fastest[2] = fastest[2] + spin.length_squared();
+            fastest[1] = fastest[1] + spin.length_squared();
             let spins = L::rows(spin, others);
             for (k, record) in records[..L::LANES].iter_mut().enumerate() {
                 record.quads_mut()[2] = spins[k];
@@ -91,8 +86,8 @@ impl Task for Advance<'_> {
 
     #[inline(always)]
     fn run<L: Real>(self) -> MotionBound {
-        let moves = |record: &Particle| record.flags & (FIXED | PEBBLE | ASLEEP) == 0;
-        let (mut fastest, mut alone) = ([L::ZERO; 3], [0.0; 3]);
+        let moves = |record: &Particle| record.flags & (FIXED | PEBBLE) == 0;
+        let (mut fastest, mut alone) = ([L::ZERO; 2], [0.0; 2]);
         let groups = self.records.chunks_mut(L::LANES);
         for (records, loads) in groups.zip(self.loads.chunks(L::LANES)) {
             if records.len() == L::LANES && records.iter().all(moves) {
@@ -108,24 +103,17 @@ impl Task for Advance<'_> {
         }
         // Only whether the sum is a number is used: its order is free.
         let lanes = (0..L::LANES).map(|k| fastest.map(|of_lanes| of_lanes.lane(k)));
-        let [squared_speed, part, sum_of_squares] = lanes.fold(alone, |all, lane| {
-            [all[0].max(lane[0]), all[1].max(lane[1]), all[2] + lane[2]]
-        });
-        let skins = &self.by.skins;
+        let [squared_speed, sum_of_squares] =
+            lanes.fold(alone, |all, lane| [all[0].max(lane[0]), all[1] + lane[1]]);
         MotionBound {
             squared_speed,
-            squared_part: if skins.is_one() {
-                skins.squared_part(0.0, squared_speed)
-            } else {
-                part
-            },
             sum_of_squares,
         }
     }
 }
 
 /// Turns orientations by the angular velocities over `drift` seconds, exactly for constant ones. Several at once, as `width` says.
-pub(crate) fn turn_orientations(
+pub(super) fn turn_orientations(
     orientations: &mut [DQuat],
     records: &[Particle],
     drift: f64,
@@ -151,7 +139,7 @@ impl Task for Turn<'_> {
     #[inline(always)]
     fn run<L: Real>(self) {
         // A pebble's orientation is its body's.
-        let turns = |record: &Particle| record.flags & (PEBBLE | ASLEEP) == 0;
+        let turns = |record: &Particle| record.flags & PEBBLE == 0;
         let groups = self.orientations.chunks_mut(L::LANES);
         for (orientations, records) in groups.zip(self.records.chunks(L::LANES)) {
             if records.len() == L::LANES && records.iter().all(turns) {

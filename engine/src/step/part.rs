@@ -50,11 +50,6 @@ pub trait Part: Any + Send {
         let _ = core;
     }
 
-    /// Particles are about to come and go. What moves particles here adds to `Core::motion`.
-    fn before_exchange(&mut self, core: &mut Core) {
-        let _ = core;
-    }
-
     /// Particles are about to be removed.
     fn before_leaving(&mut self, at: &mut Leaving<'_>) {
         let _ = at;

@@ -8,7 +8,6 @@ use super::load_series::LoadSeries;
 use super::tracks::Tracks;
 use super::{Core, Engine, Part};
 use crate::liquid::Liquids;
-use crate::sleeping::Sleep;
 use crate::spray::Sprays;
 use crate::wear::Wear;
 
@@ -17,7 +16,6 @@ type Begin = fn(&mut Core) -> Option<Box<dyn Part>>;
 
 /// All parts, in the order in which each place of the step calls them. Forces from outside follow.
 const PARTS: &[Begin] = &[
-    |core| boxed(Sleep::of(core)),
     |core| boxed(Sprays::of(core)),
     // The audit reads masses before liquid changes them.
     |core| boxed(Auditor::of(core)),

@@ -313,9 +313,6 @@ impl Core {
         let particles = Particles::take(bytes)?;
         particles.check(self.physics.materials().len())?;
         particles.columns.check_names(&self.particles.columns)?;
-        if !particles.may_sleep_so(self.physics.sleeping().is_some()) {
-            return Err("a particle sleeps that cannot sleep".to_owned());
-        }
         self.particles = particles;
         Ok(())
     }

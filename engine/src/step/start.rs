@@ -213,7 +213,6 @@ impl Engine {
             images,
             walls,
             wall_films: wall_films.unwrap_or_default(),
-            has_new_surface: false,
             surfaces,
             vertex_loads: Vec::new(),
             surface_motion: SurfaceMotion::default(),

@@ -42,7 +42,6 @@ impl Core {
             return Err(self.wall_error(wall, WallError::OtherShape));
         };
         let changed = now.reshape(corners, &self.images);
-        self.has_new_surface = true;
         changed.map_err(|error| self.wall_error(wall, error))
     }
 
@@ -55,7 +54,6 @@ impl Core {
             return Err(self.wall_error(wall, WallError::OtherShape));
         };
         let changed = now.exchange(shape, &self.images);
-        self.has_new_surface = true;
         changed.map_err(|error| self.wall_error(wall, error))
     }
 

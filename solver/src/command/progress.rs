@@ -144,7 +144,6 @@ impl ProgressFile {
             "time": engine.time(),
             "end": physics.steps() as f64 * physics.time_step(),
             "particles": engine.particles.grains(),
-            "asleep": engine.sleepers().map(|(asleep, _)| asleep),
             "kinetic_energy": progress.kinetic_energy(),
             "particle_steps_per_second": progress.particle_steps as f64 / progress.seconds.max(1e-9),
             "seconds_left": progress.left,

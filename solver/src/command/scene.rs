@@ -179,12 +179,8 @@ fn before_end(progress: Option<Arc<ProgressFile>>) -> BeforeEnd {
 
 /// What the progress line says of a run.
 fn reported(progress: &Progress<'_>) -> String {
-    let asleep = match progress.engine.sleepers() {
-        Some((asleep, _)) => format!(" ({asleep} asleep)"),
-        None => String::new(),
-    };
     format!(
-        "t = {:.4e} s  {} particles{asleep}  {:.2e} particle-steps/s  Ekin {:.2e} J",
+        "t = {:.4e} s  {} particles  {:.2e} particle-steps/s  Ekin {:.2e} J",
         progress.engine.time(),
         progress.engine.particles.grains(),
         progress.particle_steps as f64 / progress.seconds.max(1e-9),

@@ -71,7 +71,6 @@ pub fn energy_flows(engine: &Engine, at_start: &Exchanged) -> Option<EnergyFlows
         deleted: carried(&now.removed) - carried(&at_start.removed) + audit.left.total(),
         deleted_elastic: audit.left.total(),
         vanished_walls: audit.vanished.total(),
-        put_to_rest: engine.sleepers().map_or(0.0, |(_, counts)| counts.energy),
         sheets: sheet_energies(engine),
     })
 }

@@ -8,7 +8,7 @@ use super::stream::{Begin, Sink, Stream, TextFile};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 
-const HEAD: &[u8] = b"time,kinetic,rotational,gravitational,elastic,dissipated_normal,dissipated_tangential,dissipated_rolling,dissipated_liquid,wall_work,servo_work,inserted,deleted,deleted_elastic,vanished_walls,put_to_rest,error,closure\n";
+const HEAD: &[u8] = b"time,kinetic,rotational,gravitational,elastic,dissipated_normal,dissipated_tangential,dissipated_rolling,dissipated_liquid,wall_work,servo_work,inserted,deleted,deleted_elastic,vanished_walls,error,closure\n";
 /// How it ends.
 const END: &[u8] = b"error,closure\n";
 
@@ -60,7 +60,6 @@ impl Stream for BudgetFile {
             flows.deleted,
             flows.deleted_elastic,
             flows.vanished_walls,
-            flows.put_to_rest,
         ] {
             out.push(b',');
             push_number(out, energy, NumberStyle::Shortest);

@@ -48,9 +48,6 @@ pub struct Summary {
     /// Particles that were placed behind two-sided walls that moved through their insertion's region, if there are such walls.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inserted_behind_walls: Option<u64>,
-    /// Of sleepers, if the scene lets particles sleep.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sleeping: Option<SleepSummary>,
     /// Where the liquid is, in scenes that have any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub liquid: Option<LiquidSummary>,
@@ -242,20 +239,4 @@ pub struct WearSummary {
     pub moves: u64,
     /// Vertices that cannot move.
     pub blocked: u64,
-}
-
-/// Statistics of particles at rest.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct SleepSummary {
-    /// How many sleep at the end, a clump as one.
-    pub asleep: u64,
-    /// Share of all steps of spheres and pebbles that were skipped.
-    pub share: f64,
-    /// How often one fell asleep.
-    pub fell_asleep: u64,
-    /// How often one was woken.
-    #[serde(rename = "roused")]
-    pub woken: u64,
-    /// Kinetic energy that was removed when particles fell asleep, J.
-    pub energy: f64,
 }

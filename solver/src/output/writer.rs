@@ -178,7 +178,7 @@ macro_rules! saved {
 saved!(EnergyRow { time, kinetic, rotational, gravitational, elastic } maybe flows);
 saved!(EnergyFlows {
     dissipated_normal, dissipated_tangential, dissipated_rolling, dissipated_liquid, wall_work, servo_work, inserted, deleted,
-    deleted_elastic, vanished_walls, put_to_rest
+    deleted_elastic, vanished_walls
 } and sheets);
 saved!(SheetEnergies {
     kinetic,

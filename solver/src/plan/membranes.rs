@@ -117,11 +117,6 @@ pub(super) fn membranes(
         errors.push(first.name.place.error(message));
         return planned;
     }
-    if let Some(table) = &scene.sleeping {
-        let message = "particles cannot sleep in a scene with membranes, which move them";
-        let error = table.place.error(message);
-        errors.push(error.with_help("leave [sleeping] out"));
-    }
     if let Some(spray) = scene.sprays.first() {
         let message = "droplets do not see membranes in this version";
         let error = spray.place.error(message);

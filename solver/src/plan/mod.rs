@@ -34,7 +34,6 @@ mod refusal;
 mod regions;
 mod report;
 mod requests;
-mod sleeping;
 mod sprays;
 mod start_from_run;
 #[cfg(test)]

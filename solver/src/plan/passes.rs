@@ -60,7 +60,7 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
         count if count == plan.physics().walls().len() => "with the triangles of meshes",
         _ => "in closed form, and with the triangles of meshes",
     };
-    let mut all = vec![
+    vec![
         Pass {
             name: "contact loop",
             is_done: !plan.notes().pairs().is_empty(),
@@ -173,10 +173,5 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
             "written to .data or .track",
             "nothing writes them",
         ),
-    ];
-    if plan.physics().sleeping().is_some() {
-        let how = "particles at rest are left out until something disturbs them";
-        all.push(pass("sleeping", true, how, ""));
-    }
-    all
+    ]
 }

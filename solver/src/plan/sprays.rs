@@ -27,19 +27,6 @@ pub(super) fn sprays(
         errors.push(first.name.place.error(message));
         return None;
     }
-    if let Some(table) = &scene.sleeping
-        && let Some(spray) = scene
-            .sprays
-            .iter()
-            .find(|spray| spray.momentum || *spray.mass)
-    {
-        let message = format!(
-            "particles cannot sleep while the droplets of \"{}\" push them (momentum = true)",
-            spray.name.value
-        );
-        let error = table.place.error(message);
-        errors.push(error.with_help("leave [sleeping] out, or `momentum` at the spray"));
-    }
     one_density(scene, errors);
     if scene.walls.iter().all(|wall| wall.film.is_none())
         && let Some(spray) = (scene.sprays.iter()).find(|spray| spray.at_walls == AtWalls::Film)

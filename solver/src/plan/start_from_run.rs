@@ -17,9 +17,8 @@ use super::{NewBody, NewParticle, PrescribedMotion};
 use mercury_engine::bodies::{BodyStep, Clump};
 use mercury_engine::contact::registry::LawTable;
 use mercury_engine::forces::{SavedSlot, SavedSlots, SlotState, contact_loop};
-use mercury_engine::neighbours::HalfSkins;
 use mercury_engine::state::{
-    ASLEEP, BodyPebble, DecodeError, Decoder, FILM_VOLUME, FIXED, MaterialIndex, PEBBLE, Particles,
+    BodyPebble, DecodeError, Decoder, FILM_VOLUME, FIXED, MaterialIndex, PEBBLE, Particles,
     Prescribed, PrescribedBody, inverse_inertia_factor,
 };
 use mercury_engine::walls::Wall;
@@ -395,7 +394,7 @@ fn complete(state: &mut State) {
         ..
     } = &mut state.particles;
     for (record, load) in records.iter_mut().zip(loads) {
-        if record.flags & (FIXED | PEBBLE | ASLEEP) == 0 {
+        if record.flags & (FIXED | PEBBLE) == 0 {
             let per_torque = factor * record.inverse_mass / (record.radius * record.radius);
             record.velocity += (load.force * record.inverse_mass + gravity) * half;
             record.angular_velocity += load.torque * (per_torque * half);
@@ -418,7 +417,6 @@ fn complete(state: &mut State) {
             drift: 0.0,
             kicks: 1,
             gravity,
-            skins: HalfSkins::default(),
         };
         bodies.advance(records, &step, None);
     }

@@ -9,7 +9,6 @@ use crate::plan::{Memory, Plan, StartBytes, expected, largest, lattice_grains, p
 use mercury_engine::forces::{contact_loop, parked_bytes};
 use mercury_engine::memory::{GROWTH, MANY};
 use mercury_engine::neighbours::{build_bytes, list_bytes};
-use mercury_engine::sleeping;
 use mercury_engine::state::{Bodies, Particles};
 
 /// The memory of any run: the program, its libraries, its pictures.
@@ -32,13 +31,6 @@ pub fn memory(plan: &Plan) -> Memory {
     if expected.bodies > 0.0 {
         particles += Bodies::bytes(expected.bodies, expected.pebbles, rows);
     }
-    let is_sleeping = plan.physics().sleeping().is_some();
-    let per_sleeper = if is_sleeping {
-        sleeping::bytes_per_row() as f64
-    } else {
-        0.0
-    };
-    particles += rows * per_sleeper;
     let slots = expected.listed * slot;
     let parked = parked_bytes(rows, expected.touching);
     let output = output_bytes(plan, &expected, &layout.columns);

@@ -8,7 +8,7 @@ use super::budget::{Budget, energy_summary};
 use super::shortfall::{all_left, shortfalls};
 use super::{Ending, RunOptions, StopReason, exit_report, insertions, servos};
 use crate::output::Written;
-use crate::output::summary::{LiquidSummary, SleepSummary, Status, Summary, WearSummary};
+use crate::output::summary::{LiquidSummary, Status, Summary, WearSummary};
 use crate::plan::Plan;
 use mercury_engine::step::Engine;
 
@@ -166,9 +166,6 @@ impl fmt::Display for Report {
             duration(s.wall_seconds),
             duration(self.total_seconds)
         )?;
-        if let Some(sleeping) = &s.sleeping {
-            writeln!(f, "  sleeping   {}", reported(sleeping))?;
-        }
         for line in &self.insertions {
             writeln!(f, "  insertion  {line}")?;
         }
@@ -206,18 +203,6 @@ impl fmt::Display for Report {
         }
         write!(f, "  files      {}: {}", self.folder, self.files.join(" "))
     }
-}
-
-/// How many particles sleep, and how much work this saved.
-fn reported(sleeping: &SleepSummary) -> String {
-    format!(
-        "{} asleep, {:.1} % of all steps of spheres and pebbles left out; {} times one fell asleep, {} times one was woken, {:.1e} J of kinetic energy removed",
-        sleeping.asleep,
-        100.0 * sleeping.share,
-        sleeping.fell_asleep,
-        sleeping.woken,
-        sleeping.energy
-    )
 }
 
 /// The messages of the time loop.
@@ -284,13 +269,6 @@ pub(super) fn report(
             inserted: created - starting,
             deleted: created - particles as u64,
             inserted_behind_walls: insertions::number_behind(plan, engine.boundaries()),
-            sleeping: engine.sleepers().map(|(asleep, counts)| SleepSummary {
-                asleep,
-                share: counts.slept as f64 / counts.steps.max(1) as f64,
-                fell_asleep: counts.fell_asleep,
-                woken: counts.woken,
-                energy: counts.energy,
-            }),
             liquid: engine.liquid().map(LiquidSummary::from),
             wear: wear(engine),
             warnings,

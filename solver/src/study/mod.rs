@@ -183,7 +183,6 @@ fn summary_unit(column: &str) -> &'static str {
         "time" | "time_step" | "wall_seconds" => "s",
         "particle_steps_per_second" => "1/s",
         "energy_closure_error" => "",
-        "sleeping_energy" => "J",
         "liquid_bridge_count" => "",
         _ if column.starts_with("energy_") => "J",
         _ if column.starts_with("liquid_") => "m3",

@@ -30,7 +30,6 @@ const ALTERNATIVES: &[&str] = &[
     "walls.plate.motion=[{ kind = \"servo\", axis = [0, 0, 1], force = { table = \"load.csv\" }, max_speed = 0.1 }]",
     "walls.lid.from=0.1",
     "walls.lid.until=0.1",
-    "sleeping={ after = 0.1, speed = 1e-3, imbalance = 0.1 }\nmaterials.a.liquid.max_bridge_volume=0.0\nmembranes=[]",
     "guard={ policy = \"warn\", overlap = 0.5, way = 0.5 }",
     "contact.clamp_tension=true",
     "walls.mesh.wear={ law = \"finnie\", constant = 1e-12, acceleration = 1.0 }",

@@ -18,7 +18,6 @@ const MODULES: &[&str] = &[
     "physics",
     "boundaries",
     "bodies",
-    "sleeping",
     "spray",
     "liquid",
     "wear",

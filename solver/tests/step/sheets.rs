@@ -790,14 +790,6 @@ fn threads_share_large_sheets() {
 #[test]
 fn scenes_that_sheets_do_not_know_are_refused() {
     let plan = Setup::default().plan(thrown(1), vec![square(2, 0.1, 0.0, 0)]);
-    let mut sleepers = plan.draft();
-    sleepers.sleeping = Some(mercury_engine::sleeping::Sleeping {
-        every: 100,
-        speed: 1e-4,
-        imbalance: 0.1,
-    });
-    let error = sleepers.plan().unwrap_err().to_string();
-    assert!(error.contains("sleeping"), "{error}");
     let mut broken = plan.draft();
     broken.surfaces[0].masses[3] = -1.0;
     let error = broken.plan().unwrap_err().to_string();

@@ -509,7 +509,7 @@ fn every_row_of_the_file_closes() {
     assert_eq!(times.len(), 31);
     let mechanisms = ["normal", "tangential", "rolling", "liquid"];
     let given = [("wall_work", 1.0), ("inserted", 1.0)];
-    let taken = ["deleted", "vanished_walls", "put_to_rest"];
+    let taken = ["deleted", "vanished_walls"];
     let stored = ["kinetic", "rotational", "gravitational", "elastic"];
     let mut left = vec![0.0; times.len()];
     let terms = (given

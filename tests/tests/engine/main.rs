@@ -1,4 +1,4 @@
-//! The engine as a whole: conservation, convergence, determinism, rotation, sleeping, published cases.
+//! The engine as a whole: conservation, convergence, determinism, rotation, published cases.
 
 mod clump_scale;
 mod conservation;
@@ -7,6 +7,4 @@ mod crates;
 mod determinism;
 mod leaving;
 mod rotation;
-mod sleeping;
-mod sleeping_clumps;
 mod state_bytes;

@@ -7,7 +7,7 @@ use super::slots::{Slot, WITH_HISTORY, WallSlot};
 use crate::contact::History;
 use crate::forces::blocks::Outbox;
 use crate::forces::{Alarms, FeatureLoads, NearWall, Observation, Rub, SavedSlot, SlotState};
-use crate::state::{Load, WallIndex};
+use crate::state::WallIndex;
 use crate::surface::SurfaceLoad;
 use crate::walls::NearMeshes;
 
@@ -17,12 +17,6 @@ pub(super) struct Block<H> {
     pub(super) rows: Range<usize>,
     /// In the order of their owners.
     pub(super) slots: Vec<Slot<H>>,
-    /// The slots that are evaluated in every step: all slots where no particle sleeps.
-    pub(super) stretches: Vec<Range<usize>>,
-    /// The loads of contacts among sleepers on each row, which no step evaluates; empty where no particle sleeps.
-    pub(super) held: Vec<Load>,
-    /// Sleepers, by row, in the evaluated slots.
-    pub(super) borders: Vec<u32>,
     pub(super) near_walls: Vec<NearWall>,
     /// `features` slots for each entry of `near_walls`.
     pub(super) wall_slots: Vec<WallSlot<H>>,
@@ -53,9 +47,6 @@ impl<H> Block<H> {
         Self {
             rows,
             slots: Vec::new(),
-            stretches: Vec::new(),
-            held: Vec::new(),
-            borders: Vec::new(),
             near_walls: Vec::new(),
             wall_slots: Vec::new(),
             near_meshes: NearMeshes::default(),
@@ -114,9 +105,8 @@ impl<H: History> Block<H> {
         });
     }
 
-    /// Notes which later blocks its slots reach into, and the cost of the slots when no particle sleeps.
+    /// Notes which later blocks its slots reach into, and the cost of the slots.
     pub(super) fn note_targets(&mut self, block_size: usize) {
-        self.stretches = std::iter::once(0..self.slots.len()).collect();
         let own = self.rows.start / block_size;
         let mut reached: Vec<bool> = Vec::new();
         self.work = 2 * self.slots.len() + 8 * self.rows.len();

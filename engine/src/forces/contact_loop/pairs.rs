@@ -68,75 +68,72 @@ where
         let first_row = block.rows.start;
         let turns = T::ACTIVE || R::ACTIVE || A::SHEARS;
         let lag = turns.then(|| pass.context.sliding_lag());
-        for stretch in &block.stretches {
-            let mut rest = &mut block.slots[stretch.clone()];
-            let mut next_slot = stretch.start;
-            while !rest.is_empty() {
-                let (slots, later) = rest.split_at_mut(rest.len().min(CHUNK));
-                let first_slot = next_slot;
-                next_slot += slots.len();
-                rest = later;
-                let count = pass.search::<L, PERIODIC>(slots, first_row, rows, &mut found);
-                let by_touch = A::ACTIVE && L::LANES > 1;
-                let end = found.put_in_turn(count, pass.materials, L::LANES, by_touch);
-                if found.prepare::<L>(end, pass.context.overlap_limit, lag) {
-                    let contacts = found.numbers.places[..count].iter().map(|&at| {
-                        let at = usize::from(at);
-                        (found.numbers.slot[at], found.numbers.overlap.0[at])
-                    });
-                    pass.alarm_pairs(&mut block.alarms, slots, (first_row, rows), contacts);
-                }
-                if let Some(bodies) = pass.bodies {
-                    pass.masses_at_contacts(bodies, slots, first_row, rows, &mut found, end);
-                }
-                let observation = &mut block.observation;
-                let portion = if pass.asks_ahead { PORTION } else { ROOM };
-                for base in (0..end).step_by(portion) {
-                    if pass.asks_ahead {
-                        ask_ahead(rest, rows, first_row, base);
-                    }
-                    let some = base..end.min(base + portion);
-                    let first = (first_row, first_slot);
-                    let seen = (&mut *observation, &mut block.events);
-                    pass.act::<L, WATCHED>(slots, first, &mut found, some, seen);
-                }
-                for &at in &found.numbers.places[..count] {
+        let mut rest = block.slots.as_mut_slice();
+        let mut next_slot = 0;
+        while !rest.is_empty() {
+            let (slots, later) = rest.split_at_mut(rest.len().min(CHUNK));
+            let first_slot = next_slot;
+            next_slot += slots.len();
+            rest = later;
+            let count = pass.search::<L, PERIODIC>(slots, first_row, rows, &mut found);
+            let by_touch = A::ACTIVE && L::LANES > 1;
+            let end = found.put_in_turn(count, pass.materials, L::LANES, by_touch);
+            if found.prepare::<L>(end, pass.context.overlap_limit, lag) {
+                let contacts = found.numbers.places[..count].iter().map(|&at| {
                     let at = usize::from(at);
-                    let slot = &slots[usize::from(found.numbers.slot[at])];
-                    let owner = &mut loads[slot.owner()];
-                    let force = found.numbers.force[at];
-                    let ahead = slot.partner as usize - first_row;
-                    if turns {
-                        let [on_a, on_b] =
-                            [found.numbers.torques[0][at], found.numbers.torques[1][at]];
-                        let [force_a, torque_a] = owner.quads_mut();
-                        *force_a += force;
-                        *torque_a += on_a;
-                        match loads.get_mut(ahead) {
-                            Some(partner) => {
-                                let [force_b, torque_b] = partner.quads_mut();
-                                *force_b -= force;
-                                *torque_b += on_b;
-                            }
-                            None => block.outbox.park(
-                                ahead - pass.block_size,
-                                pass.block_size,
-                                -DVec3::from(force),
-                                on_b.into(),
-                            ),
+                    (found.numbers.slot[at], found.numbers.overlap.0[at])
+                });
+                pass.alarm_pairs(&mut block.alarms, slots, (first_row, rows), contacts);
+            }
+            if let Some(bodies) = pass.bodies {
+                pass.masses_at_contacts(bodies, slots, first_row, rows, &mut found, end);
+            }
+            let observation = &mut block.observation;
+            let portion = if pass.asks_ahead { PORTION } else { ROOM };
+            for base in (0..end).step_by(portion) {
+                if pass.asks_ahead {
+                    ask_ahead(rest, rows, first_row, base);
+                }
+                let some = base..end.min(base + portion);
+                let first = (first_row, first_slot);
+                let seen = (&mut *observation, &mut block.events);
+                pass.act::<L, WATCHED>(slots, first, &mut found, some, seen);
+            }
+            for &at in &found.numbers.places[..count] {
+                let at = usize::from(at);
+                let slot = &slots[usize::from(found.numbers.slot[at])];
+                let owner = &mut loads[slot.owner()];
+                let force = found.numbers.force[at];
+                let ahead = slot.partner as usize - first_row;
+                if turns {
+                    let [on_a, on_b] = [found.numbers.torques[0][at], found.numbers.torques[1][at]];
+                    let [force_a, torque_a] = owner.quads_mut();
+                    *force_a += force;
+                    *torque_a += on_a;
+                    match loads.get_mut(ahead) {
+                        Some(partner) => {
+                            let [force_b, torque_b] = partner.quads_mut();
+                            *force_b -= force;
+                            *torque_b += on_b;
                         }
-                    } else {
-                        // No torques on the particles.
-                        owner.quads_mut()[0] += force;
-                        match loads.get_mut(ahead) {
-                            Some(partner) => partner.quads_mut()[0] -= force,
-                            None => block.outbox.park(
-                                ahead - pass.block_size,
-                                pass.block_size,
-                                -DVec3::from(force),
-                                DVec3::ZERO,
-                            ),
-                        }
+                        None => block.outbox.park(
+                            ahead - pass.block_size,
+                            pass.block_size,
+                            -DVec3::from(force),
+                            on_b.into(),
+                        ),
+                    }
+                } else {
+                    // No torques on the particles.
+                    owner.quads_mut()[0] += force;
+                    match loads.get_mut(ahead) {
+                        Some(partner) => partner.quads_mut()[0] -= force,
+                        None => block.outbox.park(
+                            ahead - pass.block_size,
+                            pass.block_size,
+                            -DVec3::from(force),
+                            DVec3::ZERO,
+                        ),
                     }
                 }
             }

@@ -10,7 +10,7 @@ use crate::contact::{AdhesionLaw, Histories, NormalLaw, PairLaw, RollingLaw, Tan
 use crate::forces::blocks::place;
 use crate::forces::{Finish, MotionBound, Observation, Partner, StepContext};
 use crate::lanes::Width;
-use crate::state::{ASLEEP, Bodies, Id, Load, Particle};
+use crate::state::{Bodies, Id, Load, Particle};
 use crate::surface::Place;
 
 /// The data that all blocks of one force evaluation share.
@@ -24,8 +24,6 @@ pub(super) struct Pass<'a, N, T, R, A> {
     pub(super) ids: &'a [Id],
     /// The bodies, in scenes that damp contacts of clumps by the mass at the contact point.
     pub(super) bodies: Option<&'a Bodies>,
-    /// The flag of particles whose contacts with walls are not evaluated.
-    pub(super) skipped: u32,
     pub(super) context: &'a StepContext<'a>,
 }
 
@@ -45,7 +43,6 @@ impl<'a, N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'a,
             asks_ahead: ids.len() > BEYOND_CACHE,
             ids,
             bodies: bodies.filter(|_| context.contact_point_mass),
-            skipped: ASLEEP,
             context,
         }
     }
@@ -103,11 +100,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         loads: &mut [Load],
         numbers: &mut Numbers,
     ) {
-        if block.held.is_empty() {
-            loads.fill(Load::default());
-        } else {
-            loads.copy_from_slice(&block.held);
-        }
+        loads.fill(Load::default());
         block.outbox.clear();
         block.surface_loads.clear();
         if self.context.watch.is_some() {
@@ -122,9 +115,6 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             (Some(_), _) => Width::ONE.run(self.pairs::<true, true>(block, rows, loads, numbers)),
         }
         self.walls(block, rows, loads);
-        if self.context.sees_sleepers && !block.held.is_empty() {
-            self.see_held(block, rows, numbers);
-        }
     }
 }
 

@@ -38,10 +38,6 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             let state = &wall.state;
             let row = near.row as usize - block.rows.start;
             let a = &rows.own[row];
-            if a.flags & self.skipped != 0 {
-                first += near.features as usize;
-                continue;
-            }
             if wall.may_join() {
                 let near_walls = &mut block.near_walls;
                 let of_wall = images_of_wall(near_walls, index);

@@ -9,7 +9,7 @@ use mercury_common::random::Stream;
 use proptest::prelude::*;
 
 use super::*;
-use crate::neighbours::{Built, ExtraSkins, Levels, build};
+use crate::neighbours::{Built, Levels, build};
 use crate::state::{MaterialIndex, Particle, WallIndex};
 use crate::walls::{
     Component, Cone, Cylinder, Disc, Mesh, Motion, Plane, Revolution, Side, SphereShell, Wall,
@@ -235,10 +235,9 @@ proptest! {
         let extra_skin: Vec<f64> =
             (0..if extra_skin_every > 0 { count } else { 0 }).map(ahead).collect();
         let levels = Levels::choose(&particles.records, margin);
-        let mut extra = ExtraSkins { rows: extra_skin, ..ExtraSkins::default() };
+        let mut extra_skin = extra_skin;
         let Built { grid, .. } =
-            build(&mut particles, &mut extra, &levels, margin, &images, false);
-        let extra_skin = extra.rows;
+            build(&mut particles, &mut extra_skin, &levels, margin, &images, false);
         let walls: Vec<WallNow> = (0..walls).map(|_| draw.wall(&images)).collect();
         let expected = by_asking_all(&particles, &extra_skin, &walls, &images, margin);
         for parallel in [false, true] {

@@ -19,7 +19,6 @@ use mercury_engine::boundaries::InsertionPlan;
 use mercury_engine::contact::registry::LawTable;
 use mercury_engine::liquid::{LiquidPlan, Weight};
 use mercury_engine::physics::{Guard, Inputs};
-use mercury_engine::sleeping::Sleeping;
 use mercury_engine::spray::SprayPlan;
 use mercury_engine::walls::Wall;
 
@@ -28,7 +27,6 @@ pub(super) struct Resolved {
     pub(super) parts: Parts,
     pub(super) laws: Laws,
     pub(super) counted: Counted,
-    pub(super) sleeping: Option<Sleeping>,
     /// s
     pub(super) time_step: f64,
     pub(super) step: StepPlan,
@@ -47,7 +45,6 @@ pub(super) fn assemble(
         parts,
         laws,
         counted,
-        sleeping,
         time_step,
         step: step_plan,
     } = resolved;
@@ -140,7 +137,6 @@ pub(super) fn assemble(
             overlap: *scene.guard.overlap,
             way: *scene.guard.way,
         },
-        sleeping,
         liquid,
         sprays,
         walls,

@@ -65,11 +65,6 @@ impl Laws {
         ranges.fold(0.0, f64::max)
     }
 
-    /// Whether any of them has liquid bridges.
-    pub(super) fn have_bridges(&self) -> bool {
-        (self.pairs.iter()).any(|pair| pair.law.adhesion.liquid().is_some())
-    }
-
     /// As the engine looks them up, and the pairs as the report shows them.
     pub(super) fn into_table(self, materials: usize) -> (LawTable, Vec<PairPlan>) {
         let mut laws = LawTable {

@@ -14,7 +14,6 @@ use super::magnitudes::magnitudes;
 use super::membranes;
 use super::meshes;
 use super::requests;
-use super::sleeping::sleeping;
 use super::walls::continue_cylinders;
 use super::{Counted, Plan};
 use assemble::{Resolved, assemble};
@@ -81,16 +80,6 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     let step = (resolved == 0)
         .then(|| plan_step(scene, &parts, &laws.pairs, &mut found))
         .flatten();
-    let sleeping = step.as_ref().and_then(|(dt, _)| {
-        let (remarks, errors) = (&mut found.remarks, &mut found.errors);
-        sleeping(scene, &parts.sizes, *dt, remarks, errors)
-    });
-    if let (Some(table), true) = (&scene.sleeping, laws.have_bridges()) {
-        let message = "particles cannot sleep in a scene with liquid bridges, which change while nothing moves";
-        let error = table.place.error(message);
-        let help = "leave [sleeping] out, or `liquid` at the materials";
-        found.errors.push(error.with_help(help));
-    }
     let Some((time_step, step)) = step.filter(|_| found.errors.is_empty()) else {
         return Err(in_order(scene, found.errors));
     };
@@ -98,7 +87,6 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
         parts,
         laws,
         counted,
-        sleeping,
         time_step,
         step,
     };

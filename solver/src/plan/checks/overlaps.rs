@@ -8,7 +8,7 @@ use super::{name, place};
 use crate::plan::particles::{StartingParticles, StartingSphere};
 use mercury_engine::bodies::Clump;
 use mercury_engine::contact::parameter::short;
-use mercury_engine::neighbours::{ExtraSkins, Images, Levels, Skin, build};
+use mercury_engine::neighbours::{Images, Levels, Skin, build};
 use mercury_engine::state::{MaterialIndex, Particle, Particles};
 use mercury_engine::surface::{Surface, SurfacePlan};
 use mercury_engine::walls::{Scratch, Touches, Wall, WallNow};
@@ -267,7 +267,7 @@ fn for_each_touching_pair(
     let levels = Levels::choose(&particles.records, skin);
     let list = build(
         &mut particles,
-        &mut ExtraSkins::default(),
+        &mut Vec::new(),
         &levels,
         skin,
         &images,

@@ -7,7 +7,6 @@ mod meshes;
 mod mixing;
 mod reports;
 mod shared;
-mod sleeping;
 mod time_step;
 
 use std::path::Path;
