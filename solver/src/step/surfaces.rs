@@ -119,10 +119,15 @@ impl Core {
 
     /// The candidate list is to be built: meshes that were left behind follow.
     pub(super) fn freshen_surfaces(&mut self) -> Result<(), RunError> {
+        if self.particles.is_empty() {
+            return Ok(());
+        }
+        let first = self.plan.physics().walls().len();
         for number in 0..self.surfaces.len() {
-            if self.stale[number] && !self.particles.is_empty() {
+            if self.stale[number] {
                 self.follow_surface(number)?;
             }
+            self.walls[first + number].fit();
         }
         Ok(())
     }
