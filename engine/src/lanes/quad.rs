@@ -1,6 +1,6 @@
 //! Four numbers side by side in memory.
 
-use std::ops::{Add, AddAssign, Sub, SubAssign};
+use std::ops::{Add, AddAssign, Mul, Sub, SubAssign};
 
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
@@ -41,6 +41,15 @@ impl SubAssign for Quad {
     #[inline(always)]
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;
+    }
+}
+
+impl Mul<f64> for Quad {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, factor: f64) -> Self {
+        Self(self.0.map(|number| number * factor))
     }
 }
 

@@ -2,19 +2,73 @@
 
 use glam::DVec3;
 
-/// A triangle at rest for the law of St. Venant and Kirchhoff.
+use crate::lanes::{Real, Vector};
+
+/// A triangle at rest for the law of St. Venant and Kirchhoff, or several in lanes.
 ///
 /// With the edge vectors d1, d2 from the first corner, the metric g_ab = d_a . d_b and that of the rest shape G, the strain is
 /// e = (g - G)/2 and the energy per rest area E t/(2 (1 - nu^2)) \[(1 - nu) e:e + nu tr(e)^2\], indices raised by G^-1
 /// (Ciarlet 2000, Mathematical Elasticity III). It is exact where the strain is uniform.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Strained {
+pub struct Strained<L = f64> {
     /// G: 11, 12, 22, m^2.
-    metric: [f64; 3],
+    metric: [L; 3],
     /// G^-1: 11, 12, 22, 1/m^2.
-    inverse: [f64; 3],
+    inverse: [L; 3],
     /// Rest area, m^2.
-    area: f64,
+    area: L,
+}
+
+impl<L: Real> Strained<L> {
+    /// `strained(k)` in lane `k`.
+    #[inline(always)]
+    #[must_use]
+    pub fn gather<'a>(strained: impl Fn(usize) -> &'a Strained) -> Self {
+        let three = |of: fn(&Strained) -> &[f64; 3]| {
+            [0, 1, 2].map(|index| L::from_lanes(|k| of(strained(k))[index]))
+        };
+        Self {
+            metric: three(|strained| &strained.metric),
+            inverse: three(|strained| &strained.inverse),
+            area: L::from_lanes(|k| strained(k).area),
+        }
+    }
+
+    /// The stress S^ab (11, 12, 22), N/m^3, and the energy, J, with the edge vectors d1 and d2. `stiffness`: E t, N/m.
+    #[inline(always)]
+    fn stress(&self, [d1, d2]: [Vector<L>; 2], stiffness: f64, nu: f64) -> ([L; 3], L) {
+        let [g11, g12, g22] = self.metric;
+        let [h11, h12, h22] = self.inverse;
+        let e11 = (d1.dot(d1) - g11) * 0.5;
+        let e12 = (d1.dot(d2) - g12) * 0.5;
+        let e22 = (d2.dot(d2) - g22) * 0.5;
+        // Mixed components, first index up.
+        let m11 = h11 * e11 + h12 * e12;
+        let m12 = h11 * e12 + h12 * e22;
+        let m21 = h12 * e11 + h22 * e12;
+        let m22 = h12 * e12 + h22 * e22;
+        let trace = m11 + m22;
+        let square = m11 * m11 + m12 * m21 * 2.0 + m22 * m22;
+        let plane = stiffness / (1.0 - nu * nu);
+        let shear = plane * (1.0 - nu);
+        let equal = trace * (plane * nu);
+        let stress = [
+            (m11 * h11 + m12 * h12) * shear + equal * h11,
+            (m11 * h12 + m12 * h22) * shear + equal * h12,
+            (m21 * h12 + m22 * h22) * shear + equal * h22,
+        ];
+        let energy = self.area * 0.5 * (square * shear + equal * trace);
+        (stress, energy)
+    }
+
+    /// Tensions along the sides over their lengths, N/m, from the first, second and third corner on. They are the forces -A0 S^ab d_b on
+    /// the second and the third corner, and minus the sum of these on the first: three forces in a plane without sum and torque.
+    #[inline(always)]
+    #[must_use]
+    pub fn tensions(&self, sides: [Vector<L>; 2], stiffness: f64, nu: f64) -> [L; 3] {
+        let ([s11, s12, s22], _) = self.stress(sides, stiffness, nu);
+        [s11 + s12, -s12, s22 + s12].map(|tension| self.area * tension)
+    }
 }
 
 impl Strained {
@@ -33,59 +87,66 @@ impl Strained {
         }
     }
 
-    /// The stress S^ab (11, 12, 22), N/m^3, and the energy, J. `stiffness`: E t, N/m.
-    #[inline]
-    fn stress(&self, d1: DVec3, d2: DVec3, stiffness: f64, nu: f64) -> ([f64; 3], f64) {
-        let [g11, g12, g22] = self.metric;
-        let [h11, h12, h22] = self.inverse;
-        let e11 = 0.5 * (d1.dot(d1) - g11);
-        let e12 = 0.5 * (d1.dot(d2) - g12);
-        let e22 = 0.5 * (d2.dot(d2) - g22);
-        // Mixed components, first index up.
-        let m11 = h11 * e11 + h12 * e12;
-        let m12 = h11 * e12 + h12 * e22;
-        let m21 = h12 * e11 + h22 * e12;
-        let m22 = h12 * e12 + h22 * e22;
-        let trace = m11 + m22;
-        let square = m11 * m11 + 2.0 * m12 * m21 + m22 * m22;
-        let plane = stiffness / (1.0 - nu * nu);
-        let shear = plane * (1.0 - nu);
-        let stress = [
-            shear * (m11 * h11 + m12 * h12) + plane * nu * trace * h11,
-            shear * (m11 * h12 + m12 * h22) + plane * nu * trace * h12,
-            shear * (m21 * h12 + m22 * h22) + plane * nu * trace * h22,
-        ];
-        let energy = 0.5 * self.area * (shear * square + plane * nu * trace * trace);
-        (stress, energy)
-    }
-
-    /// Forces on the second and the third corner, N; the first gets minus their sum.
-    #[inline]
-    #[must_use]
-    pub fn forces(&self, d1: DVec3, d2: DVec3, stiffness: f64, nu: f64) -> [DVec3; 2] {
-        let ([s11, s12, s22], _) = self.stress(d1, d2, stiffness, nu);
-        [
-            -self.area * (s11 * d1 + s12 * d2),
-            -self.area * (s12 * d1 + s22 * d2),
-        ]
-    }
-
     /// Energy, J.
     #[must_use]
     pub fn energy(&self, d1: DVec3, d2: DVec3, stiffness: f64, nu: f64) -> f64 {
-        self.stress(d1, d2, stiffness, nu).1
+        self.stress([d1, d2].map(Vector::from), stiffness, nu).1
     }
 
     /// A times the tension (Cauchy stress times thickness), N m.
     #[must_use]
     pub fn tension_times_area(&self, d1: DVec3, d2: DVec3, stiffness: f64, nu: f64) -> Tension {
-        let ([s11, s12, s22], _) = self.stress(d1, d2, stiffness, nu);
+        let ([s11, s12, s22], _) = self.stress([d1, d2].map(Vector::from), stiffness, nu);
         let mut tension = Tension::default();
         tension.add(self.area * s11, d1, d1);
         tension.add(self.area * s22, d2, d2);
         tension.add(self.area * s12, d1, d2);
         tension.add(self.area * s12, d2, d1);
         tension
+    }
+}
+
+/// The sides of a triangle as its hinges need them: what hinges exert on corners, and what velocities of corners do to hinges, along the
+/// normal over the area.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sides<L> {
+    /// Squares of the sides from the first, second and third corner on, m^2.
+    squares: [L; 3],
+    /// At each corner the product of the side that comes and the side that goes, m^2.
+    turns: [L; 3],
+}
+
+impl<L: Real> Sides<L> {
+    /// Of the sides from the first corner to the second and the third, m.
+    #[inline(always)]
+    pub(super) fn new(ab: Vector<L>, ac: Vector<L>) -> Self {
+        let bc = ac - ab;
+        Self {
+            squares: [ab, bc, ac].map(Vector::length_squared),
+            turns: [-ac.dot(ab), ab.dot(bc), -bc.dot(ac)],
+        }
+    }
+
+    /// For the corners, of numbers of the sides: the opposite one times its square, the adjacent ones times the turns at their other ends.
+    #[inline(always)]
+    pub(super) fn returned(&self, [of_ab, of_bc, of_ca]: [L; 3]) -> [L; 3] {
+        let ([ab, bc, ca], [at_a, at_b, at_c]) = (self.squares, self.turns);
+        [
+            of_bc * bc + of_ab * at_b + of_ca * at_c,
+            of_ca * ca + of_ab * at_a + of_bc * at_c,
+            of_ab * ab + of_bc * at_b + of_ca * at_a,
+        ]
+    }
+
+    /// For the sides, of numbers of the corners: the same factors the other way round.
+    #[inline(always)]
+    pub(super) fn shared(&self, [of_a, of_b, of_c]: [L; 3]) -> [L; 3] {
+        let ([ab, bc, ca], [at_a, at_b, at_c]) = (self.squares, self.turns);
+        [
+            of_c * ab + of_a * at_b + of_b * at_a,
+            of_a * bc + of_b * at_c + of_c * at_b,
+            of_b * ca + of_c * at_a + of_a * at_c,
+        ]
     }
 }
 
@@ -96,7 +157,7 @@ pub struct Tension(pub [f64; 6]);
 impl Tension {
     /// Adds `factor` times the symmetric part of a b^T.
     #[inline]
-    pub fn add(&mut self, factor: f64, a: DVec3, b: DVec3) {
+    pub(super) fn add(&mut self, factor: f64, a: DVec3, b: DVec3) {
         let n = &mut self.0;
         n[0] += factor * a.x * b.x;
         n[1] += factor * a.y * b.y;

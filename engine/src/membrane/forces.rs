@@ -1,49 +1,56 @@
-//! Forces of a sheet on its vertices: normals of the triangles, then two numbers of each edge, then what is along the normals of the triangles, and the
-//! sums of all that at each vertex.
+//! Forces of a sheet on its vertices: areas of the triangles, then two numbers of each edge, then one of each corner of a triangle, and the sums of
+//! all that at each vertex.
+//!
+//! All that is inside a sheet is a tension along each edge and, at the corners of each triangle, a force along its normal. The law of the continuum
+//! is no exception: three forces in a plane without sum and torque are tensions along the three sides ([`Strained::tensions`]).
 //!
 //! What a hinge exerts on the corners of one of its triangles is along the normal of that triangle. With the moment m = factor (sin(theta/2) -
 //! sin(theta0/2)) of the hinge, its edge d and the opposite corner p, the corners p, start and end of the edge get m/|d| times d.d, (p - end).d and
-//! -(p - start).d along n/A ([`Fold`]). So a triangle needs one number of each of its hinges.
+//! -(p - start).d along n/A. So a triangle needs one number of each of its hinges. The rate of the angle has the same three factors ([`Sides`]).
 //!
-//! Roots and divisions of edges are made batch by batch, in loops without branches that the compiler turns into instructions for several numbers.
+//! The passes over edges and triangles are made in lanes. Chunks are shared among threads. Neither changes a bit.
 
-use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::elements::Fold;
-use super::sheet::{Elasticity, Sheet};
-use super::topology::{Edge, NONE};
+use super::elements::{Sides, Strained};
+use super::sheet::{Elasticity, RestTriangle, Sheet};
+use super::topology::NONE;
+use crate::lanes::{MOST_LANES, Mask, Quad, Real, Task, Vector, Width};
 
 /// Elements, and vertices, that a thread takes at a time. Sums are made within these and then over them, so they do not depend on threads.
 const CHUNK: usize = 1024;
-/// Edges whose roots and divisions are made together.
-const BATCH: usize = 32;
 
-/// Memory of the passes; nothing in it outlives an evaluation but the area vectors.
+/// Memory of the passes; nothing in it outlives an evaluation but the areas.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Workspace {
-    /// Normal times area of each triangle, m^2, as of the last evaluation.
-    pub areas: Vec<DVec3>,
-    /// Of each triangle; of sheets with hinges alone.
-    faces: Vec<Face>,
+    /// Of each triangle normal times area, m^2, as of the last evaluation, and behind it, of sheets with hinges, the inverse of the area, 1/m^2.
+    faces: Vec<Quad>,
+    /// Positions of the vertices, m.
+    places: Vec<Quad>,
+    /// Their velocities, m/s; of sheets with dashpots alone.
+    speeds: Vec<Quad>,
+    /// Tensions of the sides of each triangle over their lengths, N/m, and zeros behind the last one; of the continuum alone.
+    sides: Vec<Quad>,
+    /// What the velocities of the corners of each triangle make of the rates of its three hinges, times the lengths of their edges, m/s; of
+    /// sheets with damped hinges alone.
+    rates: Vec<Quad>,
     /// Tension of each edge over its length, N/m.
     tensions: Vec<f64>,
     /// Moment of each hinge over the length of its edge, N; of sheets with hinges alone.
     moments: Vec<f64>,
-    /// Forces on the three corners of each triangle, N; of sheets in which there are others than those along edges.
-    slots: Vec<[DVec3; 3]>,
+    /// Forces on the three corners of each triangle over normal times area, N/m^2; of sheets with hinges or pressure alone.
+    along: Vec<Quad>,
     sums: Vec<Powers>,
 }
 
-/// A triangle where it is now.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-struct Face {
-    normal: DVec3,
-    /// Over its area, 1/m^2.
-    inverse: f64,
+impl Workspace {
+    /// Normal times area of each triangle, m^2, as of the last evaluation.
+    pub fn areas(&self) -> impl Iterator<Item = DVec3> + '_ {
+        self.faces.iter().map(|&face| face.into())
+    }
 }
 
 /// Results of an evaluation beside the forces: the loss of the dashpots, and the stretch of the edges.
@@ -83,42 +90,6 @@ impl Powers {
     }
 }
 
-/// So many slices of a chunk each; of what is not there empty ones.
-fn slices<T>(all: &mut [T], count: usize) -> Vec<&mut [T]> {
-    let mut slices: Vec<&mut [T]> = all.chunks_mut(CHUNK).collect();
-    slices.resize_with(count, Default::default);
-    slices
-}
-
-/// What a batch of edges has.
-struct Batch {
-    /// From the first to the second end, m: its components.
-    branch: [[f64; BATCH]; 3],
-    /// m
-    length: [f64; BATCH],
-    /// 1/m
-    inverse: [f64; BATCH],
-    /// Length over that without force.
-    stretch: [f64; BATCH],
-    /// N
-    tension: [f64; BATCH],
-}
-
-impl Batch {
-    const ONE: Self = Self {
-        branch: [[1.0; BATCH]; 3],
-        length: [1.0; BATCH],
-        inverse: [1.0; BATCH],
-        stretch: [1.0; BATCH],
-        tension: [0.0; BATCH],
-    };
-
-    fn branch(&self, k: usize) -> DVec3 {
-        let [x, y, z] = &self.branch;
-        DVec3::new(x[k], y[k], z[k])
-    }
-}
-
 /// Positions and velocities of the vertices, and what acts on them.
 #[derive(Debug, Clone, Copy)]
 pub struct Evaluation<'a> {
@@ -132,351 +103,582 @@ pub struct Evaluation<'a> {
     pub pressure: f64,
     /// Whether chunks are shared among the threads of the present pool.
     pub is_parallel: bool,
+    /// Lanes in which edges and triangles are taken.
+    pub width: Width,
+}
+
+/// Work on each of these, by all threads if `is_parallel`.
+fn share<T: Send>(
+    is_parallel: bool,
+    pieces: impl Iterator<Item = T>,
+    work: impl Fn(T) + Send + Sync,
+) {
+    if is_parallel {
+        let pieces: Vec<T> = pieces.collect();
+        pieces.into_par_iter().for_each(work);
+    } else {
+        pieces.for_each(work);
+    }
+}
+
+/// Slices of a chunk each, and behind them empty ones without end: of numbers that a sheet does not have.
+fn slices<T>(all: &mut [T]) -> impl Iterator<Item = &mut [T]> {
+    let none = std::iter::repeat_with(Default::default);
+    all.chunks_mut(CHUNK).chain(none)
+}
+
+/// Something to do for each of some elements, several of them at a time.
+trait InLanes {
+    /// For the elements from `at` on, as many as there are lanes.
+    fn group<L: Real>(&mut self, at: usize);
+}
+
+/// All elements below `count`: in lanes, and what is left one by one.
+#[inline(always)]
+fn all_groups<L: Real>(work: &mut impl InLanes, count: usize) {
+    let whole = count - count % L::LANES;
+    for at in (0..whole).step_by(L::LANES) {
+        work.group::<L>(at);
+    }
+    for at in whole..count {
+        work.group::<f64>(at);
+    }
+}
+
+/// Numbers of many elements in four columns, so that what becomes of them does not depend on the number of lanes.
+#[derive(Debug, Clone, Copy)]
+struct Columns([f64; MOST_LANES]);
+
+impl Columns {
+    const fn all(number: f64) -> Self {
+        Self([number; MOST_LANES])
+    }
+
+    /// Those of the elements from `at` on, and `other` with them.
+    #[inline(always)]
+    fn merge<L: Real>(&mut self, at: usize, other: L, merged: impl Fn(L, L) -> L) {
+        let own = &mut self.0[at % MOST_LANES..];
+        merged(L::load(own), other).store(own);
+    }
+
+    #[inline(always)]
+    fn add<L: Real>(&mut self, at: usize, other: L) {
+        self.merge(at, other, |own, other| own + other);
+    }
+
+    fn sum(self) -> f64 {
+        let [a, b, c, d] = self.0;
+        (a + b) + (c + d)
+    }
+}
+
+/// Differences of two vertices in lanes.
+#[inline(always)]
+fn between<'a, L: Real>(
+    from: impl Fn(usize) -> &'a Quad,
+    to: impl Fn(usize) -> &'a Quad,
+) -> Vector<L> {
+    let [x, y, z, _] = L::differences(to, from);
+    Vector::new(x, y, z)
+}
+
+/// One number of each side, or corner, of a triangle: the place of it is four times the triangle, plus its own.
+#[inline(always)]
+fn one_of(numbers: &[Quad], place: u32) -> f64 {
+    numbers[(place >> 2) as usize].0[(place & 3) as usize]
 }
 
 impl Sheet {
-    /// Writes the forces of stretching, bending, their dashpots and the pressure on each vertex into `forces`, N. Returns what dashpots lose.
+    /// Writes the forces of stretching, bending, their dashpots and the pressure on each vertex, and those of `loads`, into `forces`, N. Where
+    /// there are no loads, these are empty. Returns what dashpots lose.
     pub fn forces(
         &self,
         at: &Evaluation<'_>,
         work: &mut Workspace,
+        loads: &[DVec3],
         forces: &mut [DVec3],
     ) -> Powers {
-        let (triangles, edges) = (self.triangles.len(), self.topology.edges().len());
+        self.resize(at, work);
+        self.copy_vertices(at, work);
+        let turned_over = self.areas(at, work);
+        let mut powers = self.pulls(at, work);
+        powers.turned_over = turned_over;
+        let (faces, places, tensions) = (&work.faces, &work.places, &work.tensions);
+        let moments = &work.moments;
+        let along = work.along.chunks_mut(CHUNK).enumerate();
+        share(at.is_parallel, along, |(chunk, along)| {
+            let range = chunk * CHUNK..chunk * CHUNK + along.len();
+            at.width.run(Along {
+                triangles: &self.topology.triangles()[range.clone()],
+                edges_of: &self.edges_of[range.clone()],
+                faces: &faces[range],
+                places,
+                moments,
+                third: at.pressure / 3.0,
+                along,
+            });
+        });
+        let along = &work.along;
+        let forces = forces.chunks_mut(CHUNK).enumerate();
+        share(at.is_parallel, forces, |(chunk, forces)| {
+            at.width.run(Gather {
+                sheet: self,
+                first: chunk * CHUNK,
+                places,
+                tensions,
+                faces,
+                along,
+                loads,
+                forces,
+            });
+        });
+        powers
+    }
+
+    /// Normals and areas of the last evaluation as if it had been for these positions.
+    pub(super) fn evaluated_at(&self, positions: &[DVec3], work: &mut Workspace) {
+        let at = Evaluation {
+            positions,
+            velocities: &[],
+            dashpots: &[],
+            pressure: 0.0,
+            is_parallel: false,
+            width: Width::ONE,
+        };
+        self.resize(&at, work);
+        self.copy_vertices(&at, work);
+        self.areas(&at, work);
+    }
+
+    /// Whether velocities are asked for.
+    fn has_dashpots(&self) -> [bool; 2] {
+        let hinges = self
+            .law
+            .bending
+            .is_some_and(|bending| bending.damping > 0.0);
+        [self.law.damping_ratio > 0.0, hinges]
+    }
+
+    /// Makes room for what this sheet needs.
+    fn resize(&self, at: &Evaluation<'_>, work: &mut Workspace) {
+        let (triangles, vertices) = (self.triangles.len(), self.masses().len());
+        let edges = self.topology.edges().len();
         let has_hinges = self.law.bending.is_some();
+        let [has_dashpots, has_damped_hinges] = self.has_dashpots();
         let is_continuum = self.law.elasticity != Elasticity::Springs;
-        let has_slots = has_hinges || is_continuum || at.pressure != 0.0;
-        work.areas.resize(triangles, DVec3::ZERO);
-        if has_hinges {
-            work.faces.resize(triangles, Face::default());
-            work.moments.resize(edges, 0.0);
-        }
-        if has_slots {
-            work.slots.resize(triangles, [DVec3::ZERO; 3]);
-        }
+        let numbers = |is_there: bool, count: usize| if is_there { count } else { 0 };
+        let quads = |quads: &mut Vec<Quad>, count: usize| quads.resize(count, Quad::default());
+        quads(&mut work.faces, triangles);
+        quads(&mut work.places, vertices);
+        let has_speeds = (has_dashpots || has_damped_hinges) && !at.velocities.is_empty();
+        quads(&mut work.speeds, numbers(has_speeds, vertices));
+        quads(&mut work.sides, numbers(is_continuum, triangles + 1));
+        quads(
+            &mut work.rates,
+            numbers(has_damped_hinges && has_speeds, triangles),
+        );
+        quads(
+            &mut work.along,
+            numbers(has_hinges || at.pressure != 0.0, triangles),
+        );
         work.tensions.resize(edges, 0.0);
+        work.moments.resize(numbers(has_hinges, edges), 0.0);
         work.sums.clear();
         work.sums.resize(edges.div_ceil(CHUNK), Powers::default());
-        let turned_over = self.faces(at, work);
-        let Workspace {
-            areas,
-            faces,
-            tensions,
-            moments,
-            slots,
-            sums,
-        } = work;
-        let faces = faces.as_slice();
-        let edge_chunk =
-            |chunk: usize, tensions: &mut [f64], moments: &mut [f64], sum: &mut Powers| {
-                *sum = self.pulls(chunk * CHUNK, at, faces, tensions, moments);
-            };
-        let moment_chunks = slices(moments, sums.len());
-        if at.is_parallel {
-            let chunks = tensions.par_chunks_mut(CHUNK).zip(moment_chunks);
-            let chunks = chunks.zip(sums.par_iter_mut()).enumerate();
-            chunks.for_each(|(chunk, ((tensions, moments), sum))| {
-                edge_chunk(chunk, tensions, moments, sum);
+    }
+
+    /// Positions and velocities with room for a fourth number, so that a processor reads one at once.
+    fn copy_vertices(&self, at: &Evaluation<'_>, work: &mut Workspace) {
+        let copy = |(to, from): (&mut [Quad], &[DVec3])| {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to = Quad([from.x, from.y, from.z, 0.0]);
+            }
+        };
+        let places = work
+            .places
+            .chunks_mut(CHUNK)
+            .zip(at.positions.chunks(CHUNK));
+        share(at.is_parallel, places, copy);
+        let speeds = work
+            .speeds
+            .chunks_mut(CHUNK)
+            .zip(at.velocities.chunks(CHUNK));
+        share(at.is_parallel, speeds, copy);
+    }
+
+    /// Areas of the triangles, and what else follows from their corners. Returns the first of them that turned over since the evaluation before.
+    fn areas(&self, at: &Evaluation<'_>, work: &mut Workspace) -> Option<u32> {
+        // The least number is the same whatever thread finds it first.
+        let turned = AtomicU32::new(NONE);
+        let (places, speeds) = (&work.places, &work.speeds);
+        let faces = work.faces.chunks_mut(CHUNK).enumerate();
+        let pieces = faces.zip(slices(&mut work.sides).zip(slices(&mut work.rates)));
+        share(
+            at.is_parallel,
+            pieces,
+            |((chunk, faces), (sides, rates))| {
+                let first = chunk * CHUNK;
+                let found = at.width.run(Areas {
+                    triangles: &self.topology.triangles()[first..first + faces.len()],
+                    rest: &self.triangles[first..first + faces.len()],
+                    elasticity: self.law.elasticity,
+                    stiffness: self.law.stiffness(),
+                    has_hinges: self.law.bending.is_some(),
+                    places,
+                    speeds,
+                    faces,
+                    sides,
+                    rates,
+                    turned: NONE,
+                });
+                if found != NONE {
+                    turned.fetch_min(first as u32 + found, Ordering::Relaxed);
+                }
+            },
+        );
+        Some(turned.into_inner()).filter(|&triangle| triangle != NONE)
+    }
+
+    /// Tensions over lengths and moments over lengths.
+    fn pulls(&self, at: &Evaluation<'_>, work: &mut Workspace) -> Powers {
+        let damping = self.law.bending.map_or(0.0, |bending| bending.damping);
+        let has_dashpots = self.law.damping_ratio > 0.0;
+        let (places, speeds) = (&work.places, &work.speeds);
+        let (faces, sides, rates) = (&work.faces, &work.sides, &work.rates);
+        let tensions = work.tensions.chunks_mut(CHUNK).enumerate();
+        let pieces = tensions.zip(slices(&mut work.moments).zip(&mut work.sums));
+        share(at.is_parallel, pieces, |(tensions, (moments, sum))| {
+            let (chunk, tensions) = tensions;
+            let range = chunk * CHUNK..chunk * CHUNK + tensions.len();
+            // Hinges are the first of the edges.
+            let hinges =
+                range.start.min(self.bends.factor.len())..range.end.min(self.bends.factor.len());
+            *sum = at.width.run(Pulls {
+                ends: &self.ends[range.clone()],
+                sides_of: &self.sides_of[range.clone()],
+                pull: &self.rest.pull[range.clone()],
+                inverse: &self.rest.inverse[range.clone()],
+                factor: &self.bends.factor[hinges.clone()],
+                half_sine: &self.bends.half_sine[hinges],
+                is_continuum: self.law.elasticity != Elasticity::Springs,
+                dashpots: if has_dashpots {
+                    &at.dashpots[range]
+                } else {
+                    &[]
+                },
+                damping,
+                places,
+                speeds,
+                faces,
+                sides,
+                rates,
+                tensions,
+                moments,
+                begin: 0,
+                lost: [Columns::all(0.0); 2],
+                least: Columns::all(f64::INFINITY),
+                largest: Columns::all(f64::NEG_INFINITY),
+                stretch: Columns::all(0.0),
             });
-        } else {
-            let chunks = tensions.chunks_mut(CHUNK).zip(moment_chunks);
-            for (chunk, ((tensions, moments), sum)) in chunks.zip(sums.iter_mut()).enumerate() {
-                edge_chunk(chunk, tensions, moments, sum);
-            }
-        }
-        let sides = (areas.as_slice(), faces, moments.as_slice());
-        let triangle_chunk = |(chunk, slots): (usize, &mut [[DVec3; 3]])| {
-            self.triangle_forces(chunk * CHUNK, at, sides, slots);
-        };
-        if has_slots && at.is_parallel {
-            let slots = slots.par_chunks_mut(CHUNK);
-            slots.enumerate().for_each(triangle_chunk);
-        } else if has_slots {
-            slots.chunks_mut(CHUNK).enumerate().for_each(triangle_chunk);
-        }
-        let slots = if has_slots { slots.as_flattened() } else { &[] };
-        let has_tensions = !is_continuum || self.law.damping_ratio > 0.0;
-        let gather = |(chunk, forces): (usize, &mut [DVec3])| {
-            for (offset, force) in forces.iter_mut().enumerate() {
-                let vertex = chunk * CHUNK + offset;
-                let mut sum = DVec3::ZERO;
-                if has_tensions {
-                    let own = at.positions[vertex];
-                    for &[edge, other] in self.edges_at(vertex) {
-                        sum += (at.positions[other as usize] - own) * tensions[edge as usize];
-                    }
-                }
-                if has_slots {
-                    for &slot in self.corners_at(vertex) {
-                        sum += slots[slot as usize];
-                    }
-                }
-                *force = sum;
-            }
-        };
-        if at.is_parallel {
-            forces.par_chunks_mut(CHUNK).enumerate().for_each(gather);
-        } else {
-            forces.chunks_mut(CHUNK).enumerate().for_each(gather);
-        }
-        let mut powers = Powers {
-            turned_over,
-            ..Powers::default()
-        };
-        for sum in sums {
+        });
+        let mut powers = Powers::default();
+        for sum in &work.sums {
             powers.edges += sum.edges;
             powers.hinges += sum.hinges;
             powers.stretch(sum.stretches);
         }
         powers
     }
+}
 
-    /// Normal times area of each triangle, m^2.
-    pub fn area_vectors(&self, positions: &[DVec3], areas: &mut Vec<DVec3>) {
-        let triangles = self.topology.triangles().iter();
-        areas.clear();
-        areas.extend(triangles.map(|corners| {
-            let [a, b, c] = corners.map(|k| positions[k as usize]);
-            0.5 * (b - a).cross(c - a)
-        }));
+/// Areas of a chunk of triangles, tensions of the sides of the continuum, and rates of hinges.
+struct Areas<'a> {
+    triangles: &'a [[u32; 3]],
+    rest: &'a [RestTriangle],
+    elasticity: Elasticity,
+    /// E t, N/m.
+    stiffness: f64,
+    has_hinges: bool,
+    places: &'a [Quad],
+    speeds: &'a [Quad],
+    faces: &'a mut [Quad],
+    sides: &'a mut [Quad],
+    rates: &'a mut [Quad],
+    /// The first of the chunk that turned over.
+    turned: u32,
+}
+
+impl Task for Areas<'_> {
+    type Output = u32;
+
+    #[inline(always)]
+    fn run<L: Real>(mut self) -> u32 {
+        let count = self.triangles.len();
+        all_groups::<L>(&mut self, count);
+        self.turned
     }
+}
 
-    /// Normals and areas of the triangles, and the first of them that turned over since the evaluation before.
-    fn faces(&self, at: &Evaluation<'_>, work: &mut Workspace) -> Option<u32> {
-        // The least number is the same whatever thread finds it first.
-        let turned = AtomicU32::new(NONE);
-        let chunk = |chunk: usize, areas: &mut [DVec3], faces: &mut [Face]| {
-            let first = self.faces_from(chunk * CHUNK, at.positions, areas, faces);
-            turned.fetch_min(first, Ordering::Relaxed);
+impl InLanes for Areas<'_> {
+    #[inline(always)]
+    fn group<L: Real>(&mut self, at: usize) {
+        let triangles = &self.triangles[at..at + L::LANES];
+        let (places, speeds) = (self.places, self.speeds);
+        let place = |k: usize, corner: usize| &places[triangles[k][corner] as usize];
+        let ab = between::<L>(|k| place(k, 0), |k| place(k, 1));
+        let ac = between::<L>(|k| place(k, 0), |k| place(k, 2));
+        let area = ab.cross(ac) * L::splat(0.5);
+        let faces = &mut self.faces[at..at + L::LANES];
+        let before = L::vectors(|k| &faces[k]);
+        let turned = area.dot(before).below(L::ZERO);
+        if turned.any() {
+            self.turned = self.turned.min(at as u32 + turned.bits().trailing_zeros());
+        }
+        let inverse = if self.has_hinges {
+            L::ONE / area.length()
+        } else {
+            L::ZERO
         };
-        let areas = &mut work.areas;
-        let faces = slices(&mut work.faces, areas.len().div_ceil(CHUNK));
-        if at.is_parallel {
-            let chunks = areas.par_chunks_mut(CHUNK).zip(faces).enumerate();
-            chunks.for_each(|(number, (areas, faces))| chunk(number, areas, faces));
-        } else {
-            let chunks = areas.chunks_mut(CHUNK).zip(faces).enumerate();
-            chunks.for_each(|(number, (areas, faces))| chunk(number, areas, faces));
+        faces.copy_from_slice(&L::rows(area, inverse)[..L::LANES]);
+        if let Elasticity::Continuum { poisson_ratio } = self.elasticity {
+            let strained = Strained::gather(|k| &self.rest[at + k].strained);
+            let tensions = strained.tensions([ab, ac], self.stiffness, poisson_ratio);
+            let rows = L::rows(Vector::from_slice(&tensions), L::ZERO);
+            self.sides[at..at + L::LANES].copy_from_slice(&rows[..L::LANES]);
         }
-        Some(turned.into_inner()).filter(|&triangle| triangle != NONE)
+        if !self.rates.is_empty() {
+            let over = area * (inverse * inverse);
+            let speed = |corner: usize| {
+                let speed = L::vectors(|k| &speeds[triangles[k][corner] as usize]);
+                over.dot(speed)
+            };
+            let rates = Sides::new(ab, ac).shared([0, 1, 2].map(speed));
+            let rows = L::rows(Vector::from_slice(&rates), L::ZERO);
+            self.rates[at..at + L::LANES].copy_from_slice(&rows[..L::LANES]);
+        }
+    }
+}
+
+/// Tensions and moments of a chunk of edges, over their lengths.
+struct Pulls<'a> {
+    ends: &'a [[u32; 2]],
+    /// Where they are among the sides of the triangles, as [`one_of`] has it.
+    sides_of: &'a [[u32; 2]],
+    /// Of springs: stiffness times length without force, N.
+    pull: &'a [f64],
+    /// Over the length without force, 1/m.
+    inverse: &'a [f64],
+    /// Of the hinges, which are the first of the edges: Ke e0^2/(A1 + A2), N m.
+    factor: &'a [f64],
+    half_sine: &'a [f64],
+    is_continuum: bool,
+    dashpots: &'a [f64],
+    /// Kd, N s.
+    damping: f64,
+    places: &'a [Quad],
+    speeds: &'a [Quad],
+    faces: &'a [Quad],
+    sides: &'a [Quad],
+    rates: &'a [Quad],
+    tensions: &'a mut [f64],
+    moments: &'a mut [f64],
+    /// The first edge of those that are done now.
+    begin: usize,
+    /// By edges and by hinges, W.
+    lost: [Columns; 2],
+    least: Columns,
+    largest: Columns,
+    /// Sum of the stretches, which is no number if one of them is not.
+    stretch: Columns,
+}
+
+impl Task for Pulls<'_> {
+    type Output = Powers;
+
+    #[inline(always)]
+    fn run<L: Real>(mut self) -> Powers {
+        let (hinges, all) = (self.factor.len(), self.ends.len());
+        all_groups::<L>(&mut Hinges(&mut self), hinges);
+        self.begin = hinges;
+        all_groups::<L>(&mut Edges(&mut self), all - hinges);
+        let [edges, hinges] = self.lost.map(Columns::sum);
+        let stretches = if self.stretch.sum().is_nan() {
+            [f64::NAN; 2]
+        } else {
+            let least = self.least.0.into_iter().fold(f64::INFINITY, f64::min);
+            let largest = self.largest.0.into_iter().fold(f64::NEG_INFINITY, f64::max);
+            [least, largest]
+        };
+        Powers {
+            edges,
+            hinges,
+            stretches,
+            turned_over: None,
+        }
+    }
+}
+
+/// Edges without a hinge.
+struct Edges<'p, 'a>(&'p mut Pulls<'a>);
+
+impl InLanes for Edges<'_, '_> {
+    #[inline(always)]
+    fn group<L: Real>(&mut self, at: usize) {
+        self.0.stretch::<L>(at);
+    }
+}
+
+/// Edges with a hinge.
+struct Hinges<'p, 'a>(&'p mut Pulls<'a>);
+
+impl InLanes for Hinges<'_, '_> {
+    #[inline(always)]
+    fn group<L: Real>(&mut self, at: usize) {
+        let (branch, length, inverse) = self.0.stretch::<L>(at);
+        self.0.bend(at, branch, length, inverse);
+    }
+}
+
+impl Pulls<'_> {
+    /// Of the edges from `at` on behind the first of these: tensions. Returns their branches, lengths and the inverse of these.
+    #[inline(always)]
+    fn stretch<L: Real>(&mut self, at: usize) -> (Vector<L>, L, L) {
+        let range = self.begin + at..self.begin + at + L::LANES;
+        let ends = &self.ends[range.clone()];
+        let (places, speeds) = (self.places, self.speeds);
+        let place = |k: usize, end: usize| &places[ends[k][end] as usize];
+        let branch = between::<L>(|k| place(k, 0), |k| place(k, 1));
+        let length = branch.length();
+        let inverse = L::ONE / length;
+        let rest = L::load(&self.inverse[range.clone()]);
+        let stretch = length * rest;
+        self.least.merge(at, stretch, L::min);
+        self.largest.merge(at, stretch, L::max);
+        self.stretch.add(at, stretch);
+        let mut tension = if self.is_continuum {
+            let sides_of = &self.sides_of[range.clone()];
+            let sides = |which: usize| L::from_lanes(|k| one_of(self.sides, sides_of[k][which]));
+            sides(0) + sides(1)
+        } else {
+            // Stiffness times (length - length without force), over the length.
+            L::load(&self.pull[range.clone()]) * (rest - inverse)
+        };
+        if !self.dashpots.is_empty() {
+            let speed = |k: usize, end: usize| &speeds[ends[k][end] as usize];
+            let apart = between::<L>(|k| speed(k, 0), |k| speed(k, 1));
+            let rate = apart.dot(branch) * inverse;
+            let pull = L::load(&self.dashpots[range.clone()]) * rate;
+            tension = tension + pull * inverse;
+            self.lost[0].add(at, pull * rate);
+        }
+        tension.store(&mut self.tensions[range]);
+        (branch, length, inverse)
     }
 
-    /// The same from the triangle `first` on; `faces`: all of them or none.
-    fn faces_from(
-        &self,
-        first: usize,
-        positions: &[DVec3],
-        areas: &mut [DVec3],
-        faces: &mut [Face],
-    ) -> u32 {
-        let mut turned = NONE;
-        let mut inverses = [1.0; BATCH];
-        let mut faces = faces.chunks_mut(BATCH);
-        for (batch, areas) in areas.chunks_mut(BATCH).enumerate() {
-            let begin = first + batch * BATCH;
-            let triangles = &self.topology.triangles()[begin..begin + areas.len()];
-            for (k, (area, corners)) in areas.iter_mut().zip(triangles).enumerate() {
-                let [a, b, c] = corners.map(|k| positions[k as usize]);
-                let now = 0.5 * (b - a).cross(c - a);
-                if now.dot(*area) < 0.0 {
-                    turned = turned.min((begin + k) as u32);
+    /// Moments of the hinges from `at` on.
+    #[inline(always)]
+    fn bend<L: Real>(&mut self, at: usize, branch: Vector<L>, length: L, inverse: L) {
+        let sides_of = &self.sides_of[at..at + L::LANES];
+        let normal = |which: usize| {
+            let [x, y, z, inverse] =
+                L::columns(|k| &self.faces[(sides_of[k][which] >> 2) as usize]);
+            Vector::new(x, y, z) * inverse
+        };
+        let (one, other) = (normal(0), normal(1));
+        // The sine of half the angle.
+        let half = (one - other).length() * 0.5;
+        let sign = one.cross(other).dot(branch);
+        let half = L::select(sign.below(L::ZERO), -half, half);
+        let rest = L::load(&self.half_sine[at..]);
+        let mut moment = L::load(&self.factor[at..]) * (half - rest) * inverse;
+        if self.damping > 0.0 {
+            let rates = |which: usize| L::from_lanes(|k| one_of(self.rates, sides_of[k][which]));
+            let rate = (rates(0) + rates(1)) * inverse;
+            let dashpot = rate * self.damping;
+            moment = moment - dashpot;
+            self.lost[1].add(at, dashpot * length * rate);
+        }
+        moment.store(&mut self.moments[at..]);
+    }
+}
+
+/// Forces along the normals of a chunk of triangles: of hinges and of the pressure.
+struct Along<'a> {
+    triangles: &'a [[u32; 3]],
+    edges_of: &'a [[u32; 3]],
+    faces: &'a [Quad],
+    places: &'a [Quad],
+    moments: &'a [f64],
+    /// A third of the pressure, Pa.
+    third: f64,
+    along: &'a mut [Quad],
+}
+
+impl Task for Along<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Real>(mut self) {
+        if self.moments.is_empty() {
+            let third = self.third;
+            self.along.fill(Quad([third, third, third, 0.0]));
+            return;
+        }
+        let count = self.triangles.len();
+        all_groups::<L>(&mut self, count);
+    }
+}
+
+impl InLanes for Along<'_> {
+    #[inline(always)]
+    fn group<L: Real>(&mut self, at: usize) {
+        let triangles = &self.triangles[at..at + L::LANES];
+        let edges_of = &self.edges_of[at..at + L::LANES];
+        let (places, moments) = (self.places, self.moments);
+        let place = |k: usize, corner: usize| &places[triangles[k][corner] as usize];
+        let ab = between::<L>(|k| place(k, 0), |k| place(k, 1));
+        let ac = between::<L>(|k| place(k, 0), |k| place(k, 2));
+        let of = |side: usize| L::from_lanes(|k| moments[edges_of[k][side] as usize]);
+        let inverse = L::from_lanes(|k| self.faces[at + k].0[3]);
+        let over = inverse * inverse;
+        let shares = Sides::new(ab, ac).returned([0, 1, 2].map(of));
+        let shares = shares.map(|share| share * over + self.third);
+        let rows = L::rows(Vector::from_slice(&shares), L::ZERO);
+        self.along[at..at + L::LANES].copy_from_slice(&rows[..L::LANES]);
+    }
+}
+
+/// What a chunk of vertices adds up.
+struct Gather<'a> {
+    sheet: &'a Sheet,
+    first: usize,
+    places: &'a [Quad],
+    tensions: &'a [f64],
+    faces: &'a [Quad],
+    along: &'a [Quad],
+    loads: &'a [DVec3],
+    forces: &'a mut [DVec3],
+}
+
+impl Task for Gather<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Real>(self) {
+        for (offset, force) in self.forces.iter_mut().enumerate() {
+            let vertex = self.first + offset;
+            let own = self.places[vertex];
+            let mut sum = Quad::default();
+            for &[edge, other] in self.sheet.edges_at(vertex) {
+                sum += (self.places[other as usize] - own) * self.tensions[edge as usize];
+            }
+            if !self.along.is_empty() {
+                for &corner in self.sheet.corners_at(vertex) {
+                    sum += self.faces[(corner >> 2) as usize] * one_of(self.along, corner);
                 }
-                *area = now;
-                inverses[k] = now.length_squared();
             }
-            let Some(faces) = faces.next() else { continue };
-            for inverse in &mut inverses {
-                *inverse = 1.0 / inverse.sqrt();
-            }
-            for (face, (area, inverse)) in faces.iter_mut().zip(areas.iter().zip(inverses)) {
-                *face = Face {
-                    normal: *area * inverse,
-                    inverse,
-                };
-            }
-        }
-        turned
-    }
-
-    /// Tensions over lengths and moments over lengths, from the edge `first` on.
-    fn pulls(
-        &self,
-        first: usize,
-        at: &Evaluation<'_>,
-        faces: &[Face],
-        tensions: &mut [f64],
-        moments: &mut [f64],
-    ) -> Powers {
-        let mut lost = Powers::default();
-        let mut batch = Batch::ONE;
-        let hinges_end = self.hinges.len().saturating_sub(first).min(moments.len());
-        for begin in (0..tensions.len()).step_by(BATCH) {
-            let end = tensions.len().min(begin + BATCH);
-            self.stretch_batch(first + begin..first + end, at, &mut batch, &mut lost);
-            for (k, tension) in tensions[begin..end].iter_mut().enumerate() {
-                *tension = batch.tension[k] * batch.inverse[k];
-            }
-            if begin < hinges_end {
-                let moments = &mut moments[begin..end.min(hinges_end)];
-                self.bend_batch(first + begin, at, faces, &batch, moments, &mut lost);
-            }
-        }
-        lost
-    }
-
-    /// Lengths and tensions of some edges, at most as many as a batch has.
-    #[inline]
-    fn stretch_batch(
-        &self,
-        edges: Range<usize>,
-        at: &Evaluation<'_>,
-        batch: &mut Batch,
-        lost: &mut Powers,
-    ) {
-        let count = edges.len();
-        let rest = &self.rest;
-        let ends = &self.ends[edges.clone()];
-        for (k, ends) in ends.iter().enumerate() {
-            let [a, b] = ends.map(|k| at.positions[k as usize]);
-            let branch = b - a;
-            batch.branch[0][k] = branch.x;
-            batch.branch[1][k] = branch.y;
-            batch.branch[2][k] = branch.z;
-        }
-        let [x, y, z] = &batch.branch;
-        let squares = x.iter().zip(y).zip(z);
-        let squares = squares.map(|((x, y), z)| x * x + y * y + z * z);
-        for (length, square) in batch.length.iter_mut().zip(squares) {
-            *length = square.sqrt();
-        }
-        for (inverse, length) in batch.inverse.iter_mut().zip(&batch.length) {
-            *inverse = length.recip();
-        }
-        let over = &rest.inverse[edges.clone()];
-        let (mut least, mut largest, mut sum) = (f64::INFINITY, f64::NEG_INFINITY, 0.0);
-        for (stretch, (length, over)) in batch.stretch.iter_mut().zip(batch.length.iter().zip(over))
-        {
-            *stretch = length * over;
-        }
-        for &stretch in &batch.stretch[..count] {
-            least = least.min(stretch);
-            largest = largest.max(stretch);
-            sum += stretch;
-        }
-        // These leave out what is no number, the sum does not.
-        if sum.is_nan() {
-            (least, largest) = (f64::NAN, f64::NAN);
-        }
-        lost.stretch([least, largest]);
-        if self.law.elasticity == Elasticity::Springs {
-            let (stiffness, length) = (&rest.stiffness[edges.clone()], &rest.length[edges.clone()]);
-            let lengths = batch.length.iter().zip(stiffness.iter().zip(length));
-            for (tension, (now, (stiffness, length))) in batch.tension.iter_mut().zip(lengths) {
-                *tension = stiffness * (now - length);
-            }
-        } else {
-            batch.tension = [0.0; BATCH];
-        }
-        if self.law.damping_ratio > 0.0 {
-            let dashpots = &at.dashpots[edges];
-            for (k, (ends, dashpot)) in ends.iter().zip(dashpots).enumerate() {
-                let [va, vb] = ends.map(|k| at.velocities[k as usize]);
-                let rate = (vb - va).dot(batch.branch(k)) * batch.inverse[k];
-                let pull = dashpot * rate;
-                batch.tension[k] += pull;
-                lost.edges += pull * rate;
-            }
-        }
-    }
-
-    /// Moments over lengths of some hinges.
-    #[inline]
-    fn bend_batch(
-        &self,
-        first: usize,
-        at: &Evaluation<'_>,
-        faces: &[Face],
-        batch: &Batch,
-        moments: &mut [f64],
-        lost: &mut Powers,
-    ) {
-        let damping = self.law.bending.map_or(0.0, |bending| bending.damping);
-        let hinges = &self.hinges[first..first + moments.len()];
-        let edges = &self.topology.edges()[first..first + moments.len()];
-        let (mut halves, mut signs) = ([0.0; BATCH], [0.0; BATCH]);
-        for (k, edge) in edges.iter().enumerate() {
-            let [one, other] = edge
-                .triangles
-                .map(|triangle| faces[triangle as usize].normal);
-            halves[k] = (one - other).length_squared();
-            signs[k] = one.cross(other).dot(batch.branch(k));
-        }
-        for (half, sign) in halves.iter_mut().zip(signs) {
-            // The sine of half the angle.
-            *half = (0.5 * half.sqrt()).copysign(sign);
-        }
-        for (k, (moment, hinge)) in moments.iter_mut().zip(hinges).enumerate() {
-            *moment = hinge.factor * (halves[k] - hinge.half_sine) * batch.inverse[k];
-        }
-        if damping > 0.0 {
-            for (k, (moment, edge)) in moments.iter_mut().zip(edges).enumerate() {
-                let sides = edge.triangles.map(|triangle| &faces[triangle as usize]);
-                let rate = self.hinge_rate(edge, batch.length[k], at, sides);
-                let dashpot = damping * batch.length[k] * rate;
-                *moment -= dashpot * batch.inverse[k];
-                lost.hinges += dashpot * rate;
-            }
-        }
-    }
-
-    /// Sum of u . v over the corners of a hinge, 1/s: minus twice the rate of its angle.
-    fn hinge_rate(&self, edge: &Edge, length: f64, at: &Evaluation<'_>, sides: [&Face; 2]) -> f64 {
-        let corners = [
-            edge.opposite[0],
-            edge.opposite[1],
-            edge.ends[0],
-            edge.ends[1],
-        ];
-        let places = corners.map(|k| at.positions[k as usize]);
-        let [one, other] = sides.map(|face| (face.normal, face.inverse));
-        let u = Fold::slopes(places, length, one, other);
-        let velocities = corners.map(|k| at.velocities[k as usize]);
-        u.into_iter().zip(velocities).map(|(u, v)| u.dot(v)).sum()
-    }
-
-    /// What is along the normals of the triangles, and the forces of the continuum.
-    fn triangle_forces(
-        &self,
-        first: usize,
-        at: &Evaluation<'_>,
-        (areas, faces, moments): (&[DVec3], &[Face], &[f64]),
-        slots: &mut [[DVec3; 3]],
-    ) {
-        let stiffness = self.law.stiffness();
-        let has_hinges = self.law.bending.is_some();
-        for (offset, slots) in slots.iter_mut().enumerate() {
-            let index = first + offset;
-            let corners = self.topology.triangles()[index];
-            let [a, b, c] = corners.map(|k| at.positions[k as usize]);
-            let [ab, bc, ca] = [b - a, c - b, a - c];
-            let mut forces = [areas[index] * (at.pressure / 3.0); 3];
-            if has_hinges {
-                let [at_a, at_b, at_c] = [ca.dot(ab), ab.dot(bc), bc.dot(ca)];
-                let [of_ab, of_bc, of_ca] = self.edges_of[index].map(|edge| moments[edge as usize]);
-                let face = &faces[index];
-                let over = face.normal * face.inverse;
-                forces[0] += over * (of_bc * bc.length_squared() + of_ab * at_b + of_ca * at_c);
-                forces[1] += over * (of_ca * ca.length_squared() + of_ab * at_a + of_bc * at_c);
-                forces[2] += over * (of_ab * ab.length_squared() + of_bc * at_b + of_ca * at_a);
-            }
-            if let Elasticity::Continuum { poisson_ratio } = self.law.elasticity {
-                let strained = &self.triangles[index].strained;
-                let [on_b, on_c] = strained.forces(ab, -ca, stiffness, poisson_ratio);
-                forces[0] -= on_b + on_c;
-                forces[1] += on_b;
-                forces[2] += on_c;
-            }
-            *slots = forces;
+            let inner = DVec3::from(sum);
+            *force = self.loads.get(vertex).map_or(inner, |load| *load + inner);
         }
     }
 }

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::forces::{Evaluation, Powers, Workspace};
 use super::pressure::Load;
 use super::sheet::Sheet;
+use crate::lanes::Width;
 use crate::neighbours::Images;
 use crate::surface::{Surface, SurfaceMotion};
 use crate::walls::{Motion, Pose, WallNow};
@@ -130,7 +131,6 @@ pub struct MembraneNow {
     dashpots: Vec<f64>,
     powers: Powers,
     workspace: Workspace,
-    inner: Vec<DVec3>,
 }
 
 /// What must be kept of a [`MembraneNow`] to go on later.
@@ -177,6 +177,8 @@ pub struct Moment<'a> {
     pub images: &'a Images,
     /// Whether a pool of threads is there.
     pub has_pool: bool,
+    /// Lanes in which elements of sheets are taken.
+    pub width: Width,
 }
 
 /// What is wrong with a sheet.
@@ -220,7 +222,6 @@ impl MembraneNow {
             dashpots: Vec::new(),
             powers: Powers::default(),
             workspace: Workspace::default(),
-            inner: vec![DVec3::ZERO; count],
         };
         new.update_holds(plan, surface, at);
         new.dashpots = plan.sheet.dashpots(&surface.inverse_masses);
@@ -379,7 +380,7 @@ impl MembraneNow {
         }
     }
 
-    /// Adds the forces inside the sheet, of the pressure and the drag to those of contacts. `since`: time since the evaluation before, s.
+    /// Sets all forces on the vertices: those of contacts, inside the sheet, of the pressure and the drag. `since`: time since the evaluation before, s.
     pub fn add_forces(
         &mut self,
         plan: &MembranePlan,
@@ -396,18 +397,22 @@ impl MembraneNow {
         } else {
             plan.load.at(at.time, 0.0, 0.0)
         };
+        let loads: &[DVec3] = if surface.is_loaded {
+            &surface.loads
+        } else {
+            &[]
+        };
         let evaluation = Evaluation {
             positions: &surface.positions,
             velocities: &surface.velocities,
             dashpots: &self.dashpots,
             pressure: self.pressure,
             is_parallel: at.has_pool && surface.positions.len() >= LARGE,
+            width: at.width,
         };
-        self.powers = sheet.forces(&evaluation, &mut self.workspace, &mut self.inner);
+        let work = &mut self.workspace;
+        self.powers = sheet.forces(&evaluation, work, loads, &mut surface.forces);
         let mut lost = self.powers.edges + self.powers.hinges;
-        for (force, inner) in surface.forces.iter_mut().zip(&self.inner) {
-            *force += *inner;
-        }
         let drag = sheet.law().drag;
         if drag > 0.0 {
             for ((force, velocity), mass) in
@@ -443,7 +448,7 @@ impl MembraneNow {
             return 0.0;
         }
         let triangles = plan.sheet.topology().triangles().iter();
-        let swept: f64 = (triangles.zip(&self.workspace.areas))
+        let swept: f64 = (triangles.zip(self.workspace.areas()))
             .map(|(corners, area)| {
                 let [a, b, c] = corners.map(|k| surface.velocities[k as usize]);
                 area.dot(a + b + c)
@@ -544,7 +549,7 @@ impl MembraneNow {
         self.dashpots = plan.sheet.dashpots(&surface.inverse_masses);
         // The next work of the pressure begins with the normals of the last evaluation.
         plan.sheet
-            .area_vectors(&surface.positions, &mut self.workspace.areas);
+            .evaluated_at(&surface.positions, &mut self.workspace);
         Ok(())
     }
 }

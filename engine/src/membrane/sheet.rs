@@ -109,15 +109,21 @@ pub(super) struct RestTriangle {
     pub lengths: [f64; 3],
 }
 
-/// Of all edges at rest what each step reads, as [`RestEdge`] has it.
+/// Of all edges at rest what each step reads.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct RestEdges {
-    /// N/m
-    pub stiffness: Vec<f64>,
-    /// m
-    pub length: Vec<f64>,
-    /// Over the length, 1/m.
+    /// Stiffness times length without force, N.
+    pub pull: Vec<f64>,
+    /// Over the length without force, 1/m.
     pub inverse: Vec<f64>,
+}
+
+/// Of all hinges at rest what each step reads, as [`RestHinge`] has it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct RestHinges {
+    /// N m
+    pub factor: Vec<f64>,
+    pub half_sine: Vec<f64>,
 }
 
 /// Some entries for each vertex, in order.
@@ -167,12 +173,17 @@ pub struct Sheet {
     masses: Vec<f64>,
     /// Of all edges, component by component.
     pub(super) rest: RestEdges,
+    /// Of all hinges, component by component.
+    pub(super) bends: RestHinges,
     /// Ends of all edges.
     pub(super) ends: Vec<[u32; 2]>,
     /// What each vertex adds up.
     gathers: Gathers,
     /// The edges of each triangle, from its first, second and third corner on.
     pub(super) edges_of: Vec<[u32; 3]>,
+    /// Of which triangles and which of their sides each edge is: four times the triangle, plus the side. On a rim the second triangle is one
+    /// behind the last.
+    pub(super) sides_of: Vec<[u32; 2]>,
 }
 
 impl Sheet {
@@ -208,9 +219,11 @@ impl Sheet {
             triangles,
             masses,
             rest: RestEdges::default(),
+            bends: RestHinges::default(),
             ends: Vec::new(),
             gathers: Gathers::default(),
             edges_of: Vec::new(),
+            sides_of: Vec::new(),
             topology,
             law,
         };
@@ -293,21 +306,26 @@ impl Sheet {
     fn find_gathers(&mut self) {
         let triangles = self.topology.triangles();
         self.edges_of = vec![[NONE; 3]; triangles.len()];
+        self.sides_of = vec![[4 * triangles.len() as u32; 2]; self.edges.len()];
         for (index, edge) in (0u32..).zip(self.topology.edges()) {
-            for triangle in edge.triangles.into_iter().filter(|&k| k != NONE) {
+            let own = edge.triangles.into_iter().filter(|&k| k != NONE);
+            for (triangle, place) in own.zip(&mut self.sides_of[index as usize]) {
                 let corners = triangles[triangle as usize];
                 for k in 0..3 {
                     let side = [corners[k], corners[(k + 1) % 3]];
                     if side == edge.ends || side == [edge.ends[1], edge.ends[0]] {
                         self.edges_of[triangle as usize][k] = index;
+                        *place = 4 * triangle + k as u32;
                     }
                 }
             }
         }
         let vertices = self.topology.vertices();
-        let corners = triangles.as_flattened().iter().zip(0u32..);
-        self.gathers.corners =
-            Grouped::new(vertices, corners.map(|(&vertex, slot)| (vertex, slot)));
+        let places = (0u32..).zip(triangles).flat_map(|(triangle, corners)| {
+            let places = (4 * triangle..).zip(corners);
+            places.map(|(place, &vertex)| (vertex, place))
+        });
+        self.gathers.corners = Grouped::new(vertices, places);
         let edges = (0u32..).zip(self.topology.edges());
         let ends = edges.flat_map(|(index, edge)| {
             let [a, b] = edge.ends;
@@ -315,10 +333,18 @@ impl Sheet {
         });
         self.gathers.edges = Grouped::new(vertices, ends);
         self.ends = self.topology.edges().iter().map(|edge| edge.ends).collect();
+        let edges = self.edges.iter();
         self.rest = RestEdges {
-            stiffness: self.edges.iter().map(|edge| edge.stiffness).collect(),
-            length: self.edges.iter().map(|edge| edge.length).collect(),
-            inverse: self.edges.iter().map(|edge| edge.length.recip()).collect(),
+            pull: edges
+                .clone()
+                .map(|edge| edge.stiffness * edge.length)
+                .collect(),
+            inverse: edges.map(|edge| edge.length.recip()).collect(),
+        };
+        let hinges = self.hinges.iter();
+        self.bends = RestHinges {
+            factor: hinges.clone().map(|hinge| hinge.factor).collect(),
+            half_sine: hinges.map(|hinge| hinge.half_sine).collect(),
         };
     }
 
@@ -328,7 +354,7 @@ impl Sheet {
         self.gathers.edges.of(vertex)
     }
 
-    /// The corners of triangles at a vertex: three times the triangle, plus the place of the corner.
+    /// The corners of triangles at a vertex: four times the triangle, plus the place of the corner.
     #[inline]
     pub(super) fn corners_at(&self, vertex: usize) -> &[u32] {
         self.gathers.corners.of(vertex)

@@ -183,6 +183,7 @@ impl Engine {
                 walls: &walls,
                 images: &images,
                 has_pool: false,
+                width: options.width.unwrap_or_else(Width::fastest),
             },
         );
         let has_servos = physics

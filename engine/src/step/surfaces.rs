@@ -57,6 +57,7 @@ macro_rules! moment {
             walls: &$engine.walls,
             images: &$engine.images,
             has_pool: $engine.pool.is_some(),
+            width: $engine.width,
         }
     };
 }
@@ -73,7 +74,8 @@ impl Core {
         let first = physics.walls().len();
         // Others than contacts look for walls, too.
         let fastest = fastest.max(self.surface_motion.squared_speed.sqrt());
-        let is_fast = fastest * physics.time_step() > SEEN * physics.smallest_radius();
+        let is_fast = !self.particles.is_empty()
+            && fastest * physics.time_step() > SEEN * physics.smallest_radius();
         let all = is_fast || self.needs.all_walls || self.boundaries.expects_more();
         for number in 0..self.surfaces.len() {
             if all || self.is_near[number] {
@@ -117,10 +119,15 @@ impl Core {
 
     /// The candidate list is to be built: meshes that were left behind follow.
     pub(super) fn freshen_surfaces(&mut self) -> Result<(), RunError> {
+        if self.particles.is_empty() {
+            return Ok(());
+        }
+        let first = self.physics.walls().len();
         for number in 0..self.surfaces.len() {
-            if self.stale[number] && !self.particles.is_empty() {
+            if self.stale[number] {
                 self.follow_surface(number)?;
             }
+            self.walls[first + number].fit();
         }
         Ok(())
     }
@@ -162,12 +169,12 @@ impl Core {
         (self.contacts)
             .visit_surface_loads(&mut |load| surfaces[load.surface as usize].add_load(load));
         for (surface, loads) in self.surfaces.iter_mut().zip(&self.vertex_loads) {
-            for (sum, load) in surface.loads.iter_mut().zip(loads) {
-                *sum += load.force;
-            }
+            surface.add_vertex_loads(loads.iter().map(|load| load.force));
         }
-        for surface in &mut self.surfaces {
-            surface.forces.clone_from(&surface.loads);
+        if self.membranes.is_empty() {
+            for surface in &mut self.surfaces {
+                surface.forces.clone_from(&surface.loads);
+            }
         }
         self.add_inner_forces();
     }

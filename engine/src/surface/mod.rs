@@ -38,6 +38,8 @@ pub struct Surface {
     /// Forces of particles on each triangle in the present step, N. What touches an edge or corner counts for the triangle of the lowest
     /// number there.
     pub triangle_loads: Vec<DVec3>,
+    /// Whether anything acts on it in the present step: else the loads are zeros.
+    pub is_loaded: bool,
     /// All forces on the vertices but gravity in the present step, N.
     pub forces: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
@@ -105,6 +107,7 @@ impl Surface {
             inverse_masses: plan.masses.iter().map(|mass| mass.recip()).collect(),
             loads: zeros.clone(),
             triangle_loads: vec![DVec3::ZERO; plan.triangles.len()],
+            is_loaded: false,
             forces: zeros,
             triangles: plan.triangles.clone(),
             listed: plan.vertices.clone(),
@@ -193,12 +196,24 @@ impl Surface {
 
     /// Forgets what acted in the step before.
     pub fn clear_loads(&mut self) {
-        self.loads.fill(DVec3::ZERO);
-        self.triangle_loads.fill(DVec3::ZERO);
+        if self.is_loaded {
+            self.loads.fill(DVec3::ZERO);
+            self.triangle_loads.fill(DVec3::ZERO);
+            self.is_loaded = false;
+        }
+    }
+
+    /// Adds what walls do to the vertices, in their order, N.
+    pub fn add_vertex_loads(&mut self, loads: impl Iterator<Item = DVec3>) {
+        for (sum, load) in self.loads.iter_mut().zip(loads) {
+            *sum += load;
+            self.is_loaded = true;
+        }
     }
 
     /// Adds what a contact does.
     pub fn add_load(&mut self, load: &SurfaceLoad) {
+        self.is_loaded = true;
         for (&corner, share) in self.triangles[load.triangle as usize]
             .iter()
             .zip(load.shares)

@@ -82,6 +82,7 @@ impl Surface {
         self.inverse_masses.clone_from(&saved.inverse_masses);
         self.loads.clone_from(&saved.loads);
         self.triangle_loads.clone_from(&saved.triangle_loads);
+        self.is_loaded = true;
         self.forces.clone_from(&saved.forces);
         self.listed.clone_from(&saved.listed);
         Ok(())

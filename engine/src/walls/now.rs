@@ -135,6 +135,15 @@ impl WallNow {
         self.reshaped_by = since_listed;
     }
 
+    /// Fits its mesh, if it is one that has moved since: what is looked for in it is found sooner.
+    pub fn fit(&mut self) {
+        if let Shape::Mesh(mesh) = &mut self.shape
+            && mesh.late() > 0.0
+        {
+            Arc::make_mut(mesh).fit();
+        }
+    }
+
     /// The same in one go from any earlier shape.
     ///
     /// # Errors

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use glam::{DVec3, dvec3};
 use mercury_common::formats::mesh::TriangleMesh;
 use mercury_common::random::Stream;
+use mercury_engine::lanes::Width;
 use mercury_engine::membrane::{
     Bending, Elasticity, Evaluation, Law, Load, Sheet, Topology, Workspace, sphere,
 };
@@ -43,9 +44,10 @@ fn forces(sheet: &Sheet, positions: &[DVec3], velocities: &[DVec3], pressure: f6
         dashpots: &sheet.dashpots(&inverse_masses),
         pressure,
         is_parallel: false,
+        width: Width::fastest(),
     };
     let mut forces = vec![DVec3::ZERO; positions.len()];
-    sheet.forces(&at, &mut Workspace::default(), &mut forces);
+    sheet.forces(&at, &mut Workspace::default(), &[], &mut forces);
     forces
 }
 

@@ -10,6 +10,7 @@ use glam::DVec3;
 use mercury_common::formats::mesh::TriangleMesh;
 
 use super::{Bending, Elasticity, Evaluation, Law, Powers, Sheet, Topology, Workspace};
+use crate::lanes::Width;
 
 /// E t = 1 N/m with a thickness of 1 mm; limp, without losses.
 pub(super) fn law(elasticity: Elasticity) -> Law {
@@ -57,8 +58,9 @@ pub(super) fn forces_of(
         dashpots: &dashpots,
         pressure,
         is_parallel: false,
+        width: Width::fastest(),
     };
-    let powers = sheet.forces(&at, &mut Workspace::default(), &mut forces);
+    let powers = sheet.forces(&at, &mut Workspace::default(), &[], &mut forces);
     (forces, powers)
 }
 

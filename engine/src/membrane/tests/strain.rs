@@ -208,32 +208,43 @@ fn forces_are_minus_the_slope_of_the_energy() {
 }
 
 #[test]
-fn chunks_and_threads_change_no_bit() {
-    let mesh = lattice(60, 40);
+fn chunks_threads_and_lanes_change_no_bit() {
+    let mesh = lattice(61, 40);
     let mut seed = 23;
-    let mut law = plate(law(Elasticity::Springs));
-    law.damping_ratio = 0.1;
-    let sheet = sheet(&mesh, law);
-    let positions = noisy(&mesh.vertices, 0.1, &mut seed);
-    let velocities = noisy(&mesh.vertices, 0.1, &mut seed);
-    let (alone, lost) = forces_of(&sheet, &positions, &velocities, 0.3);
-    let inverse_masses: Vec<f64> = sheet.masses().iter().map(|mass| 1.0 / mass).collect();
-    let dashpots = sheet.dashpots(&inverse_masses);
-    let mut forces = vec![DVec3::ZERO; positions.len()];
-    let at = Evaluation {
-        positions: &positions,
-        velocities: &velocities,
-        dashpots: &dashpots,
-        pressure: 0.3,
-        is_parallel: true,
-    };
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(2)
         .build()
         .unwrap();
-    let powers = pool.install(|| sheet.forces(&at, &mut Workspace::default(), &mut forces));
-    assert_eq!(alone, forces);
-    assert_eq!(lost, powers);
+    let poisson_ratio = 0.2;
+    for elasticity in [Elasticity::Springs, Elasticity::Continuum { poisson_ratio }] {
+        let mut law = plate(law(elasticity));
+        law.damping_ratio = 0.1;
+        law.bending = law.bending.map(|bending| Bending {
+            damping: 0.1,
+            ..bending
+        });
+        let sheet = sheet(&mesh, law);
+        let positions = noisy(&mesh.vertices, 0.1, &mut seed);
+        let velocities = noisy(&mesh.vertices, 0.1, &mut seed);
+        let (alone, lost) = forces_of(&sheet, &positions, &velocities, 0.3);
+        let inverse_masses: Vec<f64> = sheet.masses().iter().map(|mass| 1.0 / mass).collect();
+        let dashpots = sheet.dashpots(&inverse_masses);
+        for width in Width::all() {
+            let mut forces = vec![DVec3::ZERO; positions.len()];
+            let at = Evaluation {
+                positions: &positions,
+                velocities: &velocities,
+                dashpots: &dashpots,
+                pressure: 0.3,
+                is_parallel: true,
+                width,
+            };
+            let mut work = Workspace::default();
+            let powers = pool.install(|| sheet.forces(&at, &mut work, &[], &mut forces));
+            assert_eq!(alone, forces, "{} lanes", width.lanes());
+            assert_eq!(lost, powers, "{} lanes", width.lanes());
+        }
+    }
 }
 
 #[test]

@@ -75,9 +75,10 @@ impl Mesh {
                 continue;
             }
             // What fills a pack up is no facet; it seems far, but for spheres so fast that single precision does not hold their way.
-            let Some(facet) = self.facets.get(index) else {
+            if index >= self.facets.len() {
                 continue;
-            };
+            }
+            let facet = self.facet(index);
             let Some(nearest) = facet.nearest(centre, reach) else {
                 continue;
             };
@@ -110,7 +111,7 @@ impl Mesh {
             if best.beats(point.group, nearest.distance) || !self.is_minimum(nearest, centre) {
                 continue;
             }
-            let facet = &self.facets[point.facet as usize];
+            let facet = &self.facet(point.facet as usize);
             let minimum = self.minimum(nearest, facet, point.feature, centre);
             // From behind only the nearest of all acts.
             if !(self.front_only && minimum.distance < 0.0) {
@@ -120,7 +121,7 @@ impl Mesh {
         // It is a minimum whatever round-off says; for a surface that acts on one side it shows on which side the centre is.
         if let Some((nearest, facet, feature)) = nearest_of_all {
             *last = facet;
-            let facet = &self.facets[facet as usize];
+            let facet = &self.facet(facet as usize);
             let minimum = self.minimum(&nearest, facet, feature, centre);
             let known = |other: &Minimum| other.distance <= nearest.distance + self.round_off;
             if minimum.distance < 0.0 || !minima.iter().any(known) {
@@ -196,7 +197,7 @@ impl Mesh {
         let (faces, edges) = (self.facets.len(), self.topology.edge_count());
         let feature = feature as usize;
         if feature < faces {
-            let facet = &self.facets[feature];
+            let facet = self.facet(feature);
             let nearest = facet.nearest(centre, f64::INFINITY);
             nearest.map_or(facet.corners[0], |nearest| nearest.point)
         } else if feature < faces + edges {
@@ -242,7 +243,7 @@ impl Mesh {
         let distance = minimum.distance.abs();
         let same = self.tolerance.max(THIN * distance);
         near.facets().any(|other| {
-            let facet = &self.facets[other];
+            let facet = self.facet(other);
             (point - facet.corners[0]).dot(facet.normal).abs() <= same
                 && facet
                     .nearest(point, 2.0 * same)

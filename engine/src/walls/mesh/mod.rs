@@ -32,7 +32,7 @@ use facet::Facet;
 use leaf::{Bounds, LANES, Leaf};
 pub use near::NearMeshes;
 use near::{Near, Pack};
-use patches::{Best, find_patches, leave_patches};
+use patches::{Best, find_patches};
 use periodic::Continuation;
 pub use periodic::Period;
 pub use saddles::Saddle;
@@ -75,6 +75,8 @@ pub struct Mesh {
     mean_area: f64,
     /// How far corners have moved in all changes together, at most, m.
     travelled: f64,
+    /// The same when facets, leaves and tree were fitted to the corners last, m.
+    fitted: f64,
     /// Only the side acts where the normals point.
     front_only: bool,
     /// Places nearer to each other than this are the same, m.
@@ -121,10 +123,10 @@ impl Extent {
         let low = all().fold(DVec3::INFINITY, DVec3::min);
         let high = all().fold(DVec3::NEG_INFINITY, DVec3::max);
         let middle = 0.5 * (low + high);
-        let radius = all().fold(0.0f64, |r, x| r.max(x.distance(middle)));
+        let square = all().fold(0.0f64, |most, x| most.max(x.distance_squared(middle)));
         Self {
             bounds: (low, high),
-            ball: (middle, radius),
+            ball: (middle, square.sqrt()),
         }
     }
 
@@ -242,6 +244,7 @@ impl Mesh {
             mean_area: area / kept.len() as f64,
             extent,
             travelled: 0.0,
+            fitted: 0.0,
             front_only,
             tolerance,
             round_off: extent.round_off(),
@@ -267,7 +270,7 @@ impl Mesh {
     #[must_use]
     pub fn keeping_all(mut self) -> Self {
         self.keeps_all = true;
-        leave_patches(&mut self.facets);
+        self.fit();
         self
     }
 
@@ -310,11 +313,12 @@ impl Mesh {
         let mut scratch = Scratch::default();
         let mut packs = Vec::new();
         let search = &mut scratch.search;
-        let (_, slack) = self.list(centre, reach, (0.0, 0.0), search, &mut packs);
+        let late = self.late();
+        let (_, slack) = self.list(centre, reach + late, (0.0, 0.0), search, &mut packs);
         let near = Near {
             packs: &packs,
             slack,
-            moved: 0.0,
+            moved: late,
         };
         self.touches_of(near, DVec3::ZERO, (centre, reach), &mut scratch, out);
     }
@@ -322,6 +326,7 @@ impl Mesh {
     /// Whether a facet may be closer than `reach` (m) to `centre`: it is to within single precision, or a small box around it is.
     #[must_use]
     pub fn may_be_near(&self, centre: DVec3, reach: f64, scratch: &mut Scratch) -> bool {
+        let reach = reach + self.late();
         let near = |leaf: u32| {
             let bounds = self.leaves[leaf as usize].bounds(centre);
             let farthest = bounds.farthest(reach);
@@ -342,7 +347,8 @@ impl Mesh {
         scratch: &mut Scratch,
     ) -> bool {
         // Boxes and bounds are in single precision, and each place has its own round-off.
-        let reach = (reach + within) * (1.0 + 4e-6) + 1e-6 * centre.abs().max_element();
+        let reach =
+            (reach + within + self.late()) * (1.0 + 4e-6) + 1e-6 * centre.abs().max_element();
         let near = |leaf: u32| {
             let bounds = self.leaves[leaf as usize].bounds(centre);
             let farthest = bounds.farthest(reach) + bounds.loose(within);

@@ -257,6 +257,8 @@ struct List {
     nearest: u32,
     /// How far the corners of the mesh had moved in all when the list was made, m.
     travelled: f64,
+    /// By how much its facets were behind the corners then, m.
+    late: f64,
 }
 
 impl List {
@@ -269,6 +271,7 @@ impl List {
         room: 0,
         nearest: u32::MAX,
         travelled: 0.0,
+        late: 0.0,
     };
 
     fn range(&self) -> std::ops::Range<usize> {
@@ -314,7 +317,7 @@ impl NearMeshes {
         let near = Near {
             packs: &self.packs[list.range()],
             slack: list.slack,
-            moved: mesh.travelled() - list.travelled,
+            moved: mesh.travelled() - list.travelled + list.late,
         };
         let way = centre - list.centre;
         mesh.touches_of(near, way, (centre, radius), scratch, touches);
@@ -388,7 +391,8 @@ impl NearMeshes {
         let skin = wanted.clamp(least, largest);
         let place = ahead(&old, centre, skin.min(old.skin));
         let Scratch { search, near, .. } = scratch;
-        let (skin, slack) = mesh.list(place, radius, (least, skin), search, near);
+        let late = mesh.late();
+        let (skin, slack) = mesh.list(place, radius + late, (least, skin), search, near);
         if place.distance(centre) > skin {
             let unmade = List { skin: -1.0, ..old };
             return self.make(unmade, mesh, centre, radius, scratch);
@@ -398,6 +402,7 @@ impl NearMeshes {
             skin,
             slack,
             travelled: mesh.travelled(),
+            late,
             ..old
         };
         self.store(list, near)

@@ -79,13 +79,6 @@ pub(super) fn find_patches(facets: &mut [Facet], topology: &Topology, corners: u
     }
 }
 
-/// No facet is in a patch.
-pub(super) fn leave_patches(facets: &mut [Facet]) {
-    facets
-        .iter_mut()
-        .for_each(|facet| facet.patch = Membership::NONE);
-}
-
 /// Corners at which, seen from in front or from behind, no edge between patches bends outwards or sharply.
 fn quiet_corners(facets: &[Facet], topology: &Topology, corners: usize) -> Vec<[bool; 2]> {
     let mut quiet: Vec<[bool; 2]> = (0..corners)

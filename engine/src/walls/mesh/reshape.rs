@@ -2,6 +2,11 @@
 //!
 //! Triangles, edges and corners keep their numbers, so what contacts remember goes on. The tree keeps its branches, and its boxes
 //! follow; so it stays right, and good as long as neighbours stay neighbours.
+//!
+//! Of a mesh that changes in each step, as sheets do, a change moves the corners alone. Facets that a particle is near are made of them when they
+//! are needed; leaves and tree are fitted now and then, and what they say is right to within the way of the corners since.
+
+use std::borrow::Cow;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -14,6 +19,8 @@ use super::{Extent, LANES, Leaf, Mesh, find_patches, has_area, short_sides_first
 const LARGE: usize = 4096;
 /// Triangles that a thread takes at a time, at least.
 const CHUNK: usize = 1024;
+/// A mesh that may be fitted late is so when its corners have moved by more than this part of the size of a triangle.
+const LATE: f64 = 0.05;
 
 /// New places that a mesh can take.
 struct Placed {
@@ -36,6 +43,9 @@ impl Mesh {
     /// Leaves the mesh as it is if a place is missing or not finite, if a triangle loses its area or turns by more than a right angle
     /// at once, or if a mesh that goes on for ever would no longer be the same at the two faces of its period.
     pub fn reshape(&mut self, places: &[DVec3]) -> Result<f64, WallError> {
+        if self.is_fitted_late() {
+            return self.move_corners(places);
+        }
         let new = self.checked(places)?;
         for (k, (old, &corners)) in self.facets.iter().zip(&new.triangles).enumerate() {
             let [a, b, c] = corners.map(|k| new.vertices[k as usize]);
@@ -88,13 +98,84 @@ impl Mesh {
         })
     }
 
+    /// Whether facets, leaves and tree may be behind the corners.
+    fn is_fitted_late(&self) -> bool {
+        self.keeps_all && !self.front_only && self.periods().is_empty()
+    }
+
+    /// How far corners may have moved since facets, leaves and tree were fitted to them, m.
+    #[inline]
+    pub(in super::super) fn late(&self) -> f64 {
+        self.travelled - self.fitted
+    }
+
+    /// A facet where its corners are now.
+    #[inline]
+    pub(super) fn facet(&self, index: usize) -> Cow<'_, Facet> {
+        let facet = &self.facets[index];
+        if self.late() == 0.0 {
+            return Cow::Borrowed(facet);
+        }
+        let corners = short_sides_first(lowest_first(facet.vertices), &self.vertices);
+        Cow::Owned(moved(facet, corners, &self.vertices))
+    }
+
+    /// [`Mesh::reshape`] of the corners alone.
+    fn move_corners(&mut self, places: &[DVec3]) -> Result<f64, WallError> {
+        if places.len() != self.vertices.len() {
+            return Err(WallError::Corners {
+                corners: self.vertices.len(),
+                given: places.len(),
+            });
+        }
+        for &place in places {
+            finite_vector("corners", place)?;
+        }
+        let (before, tolerance) = (&self.vertices, self.tolerance);
+        let fault = |(facet, &triangle): (&Facet, &u32)| {
+            let corners = facet.vertices.map(|k| places[k as usize]);
+            let across = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a);
+            if !has_area(corners, tolerance) {
+                return Some(WallError::LostArea { triangle });
+            }
+            let old = facet.vertices.map(|k| before[k as usize]);
+            let is_turned = across(corners).dot(across(old)) <= 0.0;
+            is_turned.then_some(WallError::TurnedOver { triangle })
+        };
+        let fault = if self.is_shared() {
+            let facets = self.facets.par_iter().zip(&self.file_order);
+            facets.with_min_len(CHUNK).find_map_first(fault)
+        } else {
+            self.facets.iter().zip(&self.file_order).find_map(fault)
+        };
+        if let Some(fault) = fault {
+            return Err(fault);
+        }
+        let way = farthest(&self.vertices, places);
+        self.vertices.copy_from_slice(places);
+        self.travelled += way;
+        self.find_extent();
+        if self.late() > LATE * self.mean_area.sqrt() {
+            self.fit();
+        }
+        Ok(way)
+    }
+
+    /// Facets, leaves and tree of the corners as they are.
+    pub(in super::super) fn fit(&mut self) {
+        let vertices = &self.vertices;
+        let ordered = |facet: &Facet| short_sides_first(lowest_first(facet.vertices), vertices);
+        let corners: Vec<[u32; 3]> = self.facets.iter().map(ordered).collect();
+        self.refit(&corners);
+    }
+
     /// Takes new places. Returns how far the farthest corner has moved, m.
     fn take(&mut self, new: Placed) -> f64 {
-        let ways = self.vertices.iter().zip(&new.vertices);
-        let moved = ways.fold(0.0f64, |most, (old, new)| most.max(old.distance(*new)));
+        let moved = farthest(&self.vertices, &new.vertices);
         self.vertices = new.vertices;
-        self.refit(&new.triangles);
         self.travelled += moved;
+        self.refit(&new.triangles);
+        self.find_extent();
         moved
     }
 
@@ -108,10 +189,7 @@ impl Mesh {
         let is_shared = self.is_shared();
         let vertices = &self.vertices;
         let fit = |(facet, &corners): (&mut Facet, &[u32; 3])| {
-            let first = facet.vertices.iter().position(|&k| k == corners[0]);
-            let mut edges = facet.edges;
-            edges.rotate_left(first.unwrap_or(0));
-            *facet = Facet::new(vertices, corners, edges);
+            *facet = moved(facet, corners, vertices);
         };
         if is_shared {
             let facets = self.facets.par_iter_mut().zip(corners);
@@ -122,8 +200,9 @@ impl Mesh {
         if self.front_only {
             self.topology.find_normals(&self.vertices, corners);
         }
-        steady_normals(&mut self.facets, &self.topology, self.tolerance);
+        // The corners of a sheet are no numbers of a file, so the normals of its slivers are exact.
         if !self.keeps_all {
+            steady_normals(&mut self.facets, &self.topology, self.tolerance);
             find_patches(&mut self.facets, &self.topology, self.vertices.len());
         }
         if is_shared {
@@ -138,14 +217,40 @@ impl Mesh {
         self.tree.refit(&self.facets);
         let area = self.facets.iter().map(Facet::area).sum::<f64>();
         self.mean_area = area / self.facets.len() as f64;
+        self.fitted = self.travelled;
+    }
+
+    fn find_extent(&mut self) {
         self.extent = Extent::of(&self.vertices, |corner| !self.continuation.is_copy(corner));
-        self.round_off = Extent::of(&self.vertices, |_| true).round_off();
+        let all = if self.periods().is_empty() {
+            self.extent
+        } else {
+            Extent::of(&self.vertices, |_| true)
+        };
+        self.round_off = all.round_off();
     }
 
     /// How far corners have moved in all changes together, at most, m.
     pub(super) fn travelled(&self) -> f64 {
         self.travelled
     }
+}
+
+/// How far the farthest place is from where it was, m.
+fn farthest(old: &[DVec3], new: &[DVec3]) -> f64 {
+    let ways = old.iter().zip(new);
+    let square = ways.fold(0.0f64, |most, (old, new)| {
+        most.max(old.distance_squared(*new))
+    });
+    square.sqrt()
+}
+
+/// A facet with its corners, in this order, where they are now.
+fn moved(facet: &Facet, corners: [u32; 3], vertices: &[DVec3]) -> Facet {
+    let first = facet.vertices.iter().position(|&k| k == corners[0]);
+    let mut edges = facet.edges;
+    edges.rotate_left(first.unwrap_or(0));
+    Facet::new(vertices, corners, edges)
 }
 
 /// The corners in the same sense of rotation, the lowest number first: an order that does not depend on earlier places.

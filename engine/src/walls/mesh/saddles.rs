@@ -114,9 +114,7 @@ impl Mesh {
     fn find_nodes(&self, near: Near<'_>, centre: DVec3, reach: f64, tree: &mut Tree) {
         tree.nodes.clear();
         for index in near.facets() {
-            // What fills a pack up is no facet.
-            let facet = self.facets.get(index);
-            if let Some(nearest) = facet.and_then(|facet| facet.nearest(centre, reach)) {
+            if let Some(nearest) = self.facet(index).nearest(centre, reach) {
                 let feature = self.feature(index as u32, nearest.part);
                 tree.nodes.push((index as u32, nearest.distance, feature));
             }
