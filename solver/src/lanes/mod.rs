@@ -179,9 +179,10 @@ pub trait Real:
     #[must_use]
     fn rows(vector: Vector<Self>, behind: Self) -> [Quad; MOST_LANES] {
         let mut rows = [Quad::default(); MOST_LANES];
+        let [x, y, z] = vector.to_array();
         for (k, row) in rows[..Self::LANES].iter_mut().enumerate() {
-            let [x, y, z] = vector.to_array().map(|numbers| numbers.lane(k));
-            *row = Quad([x, y, z, behind.lane(k)]);
+            // `map` over the array is not always inlined.
+            *row = Quad([x.lane(k), y.lane(k), z.lane(k), behind.lane(k)]);
         }
         rows
     }
