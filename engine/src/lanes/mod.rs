@@ -7,7 +7,7 @@
 //! How to write a rare case, so that it costs nothing where it does not occur and is right if only some lanes are in it:
 //!
 //! ```
-//! use mercury_engine::lanes::{Lanes, Mask, Real};
+//! use mercury_solver::lanes::{Lanes, Mask, Real};
 //!
 //! /// sqrt(x), and 0 below zero.
 //! fn root<L: Real>(x: L) -> L {
@@ -179,10 +179,10 @@ pub trait Real:
     #[must_use]
     fn rows(vector: Vector<Self>, behind: Self) -> [Quad; MOST_LANES] {
         let mut rows = [Quad::default(); MOST_LANES];
+        let [x, y, z] = vector.to_array();
         for (k, row) in rows[..Self::LANES].iter_mut().enumerate() {
-            let [x, y, z] = vector.to_array();
-            let [x, y, z] = [x.lane(k), y.lane(k), z.lane(k)];
-            *row = Quad([x, y, z, behind.lane(k)]);
+            // `map` over the array is not always inlined.
+            *row = Quad([x.lane(k), y.lane(k), z.lane(k), behind.lane(k)]);
         }
         rows
     }
