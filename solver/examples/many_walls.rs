@@ -11,7 +11,7 @@ use glam::DVec3;
 use mercury_common::formats::mesh::TriangleMesh;
 use mercury_common::random::Stream;
 use mercury_engine::forces::find_near_walls;
-use mercury_engine::neighbours::{Built, Images, Levels, build};
+use mercury_engine::neighbours::{Built, Images, Levels, Margin, build};
 use mercury_engine::state::{MaterialIndex, Particle, Particles};
 use mercury_engine::walls::{
     Cylinder, Disc, Mesh, Motion, Plane, Scratch, Shape, Side, Touches, Wall, WallError, WallNow,
@@ -164,11 +164,26 @@ fn main() -> Result<(), WallError> {
                     let (of_pairs, Built { grid, .. }) = time(|| {
                         let levels = Levels::choose(&particles.records, MARGIN);
                         let mut extra = Vec::new();
-                        build(&mut particles, &mut extra, &levels, MARGIN, &images, false)
+                        build(
+                            &mut particles,
+                            &mut extra,
+                            &levels,
+                            &Margin::of_skin(MARGIN),
+                            &images,
+                            false,
+                        )
                     });
                     let (of_plain, found) = time(|| by_asking_all(&particles, &walls, &images));
                     let (of_cells, listed) = time(|| {
-                        find_near_walls(&particles, &[], &grid, &walls, &images, MARGIN, false)
+                        find_near_walls(
+                            &particles,
+                            &[],
+                            &grid,
+                            &walls,
+                            &images,
+                            &Margin::of_skin(MARGIN),
+                            false,
+                        )
                     });
                     assert_eq!(listed.len(), found);
                     near = found;

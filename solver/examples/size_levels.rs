@@ -14,7 +14,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use mercury_engine::neighbours::{Built, Images, Levels, Skin, build};
+use mercury_engine::neighbours::{Built, Images, Levels, Margin, Skin, build};
 use mercury_engine::state::{Particle, Particles};
 use mercury_engine::step::Engine;
 use mercury_solver::plan::{plan, read_scene};
@@ -65,9 +65,12 @@ impl Case {
             pool,
         } = self;
         let mut none = Vec::new();
+        let margin = Margin::of_skin(*skin);
         match pool {
-            Some(pool) => pool.install(|| build(particles, &mut none, levels, *skin, images, true)),
-            None => build(particles, &mut none, levels, *skin, images, false),
+            Some(pool) => {
+                pool.install(|| build(particles, &mut none, levels, &margin, images, true))
+            }
+            None => build(particles, &mut none, levels, &margin, images, false),
         }
     }
 

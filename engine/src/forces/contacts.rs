@@ -16,6 +16,11 @@ pub trait ContactForces: ObservesContacts + SavesContacts + Send {
         Needs::default()
     }
 
+    /// How far beyond contact forces of each material reach at most, with any other, m; empty if none does.
+    fn ranges(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
     /// Takes a new candidate list. Histories of pairs that touch or are bonded are carried over: `new_row[old]` says where each
     /// row of the last list went, `None` for rows that were removed. `parallel`: with the threads of the pool from within which
     /// it is called.

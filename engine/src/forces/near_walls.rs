@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::neighbours::{Block, Boxes, Grid, Images};
+use crate::neighbours::{Block, Boxes, Grid, Images, Margin};
 use crate::state::{Particle, Particles, WallIndex};
 use crate::walls::{Scratch, Shape, Touches, WallNow};
 
@@ -34,7 +34,7 @@ pub fn find_near_walls(
     grid: &Grid,
     walls: &[WallNow],
     images: &Images,
-    margin: f64,
+    margin: &Margin,
     parallel: bool,
 ) -> Vec<NearWall> {
     if walls.is_empty() {
@@ -42,14 +42,14 @@ pub fn find_near_walls(
     }
     let records = &particles.records;
     let boxes = Boxes::new(grid, records, extra_skin, parallel);
+    let most = margin.largest();
     let near_wall = |index: usize| {
         let (wall, mut scratch) = (&walls[index], Scratch::default());
         let (mut blocks, mut near) = (Vec::new(), Vec::new());
         let outer = wall.outer_box();
         for &code in wall.met_by() {
-            let may_matter = |block: &Block| {
-                wall.may_be_near(&outer, block, margin, (images, code), &mut scratch)
-            };
+            let may_matter =
+                |block: &Block| wall.may_be_near(&outer, block, most, (images, code), &mut scratch);
             blocks.clear();
             boxes.find(may_matter, &mut blocks);
             near.extend(blocks.iter().map(|&block| (index as u16, code, block)));
@@ -97,7 +97,7 @@ pub fn near_walls_of_vertices(
     vertices: &[Particle],
     walls: &[WallNow],
     images: &Images,
-    margin: f64,
+    margin: &Margin,
 ) -> Vec<NearWall> {
     let mut tests = Tests {
         records: vertices,
@@ -133,7 +133,7 @@ struct Tests<'a> {
     records: &'a [Particle],
     extra_skin: &'a [f64],
     images: &'a Images,
-    margin: f64,
+    margin: &'a Margin,
     touches: Touches,
     scratch: Scratch,
 }
@@ -150,7 +150,7 @@ impl Tests<'_> {
         let image = wall.image_of(record.position, met_by);
         let centre = (wall.state).into_wall(record.position + self.images.any_shift(image));
         let extra_skin = self.extra_skin.get(row).copied().unwrap_or_default();
-        let reach = record.radius + extra_skin + self.margin;
+        let reach = record.radius + extra_skin + self.margin.to_walls(record);
         let features = match wall.shape() {
             // Most walls of most scenes.
             Shape::Plane(plane) => usize::from(plane.touch(centre, reach).is_some()),

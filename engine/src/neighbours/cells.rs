@@ -126,7 +126,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::neighbours::{NO_SHIFT, build};
+    use crate::neighbours::{Margin, NO_SHIFT, build};
     use crate::state::{MaterialIndex, Particle};
 
     proptest! {
@@ -181,7 +181,7 @@ mod tests {
             check(&Cells::sort(first..count, &particles, &images), &particles, first);
             let levels = Levels::choose(&particles.records, 0.0);
             let mut extra = Vec::new();
-            let built = build(&mut particles, &mut extra, &levels, 0.01 * largest, &images, false);
+            let built = build(&mut particles, &mut extra, &levels, &Margin::of_skin(0.01 * largest), &images, false);
             check(&Cells::of_list(built.grid, &levels, &particles, &images), &particles, 0);
         }
     }

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::grid::MOST_LATER;
 use super::other_pairs::OtherPairs;
 use super::rows::{change_each, each};
-use super::{Grid, Images, Levels, NO_SHIFT};
+use super::{Grid, Images, Levels, Margin, NO_SHIFT};
 use crate::memory::GROWTH;
 use crate::state::{Bodies, Particle, Particles, Row};
 
@@ -63,7 +63,7 @@ pub struct Built {
 }
 
 /// Sorts the particles into cells (in place, wrapped into periodic domains) and lists every pair closer than
-/// R_i + R_j + `skin` + l_i + l_j (m), except pairs that contacts cannot move and pairs of pebbles of one body. `extra`: l of
+/// R_i + R_j + s_i + s_j + l_i + l_j (m), s the shares of `margin`, except pairs that contacts cannot move and pairs of pebbles of one body. `extra`: l of
 /// each row, or empty if all are 0; put into the new order. `levels`: which particles are sought together; the
 /// list is the same with any. `parallel`: with the threads of the pool from within which it is called; the list is the same.
 ///
@@ -73,14 +73,15 @@ pub fn build(
     particles: &mut Particles,
     extra: &mut Vec<f64>,
     levels: &Levels,
-    skin: f64,
+    margin: &Margin,
     images: &Images,
     parallel: bool,
 ) -> Built {
     change_each(&mut particles.records, parallel, |_, record| {
         record.position = images.wrap(record.position);
     });
-    let cell = 2.0 * (levels.largest[0] + 0.5 * skin);
+    let most = 0.5 * margin.largest();
+    let cell = 2.0 * (levels.largest[0] + most);
     let records = &particles.records;
     let position = |row: usize| records[row].position;
     let (grid, order) = Grid::sort(records.len(), position, cell, images, parallel);
@@ -96,7 +97,7 @@ pub fn build(
     if !extra.is_empty() {
         *extra = each(order.len(), parallel, |new| extra[order[new] as usize]);
     }
-    let members = Members::new(&particles.records, extra, levels, skin, parallel);
+    let members = Members::new(&particles.records, extra, levels, margin, parallel);
     let mut list = list(&members, &grid, images, parallel);
     if let Some(bodies) = &particles.bodies {
         list.drop_inner_pairs(bodies);
@@ -125,12 +126,12 @@ pub fn build_bytes(rows: f64, pairs: f64) -> f64 {
 
 /// The particles in the form that the search needs.
 pub(super) struct Members {
-    /// All of them, with radii that include their shares of the skin.
+    /// All of them, with radii that include their shares of the margin.
     pub(super) all: Vec<Spot>,
     /// The level of each. Particles with extra skin have a level of their own, the highest: they are few, and
     /// their reach must not widen the cells of all others.
     pub(super) level: Vec<u8>,
-    /// Largest radius of each level, m, skin included.
+    /// Largest radius of each level, m, shares included.
     pub(super) largest: Vec<f64>,
 }
 
@@ -139,12 +140,12 @@ impl Members {
         records: &[Particle],
         extra: &[f64],
         levels: &Levels,
-        skin: f64,
+        margin: &Margin,
         parallel: bool,
     ) -> Self {
         let own = levels.largest.len();
         let extra = |row: usize| extra.get(row).copied().unwrap_or_default();
-        let reach = |row: usize| records[row].radius + (0.5 * skin + extra(row));
+        let reach = |row: usize| records[row].radius + (margin.share(&records[row]) + extra(row));
         let level = |row: usize| {
             if extra(row) > 0.0 {
                 own
@@ -161,7 +162,9 @@ impl Members {
         };
         let level_of_row = each(records.len(), parallel, |row| level(row) as u8);
         let levels = levels.largest.iter();
-        let mut largest: Vec<f64> = levels.map(|radius| radius + 0.5 * skin).collect();
+        let mut largest: Vec<f64> = levels
+            .map(|radius| radius + 0.5 * margin.largest())
+            .collect();
         let few = (0..records.len()).filter(|&row| usize::from(level_of_row[row]) == own);
         if let Some(most) = few.map(reach).reduce(f64::max) {
             largest.push(most);
@@ -404,7 +407,7 @@ mod tests {
                 &mut particles,
                 &mut extra_skins,
                 &levels,
-                skin,
+                &Margin::of_skin(skin),
                 &images,
                 false,
             );
@@ -429,6 +432,7 @@ mod tests {
             ratio in prop_oneof![Just(1.0), 1.0..10.0f64, 10.0..1000.0f64],
             periodic in any::<[bool; 3]>(),
             skin in 0.0..0.02f64,
+            range in 0.0..0.02f64,
             fixed_every in 0usize..5,
             outside in any::<bool>(),
             extra_skin_every in 0usize..8,
@@ -440,6 +444,9 @@ mod tests {
                 for (k, record) in particles.records.iter_mut().enumerate() {
                     record.position += DVec3::new(0.1, -0.3, 0.2) * (k % 4) as f64;
                 }
+            }
+            for (k, record) in particles.records.iter_mut().enumerate() {
+                record.material = MaterialIndex::new((k % 2) as u32);
             }
             let images = Images::new(DVec3::ZERO, size, periodic);
             // As much as the periodic domain leaves; also for small ones alone, which are then beside larger ones without.
@@ -460,10 +467,12 @@ mod tests {
                 1 => Levels { largest: vec![0.3 * largest, 0.5 * largest, largest] },
                 _ => Levels::choose(&particles.records, skin),
             };
+            let ranges = if seed % 4 < 2 { vec![0.0, range] } else { Vec::new() };
+            let margin = Margin { skin, ranges };
             let mut extra = given.clone();
             let parallel = seed % 2 == 0;
             let Built { list, new_row, .. } =
-                build(&mut particles, &mut extra, &levels, skin, &images, parallel);
+                build(&mut particles, &mut extra, &levels, &margin, &images, parallel);
             let extra_skin = extra;
             for (old, extra_skin_then) in given.iter().enumerate() {
                 prop_assert_eq!(extra_skin[new_row[old].index()], *extra_skin_then);
@@ -484,7 +493,8 @@ mod tests {
                     for image in 0..27 {
                         let allowed = image == NO_SHIFT || images.neighbours().any(|c| c == image);
                         let gap = (a.position - b.position - images.shift(image)).length();
-                        if allowed && gap < a.radius + b.radius + extra_skin(i) + extra_skin(j) + skin {
+                        let margins = margin.share(a) + margin.share(b);
+                        if allowed && gap < a.radius + b.radius + extra_skin(i) + extra_skin(j) + margins {
                             expected.push((i as u32, j as u32, image));
                         }
                     }

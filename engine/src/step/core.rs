@@ -54,6 +54,8 @@ pub struct Core {
     // What follows never changes.
     /// What contacts and parts need together.
     pub(crate) needs: Needs,
+    /// How far beyond contact forces of each material reach, m; empty if none does.
+    pub(super) ranges: Vec<f64>,
     pub(super) law_names: String,
     pub(crate) images: Images,
     /// Whether a wall has a servo.

@@ -4,7 +4,7 @@ use super::snapshot::MOST_STEPS;
 use super::{Core, Engine, RunError};
 use crate::forces::{NewList, find_near_walls};
 use crate::memory::{MANY, give_back};
-use crate::neighbours::{Built, Cells, Levels, Skin, Validity, build, each, extra_skins};
+use crate::neighbours::{Built, Cells, Levels, Margin, Skin, Validity, build, each, extra_skins};
 use crate::state::{Particle, Particles, Row};
 use crate::surface::Surface;
 use crate::walls::WallNow;
@@ -87,7 +87,10 @@ impl Engine {
         let levels = Levels::choose(&core.particles.records, skin);
         let mut extra = extra_skins(&core.particles, &core.lists.skin, parallel);
         // Forces that act across a gap need their pairs listed that much farther out.
-        let range = core.needs.range;
+        let margin = Margin {
+            skin,
+            ranges: core.ranges.clone(),
+        };
         parts.iter_mut().for_each(|part| part.before_list(core));
         if let Some(bodies) = &mut core.particles.bodies {
             bodies.wrap(&core.images);
@@ -100,7 +103,7 @@ impl Engine {
             &mut core.particles,
             &mut extra,
             &levels,
-            skin + range,
+            &margin,
             &core.images,
             parallel,
         );
@@ -119,7 +122,7 @@ impl Engine {
             &grid,
             &core.walls,
             &core.images,
-            skin + range,
+            &margin,
             parallel,
         );
         core.note_near_surfaces(&near_walls);

@@ -210,6 +210,7 @@ impl Engine {
             particles,
             contacts,
             needs,
+            ranges: Vec::new(),
             law_names,
             images,
             walls,
@@ -234,7 +235,16 @@ impl Engine {
         let mut parts = parts::all(&mut core);
         parts.extend(options.parts);
         let of_parts = parts.iter().map(|part| part.needs());
-        core.needs = of_parts.fold(core.needs, Needs::and);
+        let of_parts = of_parts.fold(Needs::default(), Needs::and);
+        core.needs = core.needs.and(of_parts);
+        core.ranges = core.contacts.ranges();
+        if of_parts.range > 0.0 {
+            // What acts beside the contacts does not say between which materials.
+            core.ranges.resize(core.physics.materials().len(), 0.0);
+            for range in &mut core.ranges {
+                *range = range.max(of_parts.range);
+            }
+        }
         Ok(Self { core, parts })
     }
 }

@@ -7,7 +7,7 @@ use super::{Core, RunError};
 use crate::contact::parameter::short;
 use crate::forces::{NearWall, Observation, near_walls_of_vertices};
 use crate::membrane::{Fault, MembraneNow, MembranePlan, Moment, STRETCHES, SavedMembrane};
-use crate::neighbours::Images;
+use crate::neighbours::{Images, Margin};
 use crate::physics::GuardPolicy;
 use crate::state::Particle;
 use crate::surface::{SavedSurface, Surface, SurfaceMotion, SurfacePlan};
@@ -222,10 +222,11 @@ impl Core {
         }
         let walls = &self.walls[..self.physics.walls().len()];
         let range = self.needs.range;
+        let margin = Margin::of_skin(2.0 * skin + range);
         let near: Vec<Vec<NearWall>> = (0..self.surfaces.len())
             .map(|number| {
                 let vertices = self.vertex_spheres(number);
-                near_walls_of_vertices(&vertices, walls, &self.images, 2.0 * skin + range)
+                near_walls_of_vertices(&vertices, walls, &self.images, &margin)
             })
             .collect();
         self.contacts.adopt_vertices(&near);

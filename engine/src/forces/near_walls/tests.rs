@@ -9,7 +9,7 @@ use mercury_common::random::Stream;
 use proptest::prelude::*;
 
 use super::*;
-use crate::neighbours::{Built, Levels, build};
+use crate::neighbours::{Built, Levels, Margin, build};
 use crate::state::{MaterialIndex, Particle, WallIndex};
 use crate::walls::{
     Component, Cone, Cylinder, Disc, Mesh, Motion, Plane, Revolution, Side, SphereShell, Wall,
@@ -23,6 +23,7 @@ fn by_asking_all(
     images: &Images,
     margin: f64,
 ) -> Vec<NearWall> {
+    let margin = &Margin::of_skin(margin);
     let mut tests = Tests {
         records: &particles.records,
         extra_skin,
@@ -236,13 +237,14 @@ proptest! {
             (0..if extra_skin_every > 0 { count } else { 0 }).map(ahead).collect();
         let levels = Levels::choose(&particles.records, margin);
         let mut extra_skin = extra_skin;
+        let listed = Margin::of_skin(margin);
         let Built { grid, .. } =
-            build(&mut particles, &mut extra_skin, &levels, margin, &images, false);
+            build(&mut particles, &mut extra_skin, &levels, &listed, &images, false);
         let walls: Vec<WallNow> = (0..walls).map(|_| draw.wall(&images)).collect();
         let expected = by_asking_all(&particles, &extra_skin, &walls, &images, margin);
         for parallel in [false, true] {
             let found =
-                find_near_walls(&particles, &extra_skin, &grid, &walls, &images, margin, parallel);
+                find_near_walls(&particles, &extra_skin, &grid, &walls, &images, &listed, parallel);
             prop_assert_eq!(&found, &expected);
         }
     }

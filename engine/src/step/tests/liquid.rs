@@ -9,7 +9,9 @@ use crate::contact::adhesion::liquid::Tables;
 use crate::contact::adhesion::liquid::{Fit, Rupture};
 use crate::contact::adhesion::young_laplace::Table;
 use crate::contact::registry::AnyPairLaw;
-use crate::contact::{AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, Liquid};
+use crate::contact::{
+    AdhesionLaw, AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, Liquid,
+};
 use crate::forces::Partner;
 use crate::lanes::Width;
 use crate::liquid::{BridgesForm, LiquidPlan};
@@ -64,6 +66,30 @@ fn row(law: AnyPairLaw, places: &[f64], films: &[f64]) -> Inputs {
 
 fn start(draft: Inputs) -> Engine {
     Engine::start(draft.setup().unwrap(), StartOptions::threads(1)).unwrap()
+}
+
+/// A pair is listed as far as forces between its materials reach, and no farther where there are none.
+#[test]
+fn pairs_are_listed_as_far_as_their_materials_reach() {
+    let wet = law(liquid(1e3, 0.0, 1.0));
+    let dry = AnyPairLaw {
+        adhesion: AnyAdhesion::None,
+        ..wet
+    };
+    let range = wet.adhesion.range();
+    // The first skin is a tenth of the radius.
+    let gap = 0.1 * RADIUS + 0.5 * range;
+    let apart = 2.0 * RADIUS + gap;
+    for (materials, listed) in [([0, 0], 1), ([0, 1], 0), ([1, 1], 0)] {
+        let mut draft = row(wet, &[0.0, apart], &[]);
+        draft.materials.push(draft.materials[0].clone());
+        draft.laws.materials = 2;
+        draft.laws.laws = vec![Some(wet), Some(dry), Some(dry), Some(dry)];
+        for (particle, material) in draft.particles.iter_mut().zip(materials) {
+            particle.material = MaterialIndex::new(material);
+        }
+        assert_eq!(start(draft).list_statistics().1, listed, "{materials:?}");
+    }
 }
 
 /// Places a sphere anew between two steps.

@@ -8,7 +8,7 @@ use super::{name, place};
 use crate::plan::particles::{StartingParticles, StartingSphere};
 use mercury_engine::bodies::Clump;
 use mercury_engine::contact::parameter::short;
-use mercury_engine::neighbours::{Images, Levels, Skin, build};
+use mercury_engine::neighbours::{Images, Levels, Margin, Skin, build};
 use mercury_engine::state::{MaterialIndex, Particle, Particles};
 use mercury_engine::surface::{Surface, SurfacePlan};
 use mercury_engine::walls::{Scratch, Touches, Wall, WallNow};
@@ -269,7 +269,7 @@ fn for_each_touching_pair(
         &mut particles,
         &mut Vec::new(),
         &levels,
-        skin,
+        &Margin::of_skin(skin),
         &images,
         false,
     )
