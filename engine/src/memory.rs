@@ -50,7 +50,7 @@ pub(crate) fn in_large_pages<T>(count: usize) -> Vec<T> {
     room
 }
 
-/// With more particles than this, memory that a new list has left free is [returned](give_back).
+/// With more particles than this, memory that a new list has left free is returned (`give_back`).
 pub const MANY: usize = 50_000;
 
 /// Returns memory to the system that was freed in many pieces, and that the allocator would keep for later. With glibc; elsewhere

@@ -25,7 +25,7 @@ crate::state::plain!(Column {
 /// Name of the column that holds the volume of the liquid film on each particle, m^3.
 pub const FILM_VOLUME: &str = "film_volume";
 
-/// Name of the column with the track of each particle, counted from 1 in the order of [`OutputPlan`](crate::plan::OutputPlan); 0:
+/// Name of the column with the track of each particle, counted from 1 in the order of [`Tracking`](crate::physics::Tracking); 0:
 /// none. Of a clump its first pebble has it.
 pub const TRACK: &str = "track";
 
