@@ -511,7 +511,7 @@ mod tests {
     }
 
     #[test]
-    fn times_without_frames_are_told() {
+    fn times_without_frames_are_reported() {
         let smooth = TimeMode::Smooth {
             width: 0.1,
             step: 0.5,

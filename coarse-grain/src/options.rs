@@ -346,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn bad_words_are_told() {
+    fn bad_words_are_reported() {
         for bad in ["", "0", "-1", "nan", "inf", "d", "0d", "1 kg"] {
             assert!(bad.parse::<Width>().is_err(), "{bad}");
             assert!(bad.parse::<Density>().is_err(), "{bad}");

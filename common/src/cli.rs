@@ -62,11 +62,11 @@ pub use values::{duration, positive};
 ///
 /// Wrong usage ends with [`Exit::Input`], `--help` and `--version` with [`Exit::Done`], all else as `execute` says.
 pub fn main<A: Parser>(execute: impl FnOnce(A) -> Outcome) -> ExitCode {
-    main_told(execute, |_| {})
+    main_observed(execute, |_| {})
 }
 
 /// As [`main`]; what went wrong is handed to `tell` before it is said, wrong usage included.
-pub fn main_told<A: Parser>(
+pub fn main_observed<A: Parser>(
     execute: impl FnOnce(A) -> Outcome,
     tell: impl FnOnce(&Failure),
 ) -> ExitCode {

@@ -206,7 +206,7 @@ mod tests {
         }
 
         #[test]
-        fn significant_digits_are_at_most_as_many_as_asked_for(number in proptest::num::f64::NORMAL, digits in 1..=17_usize) {
+        fn significant_digits_are_at_most_as_many_as_requested(number in proptest::num::f64::NORMAL, digits in 1..=17_usize) {
             let text = significant(number, digits);
             let value: f64 = text.parse().unwrap();
             // Half a unit of the last digit of the leading power of ten.

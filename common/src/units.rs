@@ -523,7 +523,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_unit_is_told() {
+    fn what_is_no_unit_is_reported() {
         for (text, error) in [
             ("5 ", "has no unit"),
             ("mm", "does not begin with a number"),

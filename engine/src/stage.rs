@@ -84,7 +84,7 @@ impl Stage {
 
     /// The same, of a run that reports its events.
     #[must_use]
-    pub fn telling(stop: Arc<AtomicBool>, events: Sender<Event>) -> Self {
+    pub fn reporting(stop: Arc<AtomicBool>, events: Sender<Event>) -> Self {
         Self {
             events: Some(events),
             ..Self::new(stop)

@@ -528,7 +528,7 @@ fn materials_and_no_contacts() {
 }
 
 #[test]
-fn mistakes_are_told_with_a_way_out() {
+fn mistakes_are_reported_with_a_way_out() {
     let folder = TempDir::new().unwrap();
     let input = data("dense2k.data.gz");
     let input = input.to_str().unwrap();

@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_table_is_told() {
+    fn what_is_no_table_is_reported() {
         let folder = tempfile::tempdir().unwrap();
         assert_eq!(table_in(folder.path()), None);
         assert_eq!(table_in(&folder.path().join("a.data")), None);

@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_table_is_told() {
+    fn what_is_no_table_is_reported() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("t.parquet");
         std::fs::write(&path, "PAR1 and no more").expect("written");

@@ -438,7 +438,7 @@ mod tests {
     }
 
     #[test]
-    fn an_area_is_as_large_and_as_faint_as_asked() {
+    fn an_area_is_as_large_and_as_faint_as_requested() {
         let mut image = Image::new(40, 40, Some(Colour::WHITE));
         let corners = [(5.5, 5.5), (25.5, 5.5), (5.5, 30.5)];
         image.area(&corners, Colour(0, 0, 0), 0.5);
@@ -470,7 +470,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_is_as_wide_as_asked() {
+    fn a_line_is_as_wide_as_requested() {
         for width in [0.4, 1.0, 3.0] {
             let mut image = Image::new(60, 40, Some(Colour::WHITE));
             let stroke = Stroke::solid(Colour(0, 0, 0), width);

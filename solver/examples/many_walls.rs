@@ -90,7 +90,7 @@ fn shape(kind: &str, k: usize, size: f64, random: &mut Stream) -> Result<Shape, 
 }
 
 /// As before there were blocks: every wall tests every particle.
-fn by_asking_all(particles: &Particles, walls: &[WallNow], images: &Images) -> usize {
+fn by_testing_all(particles: &Particles, walls: &[WallNow], images: &Images) -> usize {
     let (mut touches, mut scratch) = (Touches::default(), Scratch::default());
     let mut found = 0;
     for wall in walls {
@@ -173,7 +173,7 @@ fn main() -> Result<(), WallError> {
                             false,
                         )
                     });
-                    let (of_plain, found) = time(|| by_asking_all(&particles, &walls, &images));
+                    let (of_plain, found) = time(|| by_testing_all(&particles, &walls, &images));
                     let (of_cells, listed) = time(|| {
                         find_near_walls(
                             &particles,

@@ -231,7 +231,7 @@ impl Arguments {
 }
 
 fn main() -> ExitCode {
-    cli::main_told(|arguments: Arguments| execute(&arguments), problems::tell)
+    cli::main_observed(|arguments: Arguments| execute(&arguments), problems::tell)
 }
 
 fn execute(arguments: &Arguments) -> Outcome {

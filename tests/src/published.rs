@@ -102,7 +102,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn series_are_found_and_missing_ones_told() {
+    fn series_are_found_and_missing_ones_reported() {
         let text = "# about\nseries,x,y\nsteel,1,2\nfem,1,3\nsteel,2,-4e-1\n";
         assert_eq!(curve(text, "steel").unwrap(), [(1.0, 2.0), (2.0, -0.4)]);
         assert!(curve(text, "glass").is_none());

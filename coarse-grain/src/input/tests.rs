@@ -305,7 +305,7 @@ fn damaged_files_give_their_good_frames_first() {
 }
 
 #[test]
-fn contacts_of_particles_that_are_not_there_are_told() {
+fn contacts_of_particles_that_are_not_there_are_reported() {
     let folder = TempDir::new().unwrap();
     for (from, to, expected) in [
         (
@@ -571,7 +571,7 @@ fn a_cut_file_of_frames_gives_the_whole_ones() {
 
 /// Wherever the file of contacts is cut, it is named as cut, after the frames whose contacts are whole.
 #[test]
-fn a_cut_file_of_contacts_is_told_as_cut() {
+fn a_cut_file_of_contacts_is_reported_as_cut() {
     let folder = TempDir::new().unwrap();
     run(folder.path(), false);
     let path = folder.path().join("a.contacts.arrow");
@@ -768,7 +768,7 @@ fn periods_are_where_the_restart_file_says() {
 }
 
 #[test]
-fn who_is_missing_from_data_files_nobody_knows() {
+fn what_is_missing_from_data_files_is_unknown() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("Few.data");
     let row = "0 0 0.5 0 0 0 0.5 0 0 0 0 0 0 0\n";

@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_tells_share_and_time_left() {
+    fn a_line_states_share_and_time_left() {
         // A quarter in 20 s: three quarters take 60 s.
         assert_eq!(
             line(0.25, 20.0, "t = 1 s", true),

@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn distributions_are_asked_part_by_part() {
+    fn distributions_are_read_part_by_part() {
         let warning = |text: &str| {
             let text = format!("weighting = \"volume\"\n{text}");
             let psd = parse_psd("law.toml", &text, None).expect("a law");

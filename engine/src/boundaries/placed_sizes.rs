@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_that_is_too_many_loses_nobody() {
+    fn the_first_that_is_too_many_loses_no_size() {
         for n in [MOST - 1, MOST, MOST + 1, MOST + 2] {
             let placed = counted(n, 1.0, false);
             assert_eq!(placed.number(), n as u64);

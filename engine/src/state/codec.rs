@@ -644,7 +644,7 @@ mod tests {
         }
 
         #[test]
-        fn bytes_that_nobody_wrote_are_an_error(noise in proptest::collection::vec(any::<u8>(), 0..200)) {
+        fn bytes_that_no_encoder_wrote_are_an_error(noise in proptest::collection::vec(any::<u8>(), 0..200)) {
             prop_assert!(decoded(&noise).is_err());
             let mut behind_head = Encoder::new().finish();
             behind_head.extend(noise);
@@ -671,7 +671,7 @@ mod tests {
     }
 
     #[test]
-    fn a_length_beyond_the_bytes_asks_for_no_memory() {
+    fn a_length_beyond_the_bytes_requests_no_memory() {
         let mut bytes: &[u8] = &u64::MAX.to_le_bytes();
         assert!(
             Vec::<f64>::take(&mut bytes)

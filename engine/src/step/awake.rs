@@ -87,7 +87,7 @@ mod tests {
 
     /// One of two threads is busy until the other has begun: it does not stay for the watch, and does its part of the work.
     #[test]
-    fn who_comes_late_does_not_keep_watch() {
+    fn a_thread_that_comes_late_does_not_keep_watch() {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(2)
             .build()

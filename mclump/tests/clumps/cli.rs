@@ -269,7 +269,7 @@ fn json_is_one_object_with_all_routes() {
 }
 
 #[test]
-fn overlaps_take_the_union_by_default_and_are_told_otherwise() {
+fn overlaps_take_the_union_by_default_and_are_reported_otherwise() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("pair.csv"), "0,0,0,1\n0.5,0,0,1\n").unwrap();
     let text = succeeds(folder.path(), &["pair.csv"]);
@@ -568,7 +568,7 @@ fn pebbles_that_do_not_stand_for_the_surface_are_refused() {
 
 /// Pebbles made from the surface are in its frame and unit, whatever else is wrong with them.
 #[test]
-fn generated_pebbles_are_not_asked_for_frame_and_unit() {
+fn generated_pebbles_need_no_frame_and_unit() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     fs::write(

@@ -32,7 +32,7 @@ const DAMAGE: &str = "a frame that goes beyond the end of the file behind 3 whol
     help: the frames before it can be used; the file was cut or changed after it was written\n";
 
 #[test]
-fn tables_that_were_cut_are_told_once() {
+fn tables_that_were_cut_are_reported_once() {
     let place = folder_with_run();
     let run = |arguments: &[&str]| {
         let (code, said) = export(place.path(), arguments);
@@ -69,7 +69,7 @@ fn tables_that_were_cut_are_told_once() {
 }
 
 #[test]
-fn loads_that_were_cut_are_told_once() {
+fn loads_that_were_cut_are_reported_once() {
     let place = folder_with_run();
     let path = place.path().join("run/run.triangle_loads.arrow");
     let mut writer = TriangleLoadWriter::create(&path, &FramesHeader::default(), &()).unwrap();
@@ -126,7 +126,7 @@ fn pictures_of_contacts_need_contacts() {
 }
 
 #[test]
-fn contacts_of_other_times_are_told() {
+fn contacts_of_other_times_are_reported() {
     let place = folder_with_run();
     let path = place.path().join("run/run.contacts.arrow");
     ContactWriter::create(&path, &FramesHeader::default(), &ContactColumns::default()).unwrap();
@@ -142,7 +142,7 @@ fn contacts_of_other_times_are_told() {
 }
 
 #[test]
-fn a_selection_of_nothing_is_told() {
+fn a_selection_of_nothing_is_reported() {
     let place = folder_with_run();
     for command in ["csv", "vtu"] {
         let (code, said) = export(place.path(), &[command, "run", "--region", "x=50..60"]);

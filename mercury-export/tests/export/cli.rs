@@ -117,7 +117,7 @@ fn walls_show_the_loads_on_their_triangles() {
 }
 
 #[test]
-fn nothing_is_replaced_unless_asked_for() {
+fn nothing_is_replaced_unless_requested() {
     let place = folder_with_run();
     for (command, file) in [
         ("vtu", "vtu/run.paraview.py"),

@@ -320,7 +320,7 @@ fn cut(place: &tempfile::TempDir, kind: &str, bytes: impl Fn(usize) -> usize) {
 }
 
 #[test]
-fn bodies_that_were_cut_are_told_once() {
+fn bodies_that_were_cut_are_reported_once() {
     let place = folder_with_clumps(true);
     cut(&place, "bodies", |whole| whole - 100);
     let damage = "run/run.bodies.arrow: a frame that goes beyond the end of the file behind 1 whole frame\n\

@@ -441,7 +441,7 @@ mod tests {
 
     /// 500 discs, or spheres, uniform between 10 and 20 mm: the means of d^2 and d^3 are (a^2 + a b + b^2) / 3 and (a + b) (a^2 + b^2) / 4.
     #[test]
-    fn the_mass_that_was_asked_for_is_that_of_discs_in_the_plane() {
+    fn the_mass_that_was_requested_is_that_of_discs_in_the_plane() {
         let run = |dimensions: u8| {
             Run {
             folder: PathBuf::new(),

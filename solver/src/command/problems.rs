@@ -14,7 +14,7 @@ const MOST: usize = 1000;
 const LONGEST: usize = 1000;
 
 /// Whether the command line has `--json`, also if the rest of it is wrong.
-pub(crate) fn are_asked_for() -> bool {
+pub(crate) fn are_requested() -> bool {
     let arguments = std::env::args_os().skip(1);
     arguments
         .take_while(|argument| argument != OsStr::new("--"))
@@ -23,7 +23,7 @@ pub(crate) fn are_asked_for() -> bool {
 
 /// Prints the error in the requested form, if nothing was printed before.
 pub(crate) fn tell(failure: &Failure) {
-    if let Some(problems) = failure.problems().filter(|_| are_asked_for()) {
+    if let Some(problems) = failure.problems().filter(|_| are_requested()) {
         // A closed standard output is not an error here: the exit code carries the result.
         let _ = say_object(&of(&problems));
     }

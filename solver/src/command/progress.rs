@@ -75,7 +75,7 @@ impl ProgressFile {
     ///
     /// # Errors
     /// If the file cannot be made.
-    pub(crate) fn asked_for(
+    pub(crate) fn requested(
         path: Option<&Path>,
         scene: &Path,
     ) -> Result<Option<(Self, Receiver<Event>)>, Failure> {

@@ -42,8 +42,8 @@ impl Requests {
     }
 
     /// The same, of a run that reports its events.
-    pub(crate) fn telling_stage(&self, events: Sender<Event>) -> Arc<Stage> {
-        Arc::new(Stage::telling(Arc::clone(&self.stop), events))
+    pub(crate) fn observed_stage(&self, events: Sender<Event>) -> Arc<Stage> {
+        Arc::new(Stage::reporting(Arc::clone(&self.stop), events))
     }
 }
 

@@ -30,9 +30,9 @@ pub(crate) fn execute(arguments: &Arguments, path: &Path, within: Option<Arc<Wit
         true => None,
         false => Some(Requests::listen()?),
     };
-    let progress = ProgressFile::asked_for(arguments.progress.as_deref(), path)?;
+    let progress = ProgressFile::requested(arguments.progress.as_deref(), path)?;
     let stage = match (&requests, &progress) {
-        (Some(requests), Some((progress, _))) => requests.telling_stage(progress.events()),
+        (Some(requests), Some((progress, _))) => requests.observed_stage(progress.events()),
         (Some(requests), None) => requests.stage(),
         (None, _) => Arc::default(),
     };
@@ -82,8 +82,8 @@ fn plan_and_run(
         }
         false => Input::read(path, within.as_ref())?,
     };
-    if let Some(asked) = study::asked_for(&input, arguments, within.as_ref())? {
-        study::execute(&asked, arguments, requests, stage, waiting)?;
+    if let Some(requested) = study::requested(&input, arguments, within.as_ref())? {
+        study::execute(&requested, arguments, requests, stage, waiting)?;
         return Ok(None);
     }
     let scene = input.scene(&arguments.set)?;

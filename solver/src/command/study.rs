@@ -40,7 +40,7 @@ pub(crate) struct Asked {
 }
 
 /// The study that the command line names, if it names one.
-pub(crate) fn asked_for(
+pub(crate) fn requested(
     input: &Input,
     arguments: &Arguments,
     within: Option<&Arc<Within>>,

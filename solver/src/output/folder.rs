@@ -495,7 +495,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_in_progress_is_left_alone_whatever_is_asked_for() {
+    fn a_run_in_progress_is_left_alone_whatever_is_requested() {
         let place = tempfile::tempdir().unwrap();
         let folder = place.path().join("run");
         let first = prepare(&folder, "a", Earlier::Refuse).unwrap();

@@ -123,7 +123,7 @@ mod tests {
     use mercury_engine::walls::Ramp;
 
     #[test]
-    fn what_moves_is_told_with_axis_speed_and_time() {
+    fn what_moves_is_reported_with_axis_speed_and_time() {
         let forever = f64::INFINITY;
         let servo = |target, until| {
             Component::Servo(Servo {

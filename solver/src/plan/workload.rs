@@ -290,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn who_waits_for_space_comes_never_or_at_once() {
+    fn what_waits_for_space_comes_never_or_at_once() {
         let mut source = steady(1.0, f64::INFINITY, 400.0);
         source.rate = None;
         let load = workload(source);

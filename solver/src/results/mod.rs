@@ -643,7 +643,7 @@ mod tests {
     }
 
     #[test]
-    fn slips_are_told() {
+    fn slips_are_reported() {
         for (text, part) in [
             ("a", "no `=`"),
             ("a b=mean(energy.time)", "cannot be the name"),

@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn work_comes_to_its_end_where_nobody_asks_or_asked_before() {
+    fn work_comes_to_its_end_where_no_stop_was_requested() {
         for asked in [false, true] {
             let place = tempfile::tempdir().unwrap();
             let file = place.path().join("a");
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn what_goes_wrong_is_told() {
+    fn what_goes_wrong_is_reported() {
         let path = Path::new("/there/is/no/such/folder/a").to_owned();
         let outcome = unless_stopped(&AtomicBool::new(false), move |gate| {
             gate.pass(|| Ok(write_whole(&path, b"x")?))

@@ -112,11 +112,11 @@ mod tests {
 
     /// Warnings of an insertion with this total that placed so many grains of 0.02 m, at this time (s).
     fn reported(total: &str, number: u64, limit: Limit, failed: u64, time: f64) -> Vec<String> {
-        told_where(false, total, number, limit, failed, time)
+        reported_where(false, total, number, limit, failed, time)
     }
 
     /// The same where its next grain has a place at the end, or has none.
-    fn told_where(
+    fn reported_where(
         has_place: bool,
         total: &str,
         number: u64,
@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn what_did_not_come_is_told_with_its_reason() {
+    fn what_did_not_come_is_reported_with_its_reason() {
         let total = "total = { number = 60000 }";
         let late = "its time ended at 0.5 s";
         for (found, expected) in [
@@ -172,7 +172,7 @@ mod tests {
                 "`rain`: 3.0000e-2 of 2.5000e0 kg placed; its region had no space for more when the run ended: enlarge it, or let the run go on".to_owned(),
             ),
             (
-                told_where(true, total, 3035, Limit::Space, 500, 0.2),
+                reported_where(true, total, 3035, Limit::Space, 500, 0.2),
                 "`rain`: 3035 of 60000 placed; places in its region became free too slowly: enlarge it, or let the run go on".to_owned(),
             ),
             (
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_told_of_insertions_that_are_done_or_go_on() {
+    fn nothing_is_reported_of_insertions_that_are_done_or_go_on() {
         let total = "total = { number = 60000 }";
         for found in [
             reported(total, 60000, Limit::Total, 500, 1.0),

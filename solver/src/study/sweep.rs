@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn slips_are_told() {
+    fn slips_are_reported() {
         for (text, part) in [
             ("a", "no `=`"),
             ("=1", "a key is missing"),

@@ -115,7 +115,7 @@ fn a_list_of_runs_may_leave_keys_to_the_scene() {
 }
 
 #[test]
-fn slips_in_a_file_are_told() {
+fn slips_in_a_file_are_reported() {
     for (text, part) in [
         (
             "[study]\nscen = \"a\"",

@@ -44,7 +44,7 @@ fn size(folder: &Path) -> u64 {
 
 /// The estimate is "about": numbers in text take 2 to 24 characters, so it is held to a factor of 1.5.
 #[test]
-fn the_plan_tells_how_many_frames_come_and_what_they_take() {
+fn the_plan_states_how_many_frames_come_and_what_they_take() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("a.toml"), SCENE).unwrap();
     let plan: serde_json::Value =

@@ -135,7 +135,7 @@ fn problems_have_an_end() {
 }
 
 #[test]
-fn a_plan_that_does_not_fit_is_told_with_its_problem() {
+fn a_plan_that_does_not_fit_is_reported_with_its_problem() {
     // A terabyte, which no machine of a test has.
     let rain = "[[insertions]]\nname = \"rain\"\nmaterial = \"glass\"\ntotal = { number = 1_000_000_000 }\n\
         region = { shape = \"box\", min = [0, 0, 0], max = [0.1, 0.1, 0.1] }\n\
@@ -150,7 +150,7 @@ fn a_plan_that_does_not_fit_is_told_with_its_problem() {
 }
 
 #[test]
-fn the_plan_tells_version_files_and_walls() {
+fn the_plan_states_version_files_and_walls() {
     let scene = format!(
         "{SCENE}{}",
         r#"
@@ -270,7 +270,7 @@ psd = { file = "in/law.toml" }
 }
 
 #[test]
-fn a_study_is_told_run_by_run() {
+fn a_study_is_reported_run_by_run() {
     let folder = folder_with("pair.toml", SCENE);
     let arguments = [
         "pair.toml",
@@ -329,7 +329,7 @@ fn a_study_is_told_run_by_run() {
 }
 
 #[test]
-fn a_checkpoint_is_told_in_numbers() {
+fn a_checkpoint_is_reported_in_numbers() {
     let folder = folder_with("pair.toml", SCENE);
     assert_eq!(
         code(&solve(folder.path(), &["pair.toml", "--quiet"])),

@@ -100,7 +100,7 @@ fn outputs(line: &Value) -> Vec<(String, usize)> {
 }
 
 #[test]
-fn a_run_is_told_from_its_begin_to_its_end() {
+fn a_run_is_reported_from_its_begin_to_its_end() {
     let folder = place();
     let output = solve(
         folder.path(),
@@ -187,7 +187,7 @@ fn a_run_is_told_from_its_begin_to_its_end() {
 
 /// What a frame's line says of a file stays as it is for ever: the first bytes, in which so many whole frames are.
 #[test]
-fn what_is_told_of_a_frame_is_whole_and_stays() {
+fn what_is_reported_of_a_frame_is_whole_and_stays() {
     let folder = place();
     let output = solve(
         folder.path(),
@@ -333,7 +333,7 @@ fn a_run_goes_on_elsewhere_from_what_a_checkpoint_counts_on() {
 
 #[cfg(unix)]
 #[test]
-fn a_long_run_is_told_of_by_the_clock_and_stopped() {
+fn a_long_run_is_reported_by_the_clock_and_stopped() {
     let folder = place();
     // Steps so short that the grains are still in the domain when a fast machine has made some seconds' worth of them.
     let arguments = [
@@ -397,7 +397,7 @@ fn a_long_run_is_told_of_by_the_clock_and_stopped() {
 }
 
 #[test]
-fn what_cannot_be_run_is_told_too() {
+fn what_cannot_be_run_is_reported_too() {
     let folder = place();
     let reported = |arguments: &[&str]| {
         let arguments = [arguments, &["--progress", "log"]].concat();

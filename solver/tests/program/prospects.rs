@@ -66,7 +66,7 @@ fn that_nothing_holds_the_particles_is_said_before_and_after() {
 }
 
 #[test]
-fn an_insertion_into_which_gravity_was_forgotten_is_told() {
+fn an_insertion_into_which_gravity_was_forgotten_is_reported() {
     let without = SCENE.replace("gravity = [0, 0, -9.81]", "");
     let [before, _] = warnings(&format!("{without}{BOX}"));
     let reported = "insertions.rain: without gravity, velocity and moving walls";
@@ -83,7 +83,7 @@ fn an_insertion_into_which_gravity_was_forgotten_is_told() {
 
 /// A lid whose force has the wrong sign flew out of the domain, and the run said at its end that the target was not reached.
 #[test]
-fn a_servo_that_drives_its_wall_away_is_told() {
+fn a_servo_that_drives_its_wall_away_is_reported() {
     let lid = |servos: &str| {
         format!(
             "{SCENE}{BOX}sides = [\"-x\", \"+x\", \"-y\", \"+y\", \"-z\"]\n[[walls]]\nname = \"lid\"\nshape = \"plane\"\npoint = [0, 0, 0.1]\nnormal = [0, 0, -1]\nmaterial = \"m\"\nmotion = [{servos}]\n"
@@ -191,11 +191,11 @@ fn a_wall_that_closes_a_region_is_named_and_what_is_behind_it_counted() {
 
 /// What the plan warns of.
 fn warnings_before(text: &str) -> Vec<String> {
-    told_before("warnings", text)
+    reported_before("warnings", text)
 }
 
 /// What the plan notes, or warns of.
-fn told_before(what: &str, text: &str) -> Vec<String> {
+fn reported_before(what: &str, text: &str) -> Vec<String> {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("a.toml"), text).unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_mercury-solve"))
@@ -217,7 +217,7 @@ fn rolling_without_dissipation_is_noted() {
         let laws = format!("restitution = 0.5 }}, {friction}, {rolling} }}");
         let scene = SCENE.replace("restitution = 0.5 } }", &laws);
         assert_ne!(scene, SCENE);
-        told_before("notes", &format!("{scene}{BOX}"))
+        reported_before("notes", &format!("{scene}{BOX}"))
     };
     let noted = with("rolling = { law = \"luding\", friction = 0.1 }");
     assert!(
@@ -240,7 +240,7 @@ fn forgotten_units_are_noted_once() {
     let scene = "time = { end = 1e-3, step = 1e-5 }\ndomain = { min = [0, 0, 0], max = [60, 60, 60] }\n\
         materials.m = { density = 2.5, normal = { law = \"linear\", stiffness = 1e7, restitution = 0.5 } }\n\
         output = { interval = 1e-3 }\n[[particles]]\nmaterial = \"m\"\nradius = 2\nposition = [30, 30, 30]\n";
-    let noted = told_before("notes", scene);
+    let noted = reported_before("notes", scene);
     assert_eq!(noted.len(), 1, "{noted:?}");
     for part in ["4 m in diameter", "2.5 kg/m3", "a domain of 60 m"] {
         assert!(noted[0].contains(part), "{noted:?}");
@@ -250,7 +250,7 @@ fn forgotten_units_are_noted_once() {
         .replace("2.5,", "2500,")
         .replace("60", "0.06")
         .replace("30", "0.03");
-    assert_eq!(told_before("notes", &in_si), [""; 0]);
+    assert_eq!(reported_before("notes", &in_si), [""; 0]);
 }
 
 /// 400 bytes a grain, a hundred grains, a frame in each of 2.5e10 steps: a petabyte.

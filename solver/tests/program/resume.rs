@@ -542,7 +542,7 @@ fn a_damaged_checkpoint_is_named_and_the_older_one_used() {
 }
 
 #[test]
-fn what_is_in_a_checkpoint_is_told() {
+fn what_is_in_a_checkpoint_is_reported() {
     let place = Place::new();
     let output = place.solve(&["heap.toml", "--quiet", "--set", "time.end=0.004"]);
     assert_eq!(output.status.code(), Some(0), "{}", reported(&output));

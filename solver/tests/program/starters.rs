@@ -76,7 +76,7 @@ fn a_scene_is_written_here_and_nothing_is_replaced() {
 }
 
 #[test]
-fn slips_are_told() {
+fn slips_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let refused = |arguments: &[&str]| {
         let output = solve(folder.path(), arguments);

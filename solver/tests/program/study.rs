@@ -228,7 +228,7 @@ fn a_study_that_is_stopped_goes_on_to_the_same_table() {
 }
 
 #[test]
-fn slips_are_told_before_anything_runs() {
+fn slips_are_reported_before_anything_runs() {
     let folder = folder();
     let refused = |arguments: &[&str]| {
         let (code, _, errors) = solve(folder.path(), &[&["ball.toml"], arguments].concat());
@@ -350,7 +350,7 @@ fn two_studies_in_one_folder_are_refused() {
 }
 
 #[test]
-fn a_file_of_a_run_that_is_gone_is_told_with_what_to_do() {
+fn a_file_of_a_run_that_is_gone_is_reported_with_what_to_do() {
     let folder = folder();
     let arguments = [
         "ball.toml",

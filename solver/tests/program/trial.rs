@@ -22,7 +22,7 @@ lattice = { min = [0.1, 0.1, 0.1], max = [0.9, 0.9, 0.9], spacing = 0.1 }
 "#;
 
 #[test]
-fn a_trial_tells_a_time_and_writes_nothing() {
+fn a_trial_states_a_time_and_writes_nothing() {
     let folder = folder_with("far.toml", SCENE);
     let output = solve(
         folder.path(),
@@ -93,7 +93,7 @@ fn what_is_no_trial_is_refused() {
 }
 
 #[test]
-fn a_trial_that_is_ended_tells_what_it_has() {
+fn a_trial_that_is_ended_states_what_it_has() {
     let folder = folder_with("far.toml", SCENE);
     let mut command = command(folder.path(), &["far.toml", "--check", "--trial=10m"]);
     let child = command

@@ -291,7 +291,7 @@ interval = 0.002
 }
 
 #[test]
-fn mistakes_are_told_with_their_place() {
+fn mistakes_are_reported_with_their_place() {
     let mistakes = [
         ("name = \"a b\"", "is part of a file's name"),
         (

@@ -53,7 +53,7 @@ fn times(folder: &Path) -> Vec<f64> {
 
 /// The cases of the report: the ball was gone from a closed box, with exit code 0 and no warning.
 #[test]
-fn nobody_leaves_a_closed_box_in_silence() {
+fn no_particle_leaves_a_closed_box_in_silence() {
     for (law, speed, step, what) in [
         (HERTZ, 60.0, 1e-6, "overlaps wall `box.+x` by 0.5"),
         (LINEAR, 30.0, 5e-6, "overlaps wall `box.+x` by 0.5"),
@@ -132,7 +132,7 @@ fn what_keeps_the_limits_is_left_alone() {
 /// Limits are parts of a particle's own radius, of a pair of the smaller one: beside a large neighbour they are what they are
 /// without it. And of the cases beyond them the worst is reported, not the last.
 #[test]
-fn limits_are_parts_of_the_smallest_radius_and_the_worst_is_told() {
+fn limits_are_parts_of_the_smallest_radius_and_the_worst_is_reported() {
     let neighbour = |position: &str| {
         format!(
             r#"

@@ -57,7 +57,7 @@ fn a_table_holds_clumps_and_spheres_as_entries_do() {
 }
 
 #[test]
-fn wrong_rows_are_told() {
+fn wrong_rows_are_reported() {
     for (row, part) in [
         (
             "rodd,,",

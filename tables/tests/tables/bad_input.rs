@@ -245,7 +245,7 @@ fn text_that_is_no_table() {
 }
 
 #[test]
-fn fields_that_are_not_what_is_asked_for() {
+fn fields_that_are_not_of_the_requested_type() {
     let place = Place::new();
     let path = place.with(
         "t.csv",

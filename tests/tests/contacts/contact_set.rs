@@ -153,7 +153,7 @@ fn few_that_are_fast_have_extra_skin() {
 /// One of a level that has little skin, as its particles hardly moved, sets out fast: in this scene it met one that no list held
 /// while such a particle counted as one that may go half the skin.
 #[test]
-fn who_has_little_skin_is_listed_anew_in_time() {
+fn particles_with_little_skin_are_listed_anew_in_time() {
     let ratio = 52.254;
     let sizes = [0.11 / ratio, ratio];
     few_are_fast(
@@ -379,7 +379,7 @@ fn rod(radius: f64) -> Clump {
 
 /// Rods that spin beside each other: their ends are many times as fast as their centres, which hardly move.
 #[test]
-fn bodies_that_spin_meet_whom_they_overlap() {
+fn bodies_that_spin_meet_what_they_overlap() {
     for periodic in [[false; 3], [true; 3]] {
         let size = DVec3::splat(0.4);
         let mut random = Stream::new(3, "spinning rods", 0);
@@ -448,7 +448,7 @@ fn touching_walls(engine: &Engine) -> BTreeSet<(Id, WallIndex, u32)> {
 /// Walls that are as fast as the particles that come towards them, so that both use up the margin of the list: the contacts are
 /// those of a check of every particle in every step.
 #[test]
-fn walls_that_are_fast_meet_whom_they_touch() {
+fn walls_that_are_fast_meet_what_they_touch() {
     let size = DVec3::ONE;
     let middle = 0.5 * size;
     let swing = |amplitude: DVec3, phase: f64| Component::Oscillation {

@@ -298,7 +298,7 @@ fn cut_tension_leaves_cohesion() {
 
 /// The same contact seen from the side of B: all forces and couples turn round, step after step, whatever the history.
 #[test]
-fn a_contact_told_from_the_other_side_is_the_same() {
+fn a_contact_reported_from_the_other_side_is_the_same() {
     for (name, tangential) in tangentials() {
         let law = law(hertz(), tangential, luding(None, 0.05, (0.1, 0.15)));
         let contact = |turned: bool| {

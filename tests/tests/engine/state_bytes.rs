@@ -399,7 +399,7 @@ fn a_force_beside_the_contacts_acts_in_every_step_and_is_part_of_the_state() {
 /// The counts of the guard are the same after a restart as without one: how often, and the worst of it with its step, place and
 /// partner.
 #[test]
-fn what_the_guard_has_counted_is_told_after_a_restart() {
+fn what_the_guard_has_counted_is_reported_after_a_restart() {
     let law = frictionless(AnyNormal::Linear(Linear::new(1e3, 0.0)));
     let mut draft = mercury_tests::scenes::plan(1e-4, 1000.0, law);
     draft.guard = Guard {

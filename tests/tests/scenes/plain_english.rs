@@ -1,6 +1,6 @@
 //! Texts of the project speak of things in standard technical English: a particle is "a particle", not "who".
 //!
-//! The test reads comments and string literals of Rust files, and whole files of the other kinds.
+//! The test reads comments, string literals and names of functions in Rust files, and whole files of the other kinds.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -18,8 +18,8 @@ const FORBIDDEN: [&str; 8] = [
     "told",
 ];
 
-/// Phrases about people, which may contain a forbidden word.
-const ABOUT_PEOPLE: [&str; 10] = [
+/// Phrases about people, and a phrasal verb, which may contain a forbidden word.
+const ABOUT_PEOPLE: [&str; 11] = [
     "users who",
     "user who",
     "people who",
@@ -31,6 +31,8 @@ const ABOUT_PEOPLE: [&str; 10] = [
     // Authors of sources.
     "Wadell (1932), who",
     "Korn and Graubard 1998, Survey Methodology 24, 193, who",
+    // Things that are.
+    "told apart",
     // The rule itself, in CONTRIBUTING.md.
     "is not *who* or *nobody*",
 ];
@@ -68,10 +70,11 @@ fn files(folder: &Path, root: &Path, ignored: &[String], found: &mut Vec<PathBuf
     }
 }
 
-/// Rust code with everything blanked but comments and string literals, and these without `{placeholders}`. Lines stay where they are.
+/// Rust code with everything blanked but comments, the words of names of functions, and string literals without `{placeholders}`.
+/// Lines stay where they are.
 fn prose(code: &str) -> String {
     let mut prose = String::with_capacity(code.len());
-    let mut rest = code;
+    let (mut rest, mut names_function) = (code, false);
     while let Some(next) = rest.chars().next() {
         let length = token(rest);
         let (text, after) = rest.split_at(length.max(next.len_utf8()));
@@ -79,10 +82,13 @@ fn prose(code: &str) -> String {
             prose += text;
         } else if text.contains('"') && length > 0 {
             prose += &without_placeholders(text);
+        } else if names_function && length > 0 {
+            prose += &text.replace('_', " ");
         } else {
             prose.extend(text.chars().filter(|&c| c == '\n'));
             prose.push(' ');
         }
+        names_function = text == "fn" || names_function && text == " ";
         rest = after;
     }
     prose
@@ -224,6 +230,8 @@ fn words_of_prose_are_found_and_those_of_code_are_not() {
         [word(1, "who")]
     );
     assert_eq!(found("fn f<'a>(who: &'a str) {} // users who read"), []);
+    assert_eq!(found("fn is_told() {}"), [word(1, "told")]);
+    assert_eq!(found("fn are_told_apart() { told() }"), []);
     assert_eq!(found("\"a \\\n who\""), [word(2, "who")]);
     assert_eq!(found("// a whole"), []);
 }

@@ -405,7 +405,7 @@ fn a_plate_across_the_face_is_a_plate() {
 
 /// A mesh that goes on for ever is there beyond its faces as far as was requested, on either side.
 #[test]
-fn copies_reach_as_far_as_asked() {
+fn copies_reach_as_far_as_requested() {
     for (plate, centre) in [(0.7, 0.05), (0.3, 0.95)] {
         // A floor of one period, far below, and a plate across it.
         let floor = |x: f64, y: f64| dvec3(x, y, -5.0);

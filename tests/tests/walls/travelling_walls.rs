@@ -402,7 +402,7 @@ fn a_ball_in_a_groove_of_one_mesh_keeps_both_springs() {
 /// A plate turns about an axis that travels along a periodic axis with it: that axis moves at the velocity of the journey in every period, also after the
 /// plate was set back by whole periods; and so do, turning about it, all other points.
 #[test]
-fn velocities_that_are_told_go_back_by_periods_with_the_wall() {
+fn velocities_that_are_reported_go_back_by_periods_with_the_wall() {
     let (speed, spin) = (0.5, 3.0);
     let turn = Component::Rotation {
         axis: DVec3::Y,

@@ -541,7 +541,7 @@ fn sums_survive_a_snapshot() {
 
 /// Off is off: nothing is summed up, nothing is written.
 #[test]
-fn nobody_pays_who_does_not_ask() {
+fn what_is_not_requested_costs_nothing() {
     let mut plan = thrown(false, vec![turning()]);
     plan.output.triangle_loads = false;
     let mut engine = engine(plan.clone());

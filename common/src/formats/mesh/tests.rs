@@ -285,7 +285,7 @@ fn obj_agrees_with_tobj() {
 }
 
 #[test]
-fn degenerate_triangles_are_kept_and_told() {
+fn degenerate_triangles_are_kept_and_reported() {
     let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 2 0 0\nf 1 2 3\nf 1 1 2\nf 1 2 4\n";
     let mesh = read_as("t.obj", text.as_bytes()).unwrap();
     assert_eq!(mesh.triangles.len(), 3);

@@ -62,7 +62,7 @@ fn optional_columns_default_to_zero() {
 }
 
 #[test]
-fn columns_that_nobody_needs_are_named() {
+fn columns_that_are_not_needed_are_named() {
     let text = "id,x,mass,y,z,type,radius\n7,1,?,2,3,b,4\n";
     let table = ParticleTableReader::new(text.as_bytes(), Path::new("p.csv")).unwrap();
     assert!(table.ignored().eq(["id", "mass", "type"]));

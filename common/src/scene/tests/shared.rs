@@ -38,7 +38,7 @@ fn every_shared_scene_parses() {
 }
 
 #[test]
-fn the_clump_of_the_t_bar_is_asked_for() {
+fn the_clump_of_the_t_bar_is_requested() {
     let Some(folder) = shared("") else { return };
     let errors = read_scene(&folder.join("scenes/t-bar.toml"), &[]).expect_err("no clump file yet");
     assert_eq!(errors.0.len(), 1, "{errors}");

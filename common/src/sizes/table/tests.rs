@@ -130,7 +130,7 @@ fn options_speak_for_files_without_header() {
 }
 
 #[test]
-fn mercury_repairs_are_made_and_said_only_when_asked() {
+fn mercury_repairs_are_made_and_said_only_on_request() {
     let options = Options {
         mercury: true,
         ..Options::default()

@@ -77,7 +77,7 @@ fn bodies_overlap_neither_each_other_nor_walls_nor_images() {
 }
 
 #[test]
-fn orientations_are_uniform_and_sizes_those_asked_for() {
+fn orientations_are_uniform_and_sizes_those_requested() {
     let still = filled(Total::Number(600));
     let bodies = still.particles.bodies();
     // The mean of u u^T over a uniform axis u is 1/3 with a standard deviation of 0.298/sqrt(n) per diagonal entry and

@@ -480,7 +480,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
     #[test]
-    fn nobody_overlaps_anybody_or_a_wall_and_all_lie_wholly_inside(
+    fn no_particle_overlaps_another_or_a_wall_and_all_lie_wholly_inside(
         seed in 0..u64::MAX,
         periodic in any::<[bool; 3]>(),
         sticks_out in any::<bool>(),

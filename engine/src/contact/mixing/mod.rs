@@ -120,7 +120,7 @@ impl<'a> Pair<'a> {
 
     /// Whether the keys of this law are being read.
     #[must_use]
-    pub fn asks(&self, law: &LawKeys) -> bool {
+    pub fn requests(&self, law: &LawKeys) -> bool {
         self.law.name == law.name
     }
 

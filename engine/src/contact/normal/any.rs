@@ -66,7 +66,7 @@ macro_rules! normal_laws {
             const KEYS: &'static LawKeys = &LawKeys::NONE;
 
             fn of_scene(pair: &mut Pair<'_>) -> Option<Self> {
-                $(if pair.asks($law::KEYS) {
+                $(if pair.requests($law::KEYS) {
                     return $law::of_scene(pair).map(Self::$variant);
                 })*
                 None

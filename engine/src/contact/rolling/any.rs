@@ -19,7 +19,7 @@ macro_rules! rolling_laws {
 
             /// Whether the law of two materials takes its stiffness from the tangential one.
             pub(in crate::contact) fn needs_tangential_stiffness(pair: &mut Pair<'_>) -> bool {
-                $(if pair.asks($law::KEYS) {
+                $(if pair.requests($law::KEYS) {
                     return $law::needs_tangential_stiffness(pair);
                 })*
                 false
@@ -30,7 +30,7 @@ macro_rules! rolling_laws {
                 pair: &mut Pair<'_>,
                 tangential: &AnyTangential,
             ) -> Option<Self> {
-                $(if pair.asks($law::KEYS) {
+                $(if pair.requests($law::KEYS) {
                     let law = $law::of_scene(pair, tangential)?;
                     return Some(law.map_or(Self::None, Self::$variant));
                 })*

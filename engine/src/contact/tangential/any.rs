@@ -23,7 +23,7 @@ macro_rules! tangential_laws {
                 normal: &AnyNormal,
                 friction: Friction,
             ) -> Option<Self> {
-                $(if pair.asks($named::KEYS) {
+                $(if pair.requests($named::KEYS) {
                     return $named::of_scene(pair, normal, friction);
                 })*
                 None

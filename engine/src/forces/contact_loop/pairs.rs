@@ -19,7 +19,7 @@ use super::bonds::SlotEvent;
 use super::contact_batch::{CHUNK, ContactBatch, Numbers, ROOM};
 use super::contact_point::mobility;
 use super::pass::{ContactSite, Pass, Rows};
-use super::prefetch::{PORTION, ask_ahead};
+use super::prefetch::{PORTION, prefetch_ahead};
 use super::slots::{FREE, IMAGE, Slot, TOUCHING, WITH_HISTORY, with_history};
 use crate::contact::{
     Action, AdhesionLaw, Event, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
@@ -92,7 +92,7 @@ where
             let portion = if pass.asks_ahead { PORTION } else { ROOM };
             for base in (0..end).step_by(portion) {
                 if pass.asks_ahead {
-                    ask_ahead(rest, rows, first_row, base);
+                    prefetch_ahead(rest, rows, first_row, base);
                 }
                 let some = base..end.min(base + portion);
                 let first = (first_row, first_slot);

@@ -24,7 +24,7 @@ const AHEAD: usize = 128;
 /// The processor predicts the addresses of the slots, but not those of their partners, and it can hold a dozen or two of pending
 /// reads: prefetched all at once, they would hold up the evaluation, so they are requested in portions.
 #[inline(always)]
-pub(super) fn ask_ahead<H>(later: &[Slot<H>], rows: &Rows<'_>, first_row: usize, base: usize) {
+pub(super) fn prefetch_ahead<H>(later: &[Slot<H>], rows: &Rows<'_>, first_row: usize, base: usize) {
     let begin = base / PORTION * SLOTS;
     let of = |from: usize| {
         let upto = later.len().min(from + SLOTS);

@@ -16,7 +16,7 @@ use crate::walls::{
 };
 
 /// Queries every particle and every wall, with all its images.
-fn by_asking_all(
+fn by_testing_all(
     particles: &Particles,
     extra_skin: &[f64],
     walls: &[WallNow],
@@ -241,7 +241,7 @@ proptest! {
         let Built { grid, .. } =
             build(&mut particles, &mut extra_skin, &levels, &listed, &images, false);
         let walls: Vec<WallNow> = (0..walls).map(|_| draw.wall(&images)).collect();
-        let expected = by_asking_all(&particles, &extra_skin, &walls, &images, margin);
+        let expected = by_testing_all(&particles, &extra_skin, &walls, &images, margin);
         for parallel in [false, true] {
             let found =
                 find_near_walls(&particles, &extra_skin, &grid, &walls, &images, &listed, parallel);

@@ -178,7 +178,7 @@ fn regular(height: impl Fn(u32, u32) -> f64) -> TriangleMesh {
 
 /// The copies do not appear in reports on the mesh, and the seams are no rims.
 #[test]
-fn only_the_triangles_of_the_file_are_told() {
+fn only_the_triangles_of_the_file_are_reported() {
     let triangles = square(6, |_, _| 0.0);
     let one = mesh(&triangles, false).unwrap();
     let endless = one.continued(&BOTH, 0.7).unwrap();

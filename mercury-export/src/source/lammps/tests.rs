@@ -77,7 +77,7 @@ fn a_data_file_is_read_by_ids() {
 }
 
 #[test]
-fn wrong_data_files_are_told_where_and_why() {
+fn wrong_data_files_are_reported_where_and_why() {
     for (from, to, line, part) in [
         (
             "2 atoms\n",
@@ -260,7 +260,7 @@ fn wrong_dumps_give_their_good_frames_and_say_what_is_wrong() {
 }
 
 #[test]
-fn files_are_told_by_what_is_in_them() {
+fn files_are_recognised_by_what_is_in_them() {
     assert_eq!(kind_of(DATA), Some(Kind::DataFile));
     assert_eq!(kind_of(DUMP), Some(Kind::Dump));
     assert_eq!(

@@ -63,7 +63,7 @@ fn a_mesh_of_one_period_goes_on_and_says_so() {
 }
 
 #[test]
-fn a_mesh_that_misses_the_period_is_told_of() {
+fn a_mesh_that_misses_the_period_is_reported() {
     let (reported, periods) = notes(0.995, "");
     assert_eq!(periods, 0);
     assert_eq!(
@@ -116,7 +116,7 @@ fn loads_on_triangles_need_triangles_and_a_file() {
 }
 
 #[test]
-fn a_mesh_in_the_wrong_place_or_unit_is_told_of() {
+fn a_mesh_in_the_wrong_place_or_unit_is_reported() {
     let warnings = |scale: f64, more: &str| {
         let (folder, text) = scene(true, "", scale, more);
         let plan = planned_with(&text, &[]).unwrap_or_else(|errors| panic!("{errors}"));

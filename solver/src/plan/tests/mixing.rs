@@ -319,7 +319,7 @@ fn a_side_that_leaves_its_tangential_damping_open_counts_with_the_default() {
 }
 
 #[test]
-fn rolling_takes_the_stiffness_of_the_contact_or_asks_for_one() {
+fn rolling_takes_the_stiffness_of_the_contact_or_requests_one() {
     let normal = "normal = { law = \"linear\", stiffness = 1e4, dissipation = 0.0 }\n";
     let rolling = "rolling = { law = \"luding\", friction = 0.1 }\n";
     let sliding = "tangential = { law = \"linear\", stiffness = 2e3, friction = 0.5 }\n";

@@ -137,7 +137,7 @@ fn more_spheres_than_can_be_numbered_are_refused_on_any_machine() {
 }
 
 #[test]
-fn what_insertions_bring_is_counted_after_the_plan_is_told() {
+fn what_insertions_bring_is_counted_after_the_plan_is_reported() {
     let scene = scene(&rain("1000000000"));
     let (plan, needed) = plan_within(&scene, machine(24e9)).unwrap();
     assert_eq!(needed.spheres, 1e9);

@@ -121,7 +121,7 @@ until = 5e-3
 }
 
 #[test]
-fn a_trial_that_is_stopped_before_its_first_step_tells_nothing() {
+fn a_trial_that_is_stopped_before_its_first_step_reports_nothing() {
     let options = RunOptions::default();
     options.stop.store(true, Ordering::Relaxed);
     let found = trial(plan_of(""), &options, Duration::from_secs(600));

@@ -101,7 +101,7 @@ fn periodic_images_behave_like_neighbours() {
 }
 
 #[test]
-fn fixed_particles_are_infinitely_heavy_and_move_as_told() {
+fn fixed_particles_are_infinitely_heavy_and_move_as_prescribed() {
     let law = ContactLaw::frictionless(linear());
     let mut simulation = Simulation::new(1e-5, law);
     simulation.gravity = dvec3(0.0, 0.0, -9.81);
