@@ -70,7 +70,7 @@ fn check_every_step(plan: Inputs, steps: u32) -> Engine {
 }
 
 #[test]
-fn all_particles_leaves_in_the_step_in_which_the_centre_does() {
+fn all_particles_leave_in_the_step_in_which_the_centre_does() {
     let ball = Region::Sphere {
         origin: DVec3::new(0.0, 0.5, 0.5),
         radius: 0.2,
