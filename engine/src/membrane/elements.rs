@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::forces::in_lanes;
 use crate::lanes::{Real, Vector};
 
 /// A triangle at rest for the law of St. Venant and Kirchhoff, or several in lanes.
@@ -24,13 +25,18 @@ impl<L: Real> Strained<L> {
     #[inline(always)]
     #[must_use]
     pub fn gather<'a>(strained: impl Fn(usize) -> &'a Strained) -> Self {
-        let three = |of: fn(&Strained) -> &[f64; 3]| {
-            [0, 1, 2].map(|index| L::from_lanes(|k| of(strained(k))[index]))
-        };
         Self {
-            metric: three(|strained| &strained.metric),
-            inverse: three(|strained| &strained.inverse),
-            area: L::from_lanes(|k| strained(k).area),
+            metric: [
+                in_lanes(|k| strained(k).metric[0]),
+                in_lanes(|k| strained(k).metric[1]),
+                in_lanes(|k| strained(k).metric[2]),
+            ],
+            inverse: [
+                in_lanes(|k| strained(k).inverse[0]),
+                in_lanes(|k| strained(k).inverse[1]),
+                in_lanes(|k| strained(k).inverse[2]),
+            ],
+            area: in_lanes(|k| strained(k).area),
         }
     }
 
@@ -67,7 +73,8 @@ impl<L: Real> Strained<L> {
     #[must_use]
     pub fn tensions(&self, sides: [Vector<L>; 2], stiffness: f64, nu: f64) -> [L; 3] {
         let ([s11, s12, s22], _) = self.stress(sides, stiffness, nu);
-        [s11 + s12, -s12, s22 + s12].map(|tension| self.area * tension)
+        let area = self.area;
+        [area * (s11 + s12), -(area * s12), area * (s22 + s12)]
     }
 }
 
@@ -122,7 +129,11 @@ impl<L: Real> Sides<L> {
     pub(super) fn new(ab: Vector<L>, ac: Vector<L>) -> Self {
         let bc = ac - ab;
         Self {
-            squares: [ab, bc, ac].map(Vector::length_squared),
+            squares: [
+                ab.length_squared(),
+                bc.length_squared(),
+                ac.length_squared(),
+            ],
             turns: [-ac.dot(ab), ab.dot(bc), -bc.dot(ac)],
         }
     }

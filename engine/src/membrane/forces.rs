@@ -8,7 +8,8 @@
 //! sin(theta0/2)) of the hinge, its edge d and the opposite corner p, the corners p, start and end of the edge get m/|d| times d.d, (p - end).d and
 //! -(p - start).d along n/A. So a triangle needs one number of each of its hinges. The rate of the angle has the same three factors ([`Sides`]).
 //!
-//! The passes over edges and triangles are made in lanes. Chunks are shared among threads. Neither changes a bit.
+//! The passes over edges and triangles are made in lanes. Chunks are shared among threads. Neither changes a bit. No closure here computes in lanes:
+//! one that is not inlined would be compiled for a processor without them, and be several times as slow.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -47,9 +48,9 @@ pub struct Workspace {
 }
 
 impl Workspace {
-    /// Normal times area of each triangle, m^2, as of the last evaluation.
-    pub fn areas(&self) -> impl Iterator<Item = DVec3> + '_ {
-        self.faces.iter().map(|&face| face.into())
+    /// Normal times area of the triangles from `first` on, m^2, as of the last evaluation.
+    pub fn areas(&self, first: usize) -> impl Iterator<Item = DVec3> + '_ {
+        self.faces[first..].iter().map(|&face| face.into())
     }
 }
 
@@ -154,16 +155,29 @@ impl Columns {
         Self([number; MOST_LANES])
     }
 
-    /// Those of the elements from `at` on, and `other` with them.
+    /// The columns of the elements from `at` on.
     #[inline(always)]
-    fn merge<L: Real>(&mut self, at: usize, other: L, merged: impl Fn(L, L) -> L) {
-        let own = &mut self.0[at % MOST_LANES..];
-        merged(L::load(own), other).store(own);
+    fn of(&mut self, at: usize) -> &mut [f64] {
+        &mut self.0[at % MOST_LANES..]
     }
 
     #[inline(always)]
     fn add<L: Real>(&mut self, at: usize, other: L) {
-        self.merge(at, other, |own, other| own + other);
+        let own = self.of(at);
+        (L::load(own) + other).store(own);
+    }
+
+    /// The least, or the largest, so far.
+    #[inline(always)]
+    fn least<L: Real>(&mut self, at: usize, other: L) {
+        let own = self.of(at);
+        L::load(own).min(other).store(own);
+    }
+
+    #[inline(always)]
+    fn largest<L: Real>(&mut self, at: usize, other: L) {
+        let own = self.of(at);
+        L::load(own).max(other).store(own);
     }
 
     fn sum(self) -> f64 {
@@ -180,6 +194,29 @@ fn between<'a, L: Real>(
 ) -> Vector<L> {
     let [x, y, z, _] = L::differences(to, from);
     Vector::new(x, y, z)
+}
+
+/// `number(k)` in lane `k`.
+#[inline(always)]
+pub(super) fn in_lanes<L: Real>(number: impl Fn(usize) -> f64) -> L {
+    let mut numbers = [0.0; MOST_LANES];
+    for (k, lane) in numbers[..L::LANES].iter_mut().enumerate() {
+        *lane = number(k);
+    }
+    L::load(&numbers)
+}
+
+/// One number of one side of each triangle, in lanes.
+#[inline(always)]
+fn of_sides<L: Real>(numbers: &[Quad], sides_of: &[[u32; 2]], which: usize) -> L {
+    in_lanes::<L>(|k| one_of(numbers, sides_of[k][which]))
+}
+
+/// Unit normals of one triangle of each hinge, in lanes.
+#[inline(always)]
+fn normals<L: Real>(faces: &[Quad], sides_of: &[[u32; 2]], which: usize) -> Vector<L> {
+    let [x, y, z, inverse] = L::columns(|k| &faces[(sides_of[k][which] >> 2) as usize]);
+    Vector::new(x, y, z) * inverse
 }
 
 /// One number of each side, or corner, of a triangle: the place of it is four times the triangle, plus its own.
@@ -448,11 +485,11 @@ impl InLanes for Areas<'_> {
         }
         if !self.rates.is_empty() {
             let over = area * (inverse * inverse);
-            let speed = |corner: usize| {
-                let speed = L::vectors(|k| &speeds[triangles[k][corner] as usize]);
-                over.dot(speed)
-            };
-            let rates = Sides::new(ab, ac).shared([0, 1, 2].map(speed));
+            let speed = |k: usize, corner: usize| &speeds[triangles[k][corner] as usize];
+            let of_a = over.dot(L::vectors(|k| speed(k, 0)));
+            let of_b = over.dot(L::vectors(|k| speed(k, 1)));
+            let of_c = over.dot(L::vectors(|k| speed(k, 2)));
+            let rates = Sides::new(ab, ac).shared([of_a, of_b, of_c]);
             let rows = L::rows(Vector::from_slice(&rates), L::ZERO);
             self.rates[at..at + L::LANES].copy_from_slice(&rows[..L::LANES]);
         }
@@ -552,13 +589,12 @@ impl Pulls<'_> {
         let inverse = L::ONE / length;
         let rest = L::load(&self.inverse[range.clone()]);
         let stretch = length * rest;
-        self.least.merge(at, stretch, L::min);
-        self.largest.merge(at, stretch, L::max);
+        self.least.least(at, stretch);
+        self.largest.largest(at, stretch);
         self.stretch.add(at, stretch);
         let mut tension = if self.is_continuum {
             let sides_of = &self.sides_of[range.clone()];
-            let sides = |which: usize| L::from_lanes(|k| one_of(self.sides, sides_of[k][which]));
-            sides(0) + sides(1)
+            of_sides::<L>(self.sides, sides_of, 0) + of_sides::<L>(self.sides, sides_of, 1)
         } else {
             // Stiffness times (length - length without force), over the length.
             L::load(&self.pull[range.clone()]) * (rest - inverse)
@@ -579,12 +615,8 @@ impl Pulls<'_> {
     #[inline(always)]
     fn bend<L: Real>(&mut self, at: usize, branch: Vector<L>, length: L, inverse: L) {
         let sides_of = &self.sides_of[at..at + L::LANES];
-        let normal = |which: usize| {
-            let [x, y, z, inverse] =
-                L::columns(|k| &self.faces[(sides_of[k][which] >> 2) as usize]);
-            Vector::new(x, y, z) * inverse
-        };
-        let (one, other) = (normal(0), normal(1));
+        let one = normals::<L>(self.faces, sides_of, 0);
+        let other = normals::<L>(self.faces, sides_of, 1);
         // The sine of half the angle.
         let half = (one - other).length() * 0.5;
         let sign = one.cross(other).dot(branch);
@@ -592,8 +624,9 @@ impl Pulls<'_> {
         let rest = L::load(&self.half_sine[at..]);
         let mut moment = L::load(&self.factor[at..]) * (half - rest) * inverse;
         if self.damping > 0.0 {
-            let rates = |which: usize| L::from_lanes(|k| one_of(self.rates, sides_of[k][which]));
-            let rate = (rates(0) + rates(1)) * inverse;
+            let rates =
+                of_sides::<L>(self.rates, sides_of, 0) + of_sides::<L>(self.rates, sides_of, 1);
+            let rate = rates * inverse;
             let dashpot = rate * self.damping;
             moment = moment - dashpot;
             self.lost[1].add(at, dashpot * length * rate);
@@ -638,11 +671,15 @@ impl InLanes for Along<'_> {
         let place = |k: usize, corner: usize| &places[triangles[k][corner] as usize];
         let ab = between::<L>(|k| place(k, 0), |k| place(k, 1));
         let ac = between::<L>(|k| place(k, 0), |k| place(k, 2));
-        let of = |side: usize| L::from_lanes(|k| moments[edges_of[k][side] as usize]);
-        let inverse = L::from_lanes(|k| self.faces[at + k].0[3]);
+        let moment = |k: usize, side: usize| moments[edges_of[k][side] as usize];
+        let of_ab = in_lanes::<L>(|k| moment(k, 0));
+        let of_bc = in_lanes::<L>(|k| moment(k, 1));
+        let of_ca = in_lanes::<L>(|k| moment(k, 2));
+        let inverse = in_lanes::<L>(|k| self.faces[at + k].0[3]);
         let over = inverse * inverse;
-        let shares = Sides::new(ab, ac).returned([0, 1, 2].map(of));
-        let shares = shares.map(|share| share * over + self.third);
+        let [a, b, c] = Sides::new(ab, ac).returned([of_ab, of_bc, of_ca]);
+        let third = self.third;
+        let shares = [a * over + third, b * over + third, c * over + third];
         let rows = L::rows(Vector::from_slice(&shares), L::ZERO);
         self.along[at..at + L::LANES].copy_from_slice(&rows[..L::LANES]);
     }

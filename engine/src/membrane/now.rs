@@ -10,13 +10,9 @@ use super::pressure::Load;
 use super::sheet::Sheet;
 use crate::lanes::Width;
 use crate::neighbours::Images;
-use crate::surface::{Surface, SurfaceMotion};
+use crate::surface::{CHUNK, LARGE, Surface, SurfaceMotion};
 use crate::walls::{Motion, Pose, WallNow};
 
-/// From so many vertices on a sheet is shared among threads.
-const LARGE: usize = 2048;
-/// Vertices that a thread moves at a time.
-const CHUNK: usize = 1024;
 /// Stands for "not held".
 const FREE: u32 = u32::MAX;
 
@@ -319,7 +315,7 @@ impl MembraneNow {
         };
         self.advance_held(plan, surface, (kicks, drift), at, &mut motion);
         if drift > 0.0 {
-            self.works.pressure += 0.5 * drift * self.pressure_power(plan, surface);
+            self.works.pressure += 0.5 * drift * self.pressure_power(plan, surface, at.has_pool);
         }
         motion
     }
@@ -397,6 +393,7 @@ impl MembraneNow {
         } else {
             plan.load.at(at.time, 0.0, 0.0)
         };
+        let is_parallel = at.has_pool && surface.positions.len() >= LARGE;
         let loads: &[DVec3] = if surface.is_loaded {
             &surface.loads
         } else {
@@ -407,23 +404,15 @@ impl MembraneNow {
             velocities: &surface.velocities,
             dashpots: &self.dashpots,
             pressure: self.pressure,
-            is_parallel: at.has_pool && surface.positions.len() >= LARGE,
+            is_parallel,
             width: at.width,
         };
         let work = &mut self.workspace;
         self.powers = sheet.forces(&evaluation, work, loads, &mut surface.forces);
         let mut lost = self.powers.edges + self.powers.hinges;
-        let drag = sheet.law().drag;
-        if drag > 0.0 {
-            for ((force, velocity), mass) in
-                (surface.forces.iter_mut().zip(&surface.velocities)).zip(sheet.masses())
-            {
-                *force -= *velocity * (drag * mass);
-                lost += drag * mass * velocity.length_squared();
-            }
-        }
+        lost += drag(sheet, surface, is_parallel);
         self.works.dissipated += since * lost;
-        self.works.pressure += 0.5 * since * self.pressure_power(plan, surface);
+        self.works.pressure += 0.5 * since * self.pressure_power(plan, surface, at.has_pool);
         for (number, hold) in plan.holds.iter().enumerate() {
             let mut load = HoldLoad::default();
             if self.is_active[number] {
@@ -443,17 +432,25 @@ impl MembraneNow {
     }
 
     /// Power of the pressure's forces of the last evaluation, W, with the present velocities.
-    fn pressure_power(&self, plan: &MembranePlan, surface: &Surface) -> f64 {
+    fn pressure_power(&self, plan: &MembranePlan, surface: &Surface, has_pool: bool) -> f64 {
         if self.pressure == 0.0 {
             return 0.0;
         }
-        let triangles = plan.sheet.topology().triangles().iter();
-        let swept: f64 = (triangles.zip(self.workspace.areas()))
-            .map(|(corners, area)| {
+        let triangles = plan.sheet.topology().triangles();
+        let swept = |first: usize, triangles: &[[u32; 3]]| -> f64 {
+            let areas = self.workspace.areas(first).zip(triangles);
+            let powers = areas.map(|(area, corners)| {
                 let [a, b, c] = corners.map(|k| surface.velocities[k as usize]);
                 area.dot(a + b + c)
-            })
-            .sum();
+            });
+            powers.sum()
+        };
+        let is_parallel = has_pool && surface.positions.len() >= LARGE;
+        let chunks = triangles.chunks(CHUNK).enumerate();
+        let sums = map_chunks(is_parallel, chunks, |(chunk, triangles)| {
+            swept(chunk * CHUNK, triangles)
+        });
+        let swept: f64 = sums.into_iter().sum();
         self.pressure * swept / 3.0
     }
 
@@ -552,6 +549,40 @@ impl MembraneNow {
             .evaluated_at(&surface.positions, &mut self.workspace);
         Ok(())
     }
+}
+
+/// What comes of each of these, in their order; by all threads if `is_parallel`.
+fn map_chunks<T: Send, R: Send>(
+    is_parallel: bool,
+    chunks: impl Iterator<Item = T>,
+    work: impl Fn(T) -> R + Send + Sync,
+) -> Vec<R> {
+    if is_parallel {
+        let chunks: Vec<T> = chunks.collect();
+        chunks.into_par_iter().map(work).collect()
+    } else {
+        chunks.map(work).collect()
+    }
+}
+
+/// Adds the drag on the vertices to all forces on them. Returns what it loses, W.
+fn drag(sheet: &Sheet, surface: &mut Surface, is_parallel: bool) -> f64 {
+    let drag = sheet.law().drag;
+    if drag == 0.0 {
+        return 0.0;
+    }
+    let vertices = surface.velocities.chunks(CHUNK);
+    let vertices = vertices.zip(sheet.masses().chunks(CHUNK));
+    let chunks = surface.forces.chunks_mut(CHUNK).zip(vertices);
+    let lost = map_chunks(is_parallel, chunks, |(forces, (velocities, masses))| {
+        let mut lost = 0.0;
+        for ((force, velocity), mass) in forces.iter_mut().zip(velocities).zip(masses) {
+            *force -= *velocity * (drag * mass);
+            lost += drag * mass * velocity.length_squared();
+        }
+        lost
+    });
+    lost.into_iter().sum()
 }
 
 /// The shortest way between images of the ends: a wall that goes on for ever is set back by whole periods.

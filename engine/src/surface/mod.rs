@@ -16,12 +16,18 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use mercury_common::formats::mesh::TriangleMesh;
+use rayon::prelude::*;
 
 pub use place::{Place, SurfaceLoad};
 pub use plan::{Faces, SurfacePlan};
 pub use saved::SavedSurface;
 
 use crate::walls::{Mesh, Motion, Shape, Wall, WallError};
+
+/// From so many vertices on threads share them, if there are several.
+pub const LARGE: usize = 2048;
+/// Vertices that a thread takes at a time.
+pub const CHUNK: usize = 1024;
 
 /// A sheet as it is now.
 #[derive(Debug, Clone, PartialEq)]
@@ -182,11 +188,21 @@ impl Surface {
     /// How far a point of it is at most from where it was when the candidate list was built, m.
     #[must_use]
     pub fn way_since_listed(&self) -> f64 {
-        let ways = self.positions.iter().zip(&self.listed);
-        let most = ways.fold(0.0f64, |most, (now, then)| {
-            most.max(now.distance_squared(*then))
-        });
-        most.sqrt()
+        let most = |(now, then): (&[DVec3], &[DVec3])| {
+            let ways = now.iter().zip(then);
+            ways.fold(0.0f64, |most, (now, then)| {
+                most.max(now.distance_squared(*then))
+            })
+        };
+        // The largest is the same whatever threads find.
+        let square = if self.positions.len() >= LARGE && rayon::current_thread_index().is_some() {
+            let chunks = self.positions.par_chunks(CHUNK);
+            let ways = chunks.zip(self.listed.par_chunks(CHUNK)).map(most);
+            ways.reduce(|| 0.0, f64::max)
+        } else {
+            most((&self.positions, &self.listed))
+        };
+        square.sqrt()
     }
 
     /// The candidate list is built with the sheet as it is now.

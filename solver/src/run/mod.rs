@@ -50,7 +50,7 @@ use mercury_engine::stage::{Event, OutputFile, Stage, Task};
 use mercury_engine::state::{Encoder, FIXED, PEBBLE};
 use mercury_engine::step::{Engine, RunError, StartOptions};
 
-/// Fewer particles and pebbles than these are stepped by one thread: two threads took as long for 1,000 beads, and 0.7 of the time for 2,000
+/// Fewer particles, pebbles and vertices of sheets than these are stepped by one thread: two threads took as long for 1,000 beads, and 0.7 of the time for 2,000
 /// (`benches/busy.py`).
 const ALONE_BELOW: usize = 1_500;
 
@@ -121,9 +121,11 @@ impl RunFailure {
 }
 
 impl RunOptions {
-    /// Whether one thread makes the steps of so many particles and pebbles, as they are too few for others to gain anything.
-    fn steps_alone(&self, rows: usize) -> bool {
-        self.fewer_where_faster && self.threads > 1 && rows < ALONE_BELOW
+    /// Whether one thread makes the steps, as there are too few particles, pebbles and vertices for others to gain anything.
+    fn steps_alone(&self, engine: &Engine) -> bool {
+        let vertices = engine.surfaces().iter().map(|sheet| sheet.positions.len());
+        let count = engine.particles.len() + vertices.sum::<usize>();
+        self.fewer_where_faster && self.threads > 1 && count < ALONE_BELOW
     }
 
     fn start(&self, schedule: &Schedule) -> StartOptions {
@@ -579,7 +581,7 @@ impl Run {
             records: due.needs_records() || (perhaps_last && everything.needs_records()),
             audit: None,
         });
-        let is_alone = self.options.steps_alone(engine.particles.len());
+        let is_alone = self.options.steps_alone(engine);
         engine.step_alone(is_alone);
         // A worn wall ends the run with the next step, wherever this piece would have ended.
         let was_worn = engine.is_worn();

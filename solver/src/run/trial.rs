@@ -118,7 +118,7 @@ pub fn trial(plan: Plan, options: &RunOptions, limit: Duration) -> Result<Option
             stage.expect(expected_at(&long_steps, target));
             stage.begin(Task::Inserting);
         }
-        engine.step_alone(options.steps_alone(engine.particles.len()));
+        engine.step_alone(options.steps_alone(&engine));
         let since = Instant::now();
         match engine.steps_at_once(target - step, watch) {
             Err(RunError::GivenUp) if particle_steps > 0 => break,

@@ -128,7 +128,7 @@ impl Mesh {
                 given: places.len(),
             });
         }
-        for &place in places {
+        if let Some(&place) = places.iter().find(|place| !place.is_finite()) {
             finite_vector("corners", place)?;
         }
         let (before, tolerance) = (&self.vertices, self.tolerance);
