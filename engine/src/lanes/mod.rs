@@ -7,7 +7,7 @@
 //! How to write a rare case, so that it costs nothing where it does not occur and is right if only some lanes are in it:
 //!
 //! ```
-//! use mercury_solver::lanes::{Lanes, Mask, Real};
+//! use mercury_engine::lanes::{Lanes, Mask, Real};
 //!
 //! /// sqrt(x), and 0 below zero.
 //! fn root<L: Real>(x: L) -> L {
