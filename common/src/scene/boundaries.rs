@@ -3,7 +3,8 @@
 use glam::DVec3;
 
 use super::item::Item;
-use super::region::{self, Region};
+use super::keys::{Kind, SceneKey, TableKeys, key, positive, vector};
+use super::region::{REGION, Region};
 use super::source::Located;
 
 /// A region with a name: its content is counted (`[[regions]]`) or deleted (`[[deletions]]`).
@@ -28,33 +29,48 @@ pub struct Flux {
     pub radius: Option<Located<f64>>,
 }
 
+/// The name of an entry of a list that has one where none is given.
+#[rustfmt::skip]
+pub(super) const NAME: SceneKey = key("name", Kind::Name, "\"upper half\"", "unique in the list").or_open("by the number of the entry, as in `wall-1`");
+
+/// `[[regions]]` and `[[deletions]]`
+#[rustfmt::skip]
+pub(super) static NAMED_REGION: TableKeys = TableKeys::new(&[&[
+    NAME,
+    key("region", Kind::Table(&REGION), "{ shape = \"box\", min = [0, 0, 0], max = [0.1, 0.1, 0.05] }   # m", "a [region](#regions); particles count by their centre"),
+]]);
+
+/// `[[fluxes]]`
+#[rustfmt::skip]
+pub(super) static FLUX: TableKeys = TableKeys::new(&[&[
+    NAME,
+    key("plane", Kind::Table(&FLUX_PLANE), "{ point = [0.05, 0.05, 0.02], normal = [0, 0, -1] }   # m; counted along the normal", "a plane that passes through the domain"),
+]]);
+
+#[rustfmt::skip]
+static FLUX_PLANE: TableKeys = TableKeys::new(&[&[
+    key("point", vector("m"), "[0.05, 0.05, 0.02]   # m, on the plane", "on the plane"),
+    key("normal", Kind::Direction, "[0, 0, -1]   # the direction that counts", "what crosses along it counts positive"),
+    key("radius", positive("m"), "0.05", "only what crosses so near to the point counts").or_open("unbounded"),
+]]);
+
 /// Reads an entry of `[[regions]]` or `[[deletions]]`.
 pub(super) fn read_region(item: &Item<'_>) -> Option<NamedRegion> {
-    let fields = item.table()?;
-    let name = fields.name_or_number();
-    let region = fields.need("region").and_then(|item| region::read(&item));
-    fields.finish();
+    let fields = item.open(&NAMED_REGION)?;
     Some(NamedRegion {
-        name: name?,
-        region: region?,
+        name: fields.name_or_number(),
+        region: fields.read("region"),
     })
 }
 
 /// Reads an entry of `[[fluxes]]`.
 pub(super) fn read_flux(item: &Item<'_>) -> Option<Flux> {
-    let fields = item.table()?;
-    let name = fields.name_or_number();
-    let plane = fields.need("plane").and_then(|item| item.table());
-    fields.finish();
-    let plane = plane?;
-    let point = plane.need("point").and_then(|item| item.vector());
-    let normal = plane.need("normal").and_then(|item| item.direction());
-    let radius = plane.get("radius").and_then(|item| item.positive());
-    plane.finish();
+    let fields = item.open(&FLUX)?;
+    let plane = fields.section("plane")?;
     Some(Flux {
-        name: name?,
-        point: point?,
-        normal: normal?,
-        radius,
+        name: fields.name_or_number(),
+        point: plane.read("point"),
+        normal: plane.read("normal"),
+        radius: plane.read("radius"),
     })
 }

@@ -2,7 +2,9 @@
 
 use super::MaterialIndex;
 use super::cursor::{Context, Fields};
+use super::from_item::FromItem;
 use super::item::Item;
+use super::keys::{Kind, TableKeys, key};
 use super::law_reader;
 use super::laws::{LawKeys, LawOverride, Part};
 use super::source::{Located, Place};
@@ -72,9 +74,21 @@ pub(super) fn read_all(
     all
 }
 
+/// `[[contacts]]`
+#[rustfmt::skip]
+pub(super) static CONTACTS: TableKeys = TableKeys::new(&[&[
+    key("between", Kind::List("", &Kind::Material), "[\"glass\", \"steel\"]   # names of two materials", "two materials, or one twice"),
+    key("normal", Kind::Law(Part::Normal, false), "{ restitution = 0.6 }", "keys of the law along the normal").or_open("mixed"),
+    key("tangential", Kind::Law(Part::Tangential, false), "{ friction = 0.3 }", "keys of the law of sliding").or_open("mixed"),
+    key("rolling", Kind::Law(Part::Rolling, false), "{ friction = 0.1 }", "keys of the law of rolling").or_open("mixed"),
+    key("torsion", Kind::Law(Part::Torsion, false), "{ friction = 0.1 }", "keys of the law of twisting").or_open("mixed"),
+    key("liquid", Kind::Law(Part::Liquid, false), "{ surface_tension = 0.05 }", "keys of the law of liquid bridges").or_open("mixed"),
+]]);
+
 fn read(item: &Item<'_>, words: &LawWords) -> Option<ContactOverride> {
-    let fields = item.table()?;
-    let between = fields.need("between").and_then(|item| read_pair(&item));
+    let fields = item.open(&CONTACTS)?;
+    let between: Option<Pair> = fields.read("between");
+    let between = between.map(|pair| pair.0);
     let pair = between.as_ref().map(|[a, b]| [a.value, b.value]);
     let law = |part: Part| {
         let item = fields.get(part.word())?;
@@ -83,7 +97,6 @@ fn read(item: &Item<'_>, words: &LawWords) -> Option<ContactOverride> {
     let (normal, tangential) = (law(Part::Normal), law(Part::Tangential));
     let (rolling, torsion) = (law(Part::Rolling), law(Part::Torsion));
     let liquid = law(Part::Liquid);
-    fields.finish();
     Some(ContactOverride {
         between: between?,
         place: item.place.clone(),
@@ -95,17 +108,19 @@ fn read(item: &Item<'_>, words: &LawWords) -> Option<ContactOverride> {
     })
 }
 
-fn read_pair(item: &Item<'_>) -> Option<[Located<MaterialIndex>; 2]> {
-    let items = item.list()?;
-    let [first, second] = items.as_slice() else {
-        item.report(format!(
-            "expected the names of two materials, got {}",
-            items.len()
-        ));
-        return None;
-    };
-    let (first, second) = (first.material(), second.material());
-    Some([first?, second?])
+struct Pair([Located<MaterialIndex>; 2]);
+
+impl FromItem for Pair {
+    fn from_item(item: &Item<'_>, _: &'static Kind) -> Option<Self> {
+        let items = item.list()?;
+        let [first, second] = items.as_slice() else {
+            let got = items.len();
+            item.report(format!("expected the names of two materials, got {got}"));
+            return None;
+        };
+        let (first, second) = (first.material(), second.material());
+        Some(Self([first?, second?]))
+    }
 }
 
 fn read_law(

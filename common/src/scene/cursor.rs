@@ -11,14 +11,17 @@ use std::sync::Arc;
 
 use super::error::SceneError;
 use super::examples::example;
+use super::from_item::FromKey;
 use super::item::Item;
 use super::key_path;
+use super::keys::{Absent, Kind, SceneKey, TableKeys, Variant, Variants};
 use super::laws::LawKeys;
 use super::source::{Located, Place};
 use super::spelling::{listed, nearest};
 use super::statement::NamedFile;
 use super::tree::{Entry, Table, Value};
 use crate::readable::printable;
+use crate::units::{Dimension, Quantity};
 use crate::within::Within;
 
 /// Up to this many allowed keys are listed when one is not known.
@@ -50,13 +53,15 @@ pub(super) struct Context {
 
 /// What an entry of a list is called that has no name, where it needs one: `wall-3` for `walls[2]`.
 fn default_name(path: &str) -> Option<String> {
-    let (list, index) = path.strip_suffix(']')?.split_once('[')?;
-    let one = match list {
+    let (list, index) = path.strip_suffix(']')?.rsplit_once('[')?;
+    let one = match list.rsplit('.').next()? {
         "walls" => "wall",
         "insertions" => "insertion",
         "regions" => "region",
         "deletions" => "deletion",
         "fluxes" => "flux",
+        "membranes" => "membrane",
+        "holds" => "hold",
         _ => return None,
     };
     let index: usize = index.parse().ok()?;
@@ -121,6 +126,11 @@ pub(super) struct Fields<'a> {
     /// Problems that [`finish`](Self::finish) reports better: keys that are missing while a misspelt one is there. A caller that
     /// stops at a missing key never calls `finish`.
     left_to_finish: RefCell<Vec<SceneError>>,
+    /// The keys that may stand there, where a table says so.
+    keys: Option<&'static TableKeys>,
+    variant: Option<&'static Variant>,
+    /// Whether keys that are not known have been reported.
+    is_judged: bool,
 }
 
 impl Drop for Fields<'_> {
@@ -139,6 +149,139 @@ impl<'a> Fields<'a> {
             place,
             asked: RefCell::new(Vec::new()),
             left_to_finish: RefCell::new(Vec::new()),
+            keys: None,
+            variant: None,
+            is_judged: false,
+        }
+    }
+
+    /// Holds the table to these keys: reports those that are not known, and more than one of those that exclude each other. Where the
+    /// word that decides on further keys is wrong, keys are not judged.
+    pub(super) fn hold_to(&mut self, keys: &'static TableKeys) {
+        self.keys = Some(keys);
+        self.variant = keys.variant_of(self.table);
+        if let Variants::Word {
+            key,
+            what,
+            example,
+            of,
+            ..
+        } = &keys.variants
+        {
+            let words: Vec<&str> = of.iter().map(|variant| variant.name).collect();
+            match self.get(key) {
+                Some(item) => {
+                    item.word_of(what, &words);
+                }
+                None if self.variant.is_none() => {
+                    self.miss(key, Some(format!("for example: {key} = {example}")));
+                }
+                None => {}
+            }
+        }
+        let known = keys.of(self.variant).map(|key| key.name);
+        let chosen = keys
+            .choices
+            .iter()
+            .flat_map(|choice| choice.keys.iter().copied());
+        self.asked.borrow_mut().extend(known.chain(chosen));
+        self.is_judged = self.variant.is_some() || matches!(keys.variants, Variants::None);
+        if let Variants::Key { of, alone: true } = &keys.variants {
+            let names: Vec<&'static str> = of.iter().map(|variant| variant.name).collect();
+            self.is_judged &= self.exactly_one(&names, true);
+        }
+        if self.is_judged {
+            self.finish();
+        }
+        for choice in keys.choices {
+            self.exactly_one(choice.keys, choice.needed);
+        }
+    }
+
+    /// The variant that the table is, by its name; none where it is wrong.
+    pub(super) fn variant(&self) -> Option<&'static str> {
+        let variant = self.variant.filter(|_| self.is_judged);
+        variant.map(|variant| variant.name)
+    }
+
+    /// Of the keys that exclude each other the one that is given, if it is the only one.
+    pub(super) fn chosen(&self, choice: usize) -> Option<&'static str> {
+        let mut given = self.keys?.choices[choice]
+            .keys
+            .iter()
+            .filter(|key| self.has(key));
+        given.next().filter(|_| given.next().is_none()).copied()
+    }
+
+    fn key(&self, name: &str) -> Option<&'static SceneKey> {
+        self.keys?.of(self.variant).find(|key| key.name == name)
+    }
+
+    /// The value of a key by what the table says of it, or its default.
+    pub(super) fn read<T: FromKey>(&self, name: &'static str) -> T {
+        self.read_or_miss(name, false)
+    }
+
+    /// The value of a key that must be given here, whatever its default.
+    pub(super) fn require<T: FromKey>(&self, name: &'static str) -> T {
+        self.read_or_miss(name, true)
+    }
+
+    fn read_or_miss<T: FromKey>(&self, name: &'static str, needed: bool) -> T {
+        let Some(key) = self.key(name) else {
+            debug_assert!(false, "no table of keys has `{name}`");
+            let error = self.absent(name).error("is in no table of keys");
+            self.context
+                .report(error.with_help("this is a defect of Mercury"));
+            return T::placeholder(&self.place);
+        };
+        if let Some(item) = self.get(name) {
+            return T::from_item(&item, &key.kind).unwrap_or_else(|| T::placeholder(&item.place));
+        }
+        let place = self.absent(name);
+        let default = key.absent.node(&place).filter(|_| !needed);
+        let read = match (&default, key.absent) {
+            (Some(node), _) => {
+                let place = place.clone();
+                let context = self.context;
+                let item = Item {
+                    context,
+                    node,
+                    place,
+                };
+                T::from_item(&item, &key.kind)
+            }
+            (None, Absent::Open(_) | Absent::When(_)) if !needed => T::absent(),
+            _ => {
+                self.miss(name, Some(key.line()));
+                None
+            }
+        };
+        read.unwrap_or_else(|| T::placeholder(&place))
+    }
+
+    /// A table below this one; one without keys where it is left out and may be.
+    pub(super) fn section(&self, name: &'static str) -> Option<Fields<'a>> {
+        static EMPTY: Table = Table {
+            entries: Vec::new(),
+        };
+        let key = self.key(name)?;
+        let Kind::Table(keys) = key.kind else {
+            return None;
+        };
+        if let Some(item) = self.get(name) {
+            return item.open(keys);
+        }
+        match key.absent {
+            Absent::EmptyTable => {
+                let mut fields = Fields::new(self.context, &EMPTY, self.absent(name));
+                fields.hold_to(keys);
+                Some(fields)
+            }
+            _ => {
+                self.miss(name, Some(key.line()));
+                None
+            }
         }
     }
 
@@ -165,35 +308,29 @@ impl<'a> Fields<'a> {
 
     /// The value of a key that must be there.
     pub(super) fn need(&self, key: &'static str) -> Option<Item<'a>> {
-        self.need_or_help(key, None)
-    }
-
-    /// The value of a required key, with a hint for the case that it is missing.
-    pub(super) fn need_or_help(&self, key: &'static str, help: Option<&str>) -> Option<Item<'a>> {
         let item = self.get(key);
         if item.is_none() {
-            // A misspelt key is reported once, as unknown, with the right spelling.
-            let misspelt = self.table.entries.iter().find(|entry| {
-                !self.asked.borrow().contains(&entry.key.as_str())
-                    && (nearest(&entry.key, [key]).is_some()
-                        || (key == "radius" && entry.key == "diameter"))
-            });
-            let error = self.absent(key).error("is missing");
-            match misspelt {
-                Some(entry) => {
-                    let error = error.with_help(format!("is it meant by `{}`?", entry.key));
-                    self.left_to_finish.borrow_mut().push(error);
-                }
-                None => self.context.report(SceneError {
-                    help: help.map_or_else(
-                        || example(self.place.key(), key),
-                        |help| Some(help.to_owned()),
-                    ),
-                    ..error
-                }),
-            }
+            self.miss(key, example(key));
         }
         item
+    }
+
+    /// Reports that a key is missing. A misspelt key is reported once, as unknown, with the right spelling.
+    fn miss(&self, key: &'static str, help: Option<String>) {
+        let misspelt = self.table.entries.iter().find(|entry| {
+            !self.asked.borrow().contains(&entry.key.as_str())
+                && (nearest(&entry.key, [key]).is_some()
+                    || (key == "radius" && entry.key == "diameter"))
+        });
+        let error = self.absent(key).error("is missing");
+        match misspelt {
+            Some(_) if self.is_judged => {}
+            Some(entry) => {
+                let error = error.with_help(format!("is it meant by `{}`?", entry.key));
+                self.left_to_finish.borrow_mut().push(error);
+            }
+            None => self.context.report(SceneError { help, ..error }),
+        }
     }
 
     /// A default, at the place where the key could stand.
@@ -205,11 +342,11 @@ impl<'a> Fields<'a> {
     }
 
     /// The name of an entry of a list; where none is given `wall-3` for the third of `[[walls]]`, and so on.
-    pub(super) fn name_or_number(&self) -> Option<Located<String>> {
-        match self.get("name") {
-            Some(item) => item.name(),
-            None => default_name(self.place.key()).map(|name| self.default("name", name)),
-        }
+    pub(super) fn name_or_number(&self) -> Located<String> {
+        let given: Option<Located<String>> = self.read("name");
+        given.unwrap_or_else(|| {
+            self.default("name", default_name(self.place.key()).unwrap_or_default())
+        })
     }
 
     /// Every key with its value, for tables whose keys are the user's names.
@@ -267,7 +404,9 @@ impl<'a> Fields<'a> {
                     });
                     let keys: Vec<String> = keys.iter().map(|k| format!("`{k}`")).collect();
                     let error = self.place.error(format!("needs {}", keys.join(" or ")));
-                    if misspelt {
+                    if misspelt && self.is_judged {
+                        // Reported as unknown.
+                    } else if misspelt {
                         self.left_to_finish.borrow_mut().push(error);
                     } else {
                         self.context.report(error);
@@ -301,12 +440,15 @@ impl<'a> Fields<'a> {
                 }
             }
             if entry.key == "diameter" && allowed.contains(&"radius") {
-                let radius = match entry.node.value {
-                    Value::Float(diameter) => format!(": radius = {}", 0.5 * diameter),
-                    Value::Integer(diameter) => format!(": radius = {}", 0.5 * diameter as f64),
-                    _ => String::new(),
+                let diameter = match &entry.node.value {
+                    Value::Float(diameter) => Some(*diameter),
+                    Value::Integer(diameter) => Some(*diameter as f64),
+                    Value::String(text) => (Quantity::parse(text).ok())
+                        .and_then(|quantity| quantity.value(Dimension::LENGTH).ok()),
+                    _ => None,
                 };
-                let help = format!("half of it is the radius{radius}");
+                let radius = diameter.map(|diameter| format!(": radius = {}", 0.5 * diameter));
+                let help = format!("half of it is the radius{}", radius.unwrap_or_default());
                 self.context.report(error.with_help(help));
                 continue;
             }

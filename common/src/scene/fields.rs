@@ -6,8 +6,14 @@ use std::path::PathBuf;
 use glam::DVec3;
 
 use super::MaterialIndex;
+use super::cursor::Fields;
+use super::from_item::FromItem;
 use super::item::Item;
-use super::settings::flag;
+use super::keys::{
+    Absent, Choice, Kind, TableKeys, Word, key, non_negative, positive, vector, word,
+};
+use super::laws::Range;
+use super::settings::Axis;
 use super::source::{Located, Place};
 
 /// An entry of `[[fields]]`. Words that coarse-graining defines are checked where the fields are planned.
@@ -94,156 +100,138 @@ pub enum FieldWidth {
     Diameters(f64),
 }
 
-/// Names of coordinates that can have limits.
-const COORDINATES: [&str; 5] = ["x", "y", "z", "r", "phi"];
+/// The kernels by name.
+#[derive(Clone, Copy)]
+struct Kernel(&'static str);
+
+impl Word for Kernel {
+    const WHAT: &'static str = "kernel";
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("gaussian", Self("gaussian")),
+        ("lucy", Self("lucy")),
+        ("linear", Self("linear")),
+        ("heaviside", Self("heaviside")),
+    ];
+}
+
+/// The sample that displacements count from.
+#[derive(Clone, Copy, PartialEq)]
+enum Since {
+    First,
+    Previous,
+}
+
+impl Word for Since {
+    const WHAT: &'static str = "look";
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("first", Self::First), ("previous", Self::Previous)];
+}
+
+/// `[[fields]]`
+#[rustfmt::skip]
+pub(super) static FIELD: TableKeys = TableKeys::new(&[&[
+    key("name", Kind::Name, "\"profile\"   # part of the file's name", "part of the file's name: letters, digits, - and _"),
+    key("fields", Kind::List("", &Kind::Text), "[\"standard\"]", "names as of `mercury-cg --list-fields`, `\"standard\"`, `\"all\"`").or_open("standard"),
+    key("coordinates", Kind::Text, "\"Z\"", "`\"O\"`, `\"X\"` ... `\"XYZ\"`, `\"R\"`, `\"RZ\"`, `\"Rphi\"`, `\"RphiZ\"`").or_open("`\"XYZ\"`, in 2D `\"XY\"`"),
+    key("grid", Kind::List("", &Kind::Whole(1, u64::MAX)), "[20, 40]", "cells along each coordinate").or_open("by `spacing`"),
+    key("spacing", Kind::List("", &Kind::OneOf(&[positive("m"), positive("rad")])), "[2e-3]   # m", "size of cells, one for all or one for each coordinate (rad for phi)").or_open("that of the width"),
+    key("points", Kind::File(""), "\"points.txt\"", "in place of a grid: a file with a line of coordinates for each point").or_open("none"),
+    key("limits", Kind::Table(&LIMITS), "{ z = [0.0, 0.1] }   # m", "of coordinates").absent(Absent::EmptyTable),
+    key("kernel", word::<Kernel>(), "\"lucy\"", "the kernel of coarse-graining").or_word("gaussian"),
+    key("width", Kind::OneOf(&[positive("m"), Kind::Diameters]), "2e-3   # m, or \"1.5d\"", "of the kernel; m, or mean diameters of the start as in `\"1.5d\"` (of what the insertions bring, by number, where nothing moves at the start)").or_open("`\"1d\"`"),
+    key("cutoff", Kind::Number("", Range::Between(1.0, 38.0)), "4.0", "where a Gaussian is cut, in widths").or_open("4"),
+    key("tolerance", Kind::Number("", Range::Between(1e-16, 0.1)), "1e-3", "error of line integrals of a Gaussian").or_open("1e-3"),
+    key("mirror", Kind::List("", &Kind::Text), "[\"-z\"]", "faces of the domain that mirror").or_open("none"),
+    key("axis", word::<Axis>(), "\"z\"", "of cylindrical coordinates").or_open("`\"z\"`"),
+    key("through", vector("m"), "[0.05, 0.05, 0.0]", "a point on that axis").or_open("the middle of the domain"),
+    key("by_material", Kind::Flag, "true", "each material's fields beside those of all").or_flag(false),
+    key("materials", Kind::List("", &Kind::Material), "[\"glass\"]", "or those of some").or_open("none"),
+    key("since", word::<Since>(), "\"first\"", "displacements are those since the `\"first\"` sample, or the sample before").or_word("previous"),
+    key("interval", positive("s"), "0.01", "between two samples; also at the start and at the end").or_open("`output.interval`"),
+    key("from", non_negative("s"), "0.5", "no sample before").or_open("0"),
+    key("until", non_negative("s"), "1.0", "no sample after").or_open("never"),
+    key("average", Kind::Flag, "true", "one mean over all samples with standard errors, which can be read while it grows, instead of a block for each sample").or_flag(false),
+    key("smooth", Kind::Numbers("s", 2, Range::Positive), "[0.1, 0.05]", "`[width, step]`: instead, means every `step` over the samples around it, weighted by a Gaussian that is cut at three widths").or_open("none"),
+]]).with_choices(&[Choice { keys: &["grid", "spacing", "points"], needed: false }]);
+
+#[rustfmt::skip]
+static LIMITS: TableKeys = TableKeys::new(&[&[
+    key("x", Kind::Interval("m"), "[0.0, 0.1]", "of Cartesian coordinates").or_open("the domain"),
+    key("y", Kind::Interval("m"), "[0.0, 0.1]", "of Cartesian coordinates").or_open("the domain"),
+    key("z", Kind::Interval("m"), "[0.0, 0.1]", "also along the axis").or_open("the domain"),
+    key("r", Kind::Interval("m"), "[0.0, 0.05]", "from the axis").or_open("the domain"),
+    key("phi", Kind::Interval("rad"), "[0.0, 1.0]", "about the axis").or_open("the whole circle"),
+]]);
 
 /// Reads an entry of `[[fields]]`.
 pub(super) fn read(item: &Item<'_>) -> Option<FieldTable> {
-    let table = item.table()?;
-    let name = table.need("name").and_then(|item| file_word(&item));
-    let names = |key| match table.get(key) {
-        Some(item) => all(&item.list()?, |item| item.text()),
-        None => Some(Vec::new()),
-    };
-    let fields = names("fields");
-    let coordinates = table.get("coordinates").map(|item| item.text());
-    let numbers = |key| table.get(key).map(|item| (item.list(), item.place));
-    let grid = numbers("grid").map(|(items, place)| {
-        let value = all(&items?, |item| item.whole(1).map(|n| n.value))?;
-        Some(Located { value, place })
+    let fields = item.open(&FIELD)?;
+    let name: Located<String> = fields.read("name");
+    let may = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
+    if !name.chars().all(may) {
+        let error = name.error("is part of a file's name: only letters, digits, - and _");
+        fields.context.report(error);
+    }
+    let limits = fields.section("limits");
+    let limits = limits.iter().flat_map(|limits| {
+        let names = ["x", "y", "z", "r", "phi"].into_iter();
+        names.filter_map(|name| Some((name, limits.read::<Option<_>>(name)?)))
     });
-    let spacing = numbers("spacing").map(|(items, place)| {
-        let value = all(&items?, |item| item.positive().map(|x| x.value))?;
-        Some(Located { value, place })
-    });
-    let points = table.get("points").map(|item| item.file());
-    table.exactly_one(&["grid", "spacing", "points"], false);
-    let limits = match table.get("limits") {
-        Some(item) => item.table().and_then(|limits| {
-            let given = COORDINATES.map(|name| (name, limits.get(name)));
-            limits.finish();
-            let given = given
-                .into_iter()
-                .filter_map(|(name, item)| Some((name, item?)));
-            given
-                .map(|(name, item)| Some((name, item.range()?)))
-                .collect()
-        }),
-        None => Some(BTreeMap::new()),
-    };
-    let kernels = ["gaussian", "lucy", "linear", "heaviside"].map(|word| (word, word));
-    let kernel = match table.get("kernel") {
-        Some(item) => item.word("kernel", &kernels),
-        None => Some("gaussian"),
-    };
-    let width = table.get("width").map(|item| width(&item));
-    let cutoff = table.get("cutoff").map(|item| item.between(1.0, 38.0));
-    let tolerance = table.get("tolerance").map(|item| item.between(1e-16, 0.1));
-    let mirror = names("mirror");
-    let axes = [("x", 0), ("y", 1), ("z", 2)];
-    let axis = table.get("axis").map(|item| item.word("axis", &axes));
-    let through = table.get("through").map(|item| item.vector());
-    let by_material = flag(&table, "by_material", false);
-    let materials = match table.get("materials") {
-        Some(item) => item
-            .list()
-            .and_then(|items| all(&items, |item| item.material())),
-        None => Some(Vec::new()),
-    };
-    let sinces = [("first", true), ("previous", false)];
-    let since_first = match table.get("since") {
-        Some(item) => item.word("look", &sinces),
-        None => Some(false),
-    };
-    let interval = table.get("interval").map(|item| item.positive());
-    let from = table.get("from").map(|item| item.non_negative());
-    let until = table.get("until").map(|item| item.non_negative());
-    let average = flag(&table, "average", false);
-    let smooth = table.get("smooth").map(|item| smooth(&item));
-    if average && let Some(item) = table.get("smooth") {
+    let average = fields.read("average");
+    if average && let Some(item) = fields.get("smooth") {
         item.report("cannot be used together with average = true");
     }
-    table.finish();
-    // If it is there but wrong, the mistake has already been reported.
+    let kernel: Kernel = fields.read("kernel");
+    let axis: Option<Axis> = fields.read("axis");
+    let since: Since = fields.read("since");
     Some(FieldTable {
         place: item.place.clone(),
-        name: name?,
-        fields: fields?,
-        coordinates: given(coordinates)?,
-        grid: given(grid)?,
-        spacing: given(spacing)?,
-        points: given(points)?,
-        limits: limits?,
-        kernel: kernel?,
-        width: given(width)?,
-        cutoff: given(cutoff)?,
-        tolerance: given(tolerance)?,
-        mirror: mirror?,
-        axis: given(axis)?,
-        through: given(through)?,
-        by_material,
-        materials: materials?,
-        since_first: since_first?,
-        interval: given(interval)?,
-        from: given(from)?,
-        until: given(until)?,
+        name,
+        fields: names(&fields, "fields"),
+        coordinates: fields.read("coordinates"),
+        grid: fields.read("grid"),
+        spacing: fields.read("spacing"),
+        points: fields.read("points"),
+        limits: limits.collect(),
+        kernel: kernel.0,
+        width: fields.read("width"),
+        cutoff: fields.read("cutoff"),
+        tolerance: fields.read("tolerance"),
+        mirror: names(&fields, "mirror"),
+        axis: axis.map(|axis| axis.0),
+        through: fields.read("through"),
+        by_material: fields.read("by_material"),
+        materials: fields.read::<Option<_>>("materials").unwrap_or_default(),
+        since_first: since == Since::First,
+        interval: fields.read("interval"),
+        from: fields.read("from"),
+        until: fields.read("until"),
         average,
-        smooth: given(smooth)?,
+        smooth: fields.read("smooth"),
     })
 }
 
-/// A value that may be left out, but not be wrong.
-fn given<T>(read: Option<Option<T>>) -> Option<Option<T>> {
-    match read {
-        None => Some(None),
-        Some(value) => value.map(Some),
-    }
-}
-
-/// All items of a list, each read.
-fn all<T>(items: &[Item<'_>], read: impl Fn(&Item<'_>) -> Option<T>) -> Option<Vec<T>> {
-    let read: Vec<Option<T>> = items.iter().map(read).collect();
-    read.into_iter().collect()
-}
-
-/// A name that may stand in that of a file.
-fn file_word(item: &Item<'_>) -> Option<Located<String>> {
-    let name = item.name()?;
-    let may = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
-    if name.chars().all(may) {
-        return Some(name);
-    }
-    item.report("is part of a file's name: only letters, digits, - and _");
-    None
-}
-
-/// Two times, s.
-fn smooth(item: &Item<'_>) -> Option<Located<[f64; 2]>> {
-    let both = item.numbers::<2>()?;
-    if both.iter().any(|time| *time <= 0.0) {
-        item.report("must be [width, step], two times above 0 s");
-        return None;
-    }
-    Some(both)
+/// A list of names; none where it is left out.
+fn names(fields: &Fields<'_>, key: &'static str) -> Vec<Located<String>> {
+    fields.read::<Option<_>>(key).unwrap_or_default()
 }
 
 /// A length in m, or a text as "1.5d".
-fn width(item: &Item<'_>) -> Option<Located<FieldWidth>> {
-    if !item.is_text() {
-        return Some(item.positive()?.map(FieldWidth::Metres));
-    }
-    let text = item.text()?;
-    let times = text
-        .strip_suffix('d')
-        .and_then(|times| times.trim().parse().ok());
-    match times.filter(|times: &f64| *times > 0.0 && times.is_finite()) {
-        Some(times) => Some(text.map(|_| FieldWidth::Diameters(times))),
-        None => {
-            let got = &text.value;
-            item.report(format!(
-                "expected a length in m, or mean diameters as in \"1.5d\", got {got:?}"
-            ));
-            None
+impl FromItem for FieldWidth {
+    fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
+        if !item.is_text() {
+            return f64::from_item(item, kind).map(FieldWidth::Metres);
         }
+        let text = item.text()?.value;
+        let times = text
+            .strip_suffix('d')
+            .and_then(|times| times.trim().parse().ok());
+        let width = times.filter(|times: &f64| *times > 0.0 && times.is_finite());
+        if width.is_none() {
+            item.report(format!(
+                "expected a length in m, or mean diameters as in \"1.5d\", got {text:?}"
+            ));
+        }
+        width.map(FieldWidth::Diameters)
     }
 }

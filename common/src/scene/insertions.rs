@@ -4,12 +4,19 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 
+use super::boundaries::NAME;
 use super::cursor::Fields;
+use super::from_item::FromItem;
 use super::item::Item;
-use super::psd::{self, Psd};
-use super::region::{self, Region};
+use super::keys::{
+    Absent, Choice, Kind, SceneKey, TableKeys, Variants, Word, key, non_negative, positive,
+    variant, vector, word,
+};
+use super::laws::Range;
+use super::psd::{PSD, Psd};
+use super::region::{REGION, Region};
 use super::source::{Located, Place};
-use super::walls::interval;
+use super::walls::{INTERVAL, interval};
 use super::{ClumpIndex, MaterialIndex};
 
 /// A source of particles.
@@ -116,246 +123,211 @@ pub enum Rate {
     Table(PathBuf),
 }
 
-const QUANTITIES: [(&str, Quantity); 3] = [
-    ("number", Quantity::Number),
-    ("mass", Quantity::Mass),
-    ("volume", Quantity::Volume),
+impl Word for Quantity {
+    const WHAT: &'static str = "quantity";
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("number", Self::Number),
+        ("mass", Self::Mass),
+        ("volume", Self::Volume),
+    ];
+}
+
+impl Word for Method {
+    const WHAT: &'static str = "method";
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("quota", Self::Quota), ("random", Self::Random)];
+}
+
+#[rustfmt::skip]
+const SIZES: SceneKey = key("psd", Kind::Table(&PSD), "{ kind = \"monodisperse\", diameter = 2e-3 }   # m", "a [size distribution](#size-distributions); a clump's size is the diameter of a sphere of equal volume");
+#[rustfmt::skip]
+const FILM_VOLUME: SceneKey = key("film_volume", non_negative("m3"), "1e-12", "liquid on each particle; on a clump that of all its pebbles, equal on each").or(0.0);
+#[rustfmt::skip]
+const SPHERES: &[SceneKey] = &[
+    key("material", Kind::Material, "\"glass\"   # the name of a table [materials.glass]", "of spheres"),
+    SIZES,
 ];
+#[rustfmt::skip]
+const CLUMPS: &[SceneKey] = &[
+    key("clump", Kind::Clump, "\"rod\"   # the name of a table [clumps.rod]", "copies of a clump, in random orientations"),
+    SIZES.or_open("the clump's own size"),
+];
+
+/// `[[insertions]]`
+#[rustfmt::skip]
+pub(super) static INSERTION: TableKeys = TableKeys::new(&[&[
+    NAME,
+    key("region", Kind::Table(&REGION), "{ shape = \"box\", min = [0, 0, 0.1], max = [0.1, 0.1, 0.2] }   # m", "a [region](#regions); bodies lie wholly inside"),
+    FILM_VOLUME,
+    key("share_by", word::<Quantity>(), "\"number\"", "what the shares of a mixture are shares of").or_word("mass"),
+    key("method", word::<Method>(), "\"quota\"", "`\"quota\"`: numbers of all sizes are fixed in advance (below); needs a `total` of `number`, `mass` or `volume`").or_word("random"),
+    key("total", Kind::Table(&TOTAL), "{ number = 1000 }   # or mass in kg, volume in m3, full = true", "when it is done").needed("without a `rate`; else only `until` ends it"),
+    key("rate", Kind::Table(&RATE), "{ number = 1000.0 }   # 1/s; or mass in kg/s, volume in m3/s, table = \"rate.csv\"", "how fast").or_open("as fast as they fit"),
+    key("velocity", Kind::Table(&VELOCITY), "{ mean = [0, 0, -0.5], spread = [0.1, 0.1, 0.1] }   # m/s", "at the start").absent(Absent::EmptyTable),
+    key("attempts", Kind::Whole(1, u64::MAX), "1000", "failed placements in a row after which its region counts as full").or(1000.0),
+], INTERVAL]).with_variants(Variants::Key {
+    of: &[
+        variant("material", &[SPHERES], "spheres"),
+        variant("clump", &[CLUMPS], "copies of a clump, in random orientations"),
+        variant("mixture", &[&[
+            key("mixture", Kind::List("component", &Kind::Table(&COMPONENT)), "[{ material = \"glass\", psd = { kind = \"monodisperse\", diameter = 2e-3 }, share = 1.0 }]", "what comes, as a list"),
+        ]], "several ingredients"),
+    ],
+    alone: true,
+});
+
+/// An ingredient of a mixture.
+#[rustfmt::skip]
+pub(super) static COMPONENT: TableKeys = TableKeys::new(&[&[
+    key("share", non_negative(""), "0.5   # of the mass, unless share_by says otherwise", "its part of the mixture; all are scaled to the sum 1"),
+    FILM_VOLUME.or_open("that of the insertion"),
+]]).with_variants(Variants::Key {
+    of: &[
+        variant("material", &[SPHERES], "spheres"),
+        variant("clump", &[CLUMPS], "copies of a clump, in random orientations"),
+    ],
+    alone: true,
+});
+
+const AMOUNTS: &[Choice] = &[Choice {
+    keys: &["number", "mass", "volume", "full"],
+    needed: true,
+}];
+#[rustfmt::skip]
+static TOTAL: TableKeys = TableKeys::new(&[&[
+    key("number", Kind::Whole(1, u64::MAX), "1000", "particles").or_open(""),
+    key("mass", positive("kg"), "0.5", "of particles").or_open(""),
+    key("volume", positive("m3"), "1e-4", "of particles").or_open(""),
+    key("full", Kind::Flag, "true", "until nothing fits any more").or_open(""),
+]]).with_choices(AMOUNTS);
+
+const RATES: &[Choice] = &[Choice {
+    keys: &["number", "mass", "volume", "table"],
+    needed: true,
+}];
+#[rustfmt::skip]
+static RATE: TableKeys = TableKeys::new(&[&[
+    key("number", positive("1/s"), "1000.0", "particles per second").or_open(""),
+    key("mass", positive("kg/s"), "0.1", "of particles per second").or_open(""),
+    key("volume", positive("m3/s"), "1e-5", "of particles per second").or_open(""),
+    key("table", Kind::File(""), "\"rate.csv\"", "columns `t,cumulative`: what `total` counts; without a `number` or `volume` there, kg").or_open(""),
+]]).with_choices(RATES);
+
+#[rustfmt::skip]
+static VELOCITY: TableKeys = TableKeys::new(&[&[
+    key("mean", vector("m/s"), "[0, 0, -0.5]", "mean velocity").absent(Absent::Zero),
+    key("spread", Kind::Numbers("m/s", 3, Range::NonNegative), "[0.1, 0.1, 0.1]", "uniform +- for each component").absent(Absent::Zero),
+]]);
 
 /// Reads an entry of `[[insertions]]`.
 pub(super) fn read(item: &Item<'_>) -> Option<Insertion> {
-    let fields = item.table()?;
-    let name = fields.name_or_number();
-    let region = fields.need("region").and_then(|item| region::read(&item));
+    let fields = item.open(&INSERTION)?;
     let mixture = read_mixture(&fields);
-    let share_by = fields
-        .get("share_by")
-        .and_then(|item| item.word("quantity", &QUANTITIES))
-        .unwrap_or(Quantity::Mass);
-    let method = match fields.get("method") {
-        Some(item) => {
-            let words = [("quota", Method::Quota), ("random", Method::Random)];
-            item.word("method", &words).map(|value| Located {
-                value,
-                place: item.place.clone(),
-            })
-        }
-        None => Some(fields.default("method", Method::Random)),
-    };
-    let total = if fields.has("rate") {
-        fields.get("total")
-    } else {
-        fields.need("total")
-    };
-    let total = total.map(|item| read_total(&item));
-    let rate = fields.get("rate").and_then(|item| read_rate(&item));
-    let velocity = fields.get("velocity").and_then(|item| item.table());
-    let (velocity_mean, velocity_spread) = match velocity {
-        Some(velocity) => {
-            let mean = match velocity.get("mean") {
-                Some(item) => item.vector(),
-                None => Some(velocity.default("mean", DVec3::ZERO)),
-            };
-            let spread = match velocity.get("spread") {
-                Some(item) => read_spread(&item),
-                None => Some(velocity.default("spread", DVec3::ZERO)),
-            };
-            velocity.finish();
-            (mean, spread)
-        }
-        None => (
-            Some(fields.default("velocity", DVec3::ZERO)),
-            Some(fields.default("velocity", DVec3::ZERO)),
-        ),
+    let velocity = fields.section("velocity");
+    let total = match fields.has("rate") {
+        true => fields.read("total"),
+        false => fields.require("total"),
     };
     let (from, until) = interval(&fields);
-    let attempts = match fields.get("attempts") {
-        Some(item) => item.whole(1),
-        None => Some(fields.default("attempts", 1000)),
-    };
-    fields.finish();
     Some(Insertion {
-        name: name?,
+        name: fields.name_or_number(),
         place: item.place.clone(),
-        region: region?,
-        mixture: mixture?,
-        share_by,
-        method: method?,
-        total: match total {
-            Some(total) => Some(total?),
-            None => None,
-        },
-        rate,
-        velocity_mean: velocity_mean?,
-        velocity_spread: velocity_spread?,
-        from: from?,
+        region: fields.read("region"),
+        share_by: fields.read("share_by"),
+        method: fields.read("method"),
+        total,
+        rate: fields.read("rate"),
+        from,
         until,
-        attempts: attempts?,
+        attempts: fields.read("attempts"),
+        velocity_mean: velocity.as_ref()?.read("mean"),
+        velocity_spread: velocity?.read("spread"),
+        mixture: mixture?,
     })
 }
 
-fn read_spread(item: &Item<'_>) -> Option<Located<DVec3>> {
-    let spread = item.vector()?;
-    if spread.min_element() < 0.0 {
-        item.report(format!(
-            "must be >= 0 in each component, got {}",
-            item.place.text()
-        ));
-        return None;
-    }
-    Some(spread)
-}
-
 fn read_mixture(fields: &Fields<'_>) -> Option<Vec<Component>> {
-    if !fields.exactly_one(&["material", "clump", "mixture"], true) {
-        for key in ["material", "clump", "mixture", "psd", "film_volume"] {
-            fields.get(key);
-        }
-        return None;
-    }
-    for key in ["material", "clump"] {
-        fields.get(key);
-    }
-    let film_volume = read_film(fields, || fields.default("film_volume", 0.0));
-    let Some(item) = fields.get("mixture") else {
-        let body = read_body(fields);
-        let psd = read_sizes(fields);
-        let place = fields.place().clone();
+    let film_volume: Located<f64> = fields.read("film_volume");
+    if fields.variant()? != "mixture" {
         return Some(vec![Component {
-            place,
-            body: body?,
-            psd: psd?,
+            place: fields.place().clone(),
+            body: read_body(fields)?,
+            psd: fields.read("psd"),
             share: 1.0,
             stated_share: 1.0,
-            film_volume: film_volume?,
+            film_volume,
         }]);
-    };
-    let of_all = film_volume.clone();
-    // Where it is wrong, entries are read all the same, so that all mistakes are named at once.
-    let of_all = of_all.unwrap_or_else(|| fields.default("film_volume", 0.0));
-    let items = item.list()?;
-    if items.is_empty() {
-        item.report("must list at least one component");
-        return None;
     }
-    let read: Vec<Option<Component>> = (items.iter())
-        .map(|item| read_component(item, &of_all))
-        .collect();
-    let mut components: Vec<Component> = read.into_iter().collect::<Option<_>>()?;
-    film_volume?;
+    let mixture: Option<Located<Vec<Component>>> = fields.read("mixture");
+    let mixture = mixture?;
+    let place = mixture.place.clone();
+    let mut components = mixture.value;
     let sum: f64 = components.iter().map(|component| component.share).sum();
-    if sum <= 0.0 || !sum.is_finite() {
-        item.report(format!("the shares must have a sum > 0, it is {sum}"));
-        return None;
+    if sum <= 0.0 || sum.is_infinite() {
+        let message = format!("the shares must have a sum > 0, it is {sum}");
+        fields.context.report(place.error(message));
     }
     for component in &mut components {
         component.share /= sum;
+        if component.film_volume.is_nan() {
+            component.film_volume = film_volume.clone();
+        }
     }
     Some(components)
 }
 
-fn read_component(item: &Item<'_>, film_volume: &Located<f64>) -> Option<Component> {
-    let fields = item.table()?;
-    let has_body = fields.exactly_one(&["material", "clump"], true);
-    for key in ["material", "clump"] {
-        fields.get(key);
-    }
-    let body = if has_body { read_body(&fields) } else { None };
-    let psd = read_sizes(&fields);
-    let share = fields.need("share").and_then(|item| item.non_negative());
-    let film_volume = read_film(&fields, || film_volume.clone());
-    fields.finish();
-    let share = share?.value;
-    Some(Component {
-        place: item.place.clone(),
-        body: body?,
-        psd: psd?,
-        share,
-        stated_share: share,
-        film_volume: film_volume?,
-    })
-}
-
-fn read_film(fields: &Fields<'_>, default: impl FnOnce() -> Located<f64>) -> Option<Located<f64>> {
-    match fields.get("film_volume") {
-        Some(item) => item.non_negative(),
-        None => Some(default()),
+impl FromItem for Component {
+    fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
+        let fields = item.fields(kind)?;
+        let share = fields.read("share");
+        let film_volume: Option<Located<f64>> = fields.read("film_volume");
+        fields.variant()?;
+        Some(Component {
+            place: item.place.clone(),
+            body: read_body(&fields)?,
+            psd: fields.read("psd"),
+            share,
+            stated_share: share,
+            // Not a number: that of the insertion.
+            film_volume: film_volume.unwrap_or_else(|| fields.default("film_volume", f64::NAN)),
+        })
     }
 }
 
 fn read_body(fields: &Fields<'_>) -> Option<Body> {
-    if fields.has("clump") {
-        fields.need("clump")?.clump().map(Body::Clump)
-    } else {
-        fields.need("material")?.material().map(Body::Sphere)
+    match fields.variant()? {
+        "clump" => Some(Body::Clump(fields.read("clump"))),
+        _ => Some(Body::Sphere(fields.read("material"))),
     }
 }
 
-/// The sizes of a component, which only a clump may leave out; none if they are wrong.
-fn read_sizes(fields: &Fields<'_>) -> Option<Option<Located<Psd>>> {
-    if fields.has("clump") && !fields.has("psd") {
-        return Some(None);
-    }
-    let psd = fields.need("psd").and_then(|item| psd::read(&item));
-    psd.map(Some)
-}
-
-fn read_total(item: &Item<'_>) -> Option<Located<Total>> {
-    let fields = item.table()?;
-    let keys = ["number", "mass", "volume", "full"];
-    let is_one = fields.exactly_one(&keys, true);
-    let number = fields.get("number").and_then(|item| item.whole(1));
-    let mass = fields.get("mass").and_then(|item| item.positive());
-    let volume = fields.get("volume").and_then(|item| item.positive());
-    let full = fields.get("full").and_then(|item| {
-        let full = item.boolean()?;
-        if !full {
-            item.report("can only be true; for another end give number, mass or volume");
+impl FromItem for Total {
+    fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
+        let fields = item.fields(kind)?;
+        match fields.chosen(0)? {
+            "number" => Some(Total::Number(fields.require("number"))),
+            "mass" => Some(Total::Mass(fields.require("mass"))),
+            "volume" => Some(Total::Volume(fields.require("volume"))),
+            _ => {
+                let full: Located<bool> = fields.require("full");
+                if !*full {
+                    let message = "can only be true; for another end give number, mass or volume";
+                    fields.context.report(full.error(message));
+                }
+                Some(Total::Full)
+            }
         }
-        full.then_some(Total::Full)
-    });
-    fields.finish();
-    if !is_one {
-        return None;
     }
-    let total = number
-        .map(|number| Total::Number(number.value))
-        .or(mass.map(|mass| Total::Mass(mass.value)))
-        .or(volume.map(|volume| Total::Volume(volume.value)))
-        .or(full)?;
-    Some(Located {
-        value: total,
-        place: item.place.clone(),
-    })
 }
 
-fn read_rate(item: &Item<'_>) -> Option<Located<Rate>> {
-    let fields = item.table()?;
-    let is_one = fields.exactly_one(&["number", "mass", "volume", "table"], true);
-    let positive = |key| {
-        fields
-            .get(key)
-            .and_then(|item| item.positive())
-            .map(|rate| rate.value)
-    };
-    let rate = positive("number")
-        .map(Rate::Number)
-        .into_iter()
-        .chain(positive("mass").map(Rate::Mass))
-        .chain(positive("volume").map(Rate::Volume))
-        .chain(
-            fields
-                .get("table")
-                .and_then(|item| item.file())
-                .map(|file| Rate::Table(file.value)),
-        )
-        .next();
-    fields.finish();
-    if !is_one {
-        return None;
+impl FromItem for Rate {
+    fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
+        let fields = item.fields(kind)?;
+        Some(match fields.chosen(0)? {
+            "number" => Rate::Number(fields.require("number")),
+            "mass" => Rate::Mass(fields.require("mass")),
+            "volume" => Rate::Volume(fields.require("volume")),
+            _ => Rate::Table(fields.require("table")),
+        })
     }
-    Some(Located {
-        value: rate?,
-        place: item.place.clone(),
-    })
 }

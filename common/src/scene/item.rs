@@ -7,6 +7,8 @@ use glam::DVec3;
 
 use super::cursor::{Context, Fields, Files};
 use super::key_path;
+use super::keys::{Kind, TableKeys};
+use super::laws::Range;
 use super::source::{Located, Place};
 use super::spelling::{listed, nearest};
 use super::statement::NamedFile;
@@ -50,6 +52,21 @@ impl<'a> Item<'a> {
         match &self.node.value {
             Value::Table(table) => Some(Fields::new(self.context, table, self.place.clone())),
             _ => self.expected("a table"),
+        }
+    }
+
+    /// A table with these keys; keys that are not known, and more than one of those that exclude each other, are reported.
+    pub(super) fn open(&self, keys: &'static TableKeys) -> Option<Fields<'a>> {
+        let mut fields = self.table()?;
+        fields.hold_to(keys);
+        Some(fields)
+    }
+
+    /// A table with the keys of a kind.
+    pub(super) fn fields(&self, kind: &'static Kind) -> Option<Fields<'a>> {
+        match kind.table() {
+            Some(keys) => self.open(keys),
+            None => self.expected("no table"),
         }
     }
 
@@ -153,45 +170,14 @@ impl<'a> Item<'a> {
         Some(self.located(value))
     }
 
-    fn checked(&self, rule: &str, holds: impl Fn(f64) -> bool) -> Option<Located<f64>> {
+    /// A number of a range.
+    pub(super) fn number_in(&self, range: Range) -> Option<Located<f64>> {
         let number = self.number()?;
-        if !holds(*number) {
-            self.report(format!("must {rule}, got {}", self.got()));
+        if !range.holds(*number) {
+            self.report(format!("must {}, got {}", range.rule(), self.got()));
             return None;
         }
         Some(number)
-    }
-
-    pub(super) fn positive(&self) -> Option<Located<f64>> {
-        self.checked("be > 0", |value| value > 0.0)
-    }
-
-    pub(super) fn non_negative(&self) -> Option<Located<f64>> {
-        self.checked("be >= 0", |value| value >= 0.0)
-    }
-
-    /// A number in [0, 1].
-    pub(super) fn fraction(&self) -> Option<Located<f64>> {
-        self.checked("lie in [0, 1]", |value| (0.0..=1.0).contains(&value))
-    }
-
-    /// A number in (-1, 0.5]: what thermodynamics allows for an isotropic solid.
-    pub(super) fn poisson_ratio(&self) -> Option<Located<f64>> {
-        self.checked("lie in (-1, 0.5]", |value| value > -1.0 && value <= 0.5)
-    }
-
-    /// A number in [low, high].
-    pub(super) fn between(&self, low: f64, high: f64) -> Option<Located<f64>> {
-        self.checked(&format!("lie in [{low}, {high}]"), |value| {
-            (low..=high).contains(&value)
-        })
-    }
-
-    /// A number in (low, high].
-    pub(super) fn above(&self, low: f64, high: f64) -> Option<Located<f64>> {
-        self.checked(&format!("lie in ({low}, {high}]"), |value| {
-            value > low && value <= high
-        })
     }
 
     /// `N` finite numbers.
@@ -230,27 +216,20 @@ impl<'a> Item<'a> {
         }
     }
 
-    /// Two numbers, the first smaller than the second.
-    pub(super) fn range(&self) -> Option<Located<[f64; 2]>> {
-        let range = self.numbers::<2>()?;
-        if range[0] >= range[1] {
-            self.report(format!(
-                "must be [low, high] with low < high, got {}",
-                self.got()
-            ));
-            return None;
-        }
-        Some(range)
-    }
-
     /// One word of a list; `what` names the kind of thing in the message.
     pub(super) fn word<T: Copy>(&self, what: &str, words: &[(&str, T)]) -> Option<T> {
+        let names: Vec<&str> = words.iter().map(|(word, _)| *word).collect();
+        self.word_of(what, &names).map(|index| words[index].1)
+    }
+
+    /// The index of one word of a list.
+    pub(super) fn word_of(&self, what: &str, words: &[&str]) -> Option<usize> {
         let text = self.text()?;
-        if let Some((_, value)) = words.iter().find(|(word, _)| *word == text.value) {
-            return Some(*value);
+        if let Some(index) = words.iter().position(|word| *word == text.value) {
+            return Some(index);
         }
-        let all = || listed(words.iter().map(|(word, _)| *word));
-        let help = match nearest(&text, words.iter().map(|(word, _)| *word)) {
+        let all = || listed(words.iter().copied());
+        let help = match nearest(&text, words.iter().copied()) {
             Some(near) if words.len() == 1 => format!("did you mean `{near}`?"),
             Some(near) => format!("did you mean `{near}`? There are: {}", all()),
             None => format!("there are: {}", all()),

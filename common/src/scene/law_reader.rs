@@ -109,13 +109,7 @@ fn read_value(item: &Item<'_>, key: &Key) -> Option<Located<Given>> {
     if let (KeyDefault::Word(default, _), true) = (key.default, item.is_text()) {
         return item.keyword(default).map(|()| word(default));
     }
-    let number = match key.range {
-        Range::Positive | Range::NotBelow(_) | Range::Words(_) => item.positive(),
-        Range::NonNegative => item.non_negative(),
-        Range::Fraction => item.fraction(),
-        Range::PoissonRatio => item.poisson_ratio(),
-        Range::Between(low, high) => item.between(low, high),
-    };
+    let number = item.number_in(key.range);
     number.map(|number| number.map(Given::Number))
 }
 

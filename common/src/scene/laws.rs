@@ -156,6 +156,8 @@ impl Key {
 /// What may stand at a key.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Range {
+    /// A finite number.
+    Any,
     /// A number above 0.
     Positive,
     /// A number that is not below 0.
@@ -166,6 +168,14 @@ pub enum Range {
     PoissonRatio,
     /// A number between these, both included.
     Between(f64, f64),
+    /// A number above the first, up to the second.
+    Above(f64, f64),
+    /// A number from the first, below the second.
+    Below(f64, f64),
+    /// A number between these, both excluded.
+    Inside(f64, f64),
+    /// A number above this one.
+    Over(f64),
     /// A number above 0 that is not below that of another key of the law.
     NotBelow(&'static str),
     /// One of these words.
@@ -173,10 +183,45 @@ pub enum Range {
 }
 
 impl Range {
+    /// Whether a number lies in it; other keys are not looked at.
+    #[must_use]
+    pub fn holds(self, number: f64) -> bool {
+        match self {
+            Self::Any => true,
+            Self::Positive | Self::NotBelow(_) | Self::Words(_) => number > 0.0,
+            Self::NonNegative => number >= 0.0,
+            Self::Fraction => (0.0..=1.0).contains(&number),
+            Self::PoissonRatio => number > -1.0 && number <= 0.5,
+            Self::Between(low, high) => (low..=high).contains(&number),
+            Self::Above(low, high) => number > low && number <= high,
+            Self::Below(low, high) => (low..high).contains(&number),
+            Self::Inside(low, high) => number > low && number < high,
+            Self::Over(low) => number > low,
+        }
+    }
+
+    /// What a number must do, for messages.
+    #[must_use]
+    pub fn rule(self) -> String {
+        let text = match self {
+            Self::NotBelow(_) | Self::Words(_) => Self::Positive.text(),
+            _ => self.text(),
+        };
+        match text.starts_with('>') {
+            true => format!("be {text}"),
+            false => format!("lie in {text}"),
+        }
+    }
+
     /// In words, for the users' page.
     #[must_use]
     pub fn text(self) -> String {
         match self {
+            Self::Any => String::new(),
+            Self::Above(low, high) => format!("({low}, {high}]"),
+            Self::Below(low, high) => format!("[{low}, {high})"),
+            Self::Inside(low, high) => format!("({low}, {high})"),
+            Self::Over(low) => format!("> {low}"),
             Self::Positive => "> 0".to_owned(),
             Self::NonNegative => ">= 0".to_owned(),
             Self::Fraction => "[0, 1]".to_owned(),

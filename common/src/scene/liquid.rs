@@ -1,7 +1,7 @@
 //! `[liquid]`: what holds for the liquid of the whole scene.
 
 use super::cursor::Fields;
-use super::settings::flag;
+use super::keys::{Kind, TableKeys, Word, key, non_negative, word};
 use super::source::Located;
 
 /// `[liquid]`; the default where the table is absent.
@@ -57,62 +57,46 @@ pub enum LianSevilleVolume {
     CubicMetres,
 }
 
-pub(super) fn read(fields: &Fields<'_>) -> Option<LiquidSettings> {
-    let evaporation = match fields.get("evaporation") {
-        Some(item) => item.non_negative(),
-        None => Some(fields.default("evaporation", 0.0)),
-    };
-    let neighbours = fields.get("neighbours").and_then(|item| {
-        item.word(
-            "choice of neighbours",
-            &[
-                ("bridges", LiquidNeighbours::Bridges),
-                ("same-kind", LiquidNeighbours::SameKind),
-            ],
-        )
-    });
-    let bridges_form = fields.get("bridges_form").and_then(|item| {
-        item.word(
-            "place where bridges form",
-            &[
-                ("contact", BridgesForm::Contact),
-                ("films", BridgesForm::Films),
-            ],
-        )
-    });
-    let settings = LiquidSettings {
-        lubrication_in_contact: flag(fields, "lubrication_in_contact", false),
-        evaporation: evaporation?,
-        neighbours: neighbours.unwrap_or_default(),
-        bridges_form: bridges_form.unwrap_or_default(),
-    };
-    fields.finish();
-    Some(settings)
+impl Word for BridgesForm {
+    const WHAT: &'static str = "place where bridges form";
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("contact", Self::Contact), ("films", Self::Films)];
 }
 
-pub(super) fn lubrication(fields: &Fields<'_>) -> Lubrication {
-    fields
-        .get("lubrication")
-        .and_then(|item| {
-            item.word(
-                "rule of lubrication",
-                &[("clamped", Lubrication::Clamped), ("cut", Lubrication::Cut)],
-            )
-        })
-        .unwrap_or_default()
+impl Word for LiquidNeighbours {
+    const WHAT: &'static str = "choice of neighbours";
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("bridges", Self::Bridges), ("same-kind", Self::SameKind)];
 }
 
-pub(super) fn lian_seville_volume(fields: &Fields<'_>) -> LianSevilleVolume {
-    fields
-        .get("lian_seville_volume")
-        .and_then(|item| {
-            item.word(
-                "volume of Lian & Seville's fit",
-                &[
-                    ("relative", LianSevilleVolume::Relative),
-                    ("cubic-metres", LianSevilleVolume::CubicMetres),
-                ],
-            )
-        })
-        .unwrap_or_default()
+impl Word for Lubrication {
+    const WHAT: &'static str = "rule of lubrication";
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("clamped", Self::Clamped), ("cut", Self::Cut)];
+}
+
+impl Word for LianSevilleVolume {
+    const WHAT: &'static str = "volume of Lian & Seville's fit";
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("relative", Self::Relative),
+        ("cubic-metres", Self::CubicMetres),
+    ];
+}
+
+/// `[liquid]`
+#[rustfmt::skip]
+pub(super) static LIQUID: TableKeys = TableKeys::new(&[&[
+    key("lubrication_in_contact", Kind::Flag, "true", "true: the normal viscous force goes on at the gap `roughness` while two particles touch").or_flag(false),
+    key("bridges_form", word::<BridgesForm>(), "\"films\"", "`\"films\"`: bridges form as soon as the films meet, at a gap of the sum of their thicknesses (at walls that of the grain alone), so that viscous forces slow the approach, too ([how](../theory/liquid.md#migration))").or_word("contact"),
+    key("neighbours", word::<LiquidNeighbours>(), "\"same-kind\"", "which bridges take the liquid of one that breaks: all others of that end; `\"same-kind\"`: a bridge of two particles feeds such bridges only, as in MercuryDPM").or_word("bridges"),
+    key("evaporation", non_negative("m/s"), "1e-7", "volume lost per area and second, by films, bridges and films of walls ([how](../theory/liquid.md#evaporation))").or(0.0),
+]]);
+
+pub(super) fn read(fields: &Fields<'_>) -> LiquidSettings {
+    LiquidSettings {
+        lubrication_in_contact: fields.read("lubrication_in_contact"),
+        evaporation: fields.read("evaporation"),
+        neighbours: fields.read("neighbours"),
+        bridges_form: fields.read("bridges_form"),
+    }
 }

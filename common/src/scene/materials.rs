@@ -1,6 +1,8 @@
 //! `[materials.NAME]`: density and contact laws of a material.
 
+use super::from_item::FromItem;
 use super::item::Item;
+use super::keys::{Kind, TableKeys, key, positive};
 use super::law_reader;
 use super::laws::{Law, Part};
 use super::source::Located;
@@ -39,27 +41,38 @@ impl Material {
     }
 }
 
+/// `[materials.NAME]`
+#[rustfmt::skip]
+pub(super) static MATERIAL: TableKeys = TableKeys::new(&[&[
+    key("density", positive("kg/m3"), "2500.0", "in two dimensions kg/m2"),
+    key("normal", Kind::Law(Part::Normal, true), "{ law = \"hertz\", youngs_modulus = 1e7, poisson_ratio = 0.3, restitution = 0.8 }   # Pa", "the law along the normal"),
+    key("tangential", Kind::Law(Part::Tangential, true), "{ law = \"mindlin\", friction = 0.5 }", "the law of sliding").or_open("none: frictionless"),
+    key("rolling", Kind::Law(Part::Rolling, true), "{ law = \"luding\", friction = 0.1 }", "the law of rolling").or_open("none"),
+    key("torsion", Kind::Law(Part::Torsion, true), "{ law = \"luding\", friction = 0.1 }", "the law of twisting about the normal").or_open("none"),
+    key("liquid", Kind::Law(Part::Liquid, true), "{ law = \"bagheri\", surface_tension = 0.07, contact_angle_degrees = 20.0, max_bridge_volume = 1e-11 }", "the law of liquid bridges").or_open("none: dry"),
+]]);
+
 /// Reads one material. A law that is wrong is reported; the material is then left out.
 pub(super) fn read(name: Located<String>, item: &Item<'_>) -> Option<Material> {
-    let fields = item.table()?;
-    let density = fields.need("density").and_then(|item| item.positive());
-    let normal = fields
-        .need("normal")
-        .and_then(|item| law_reader::read(&item, Part::Normal));
-    let law = |part: Part| {
-        let item = fields.get(part.word())?;
-        law_reader::read(&item, part)
-    };
-    let (tangential, rolling) = (law(Part::Tangential), law(Part::Rolling));
-    let (torsion, liquid) = (law(Part::Torsion), law(Part::Liquid));
-    fields.finish();
+    let fields = item.open(&MATERIAL)?;
+    let density = fields.read("density");
+    let normal: Option<Law> = fields.read("normal");
     Some(Material {
         name,
-        density: density?,
+        density,
+        tangential: fields.read("tangential"),
+        rolling: fields.read("rolling"),
+        torsion: fields.read("torsion"),
+        liquid: fields.read("liquid"),
         normal: normal?,
-        tangential,
-        rolling,
-        torsion,
-        liquid,
     })
+}
+
+impl FromItem for Law {
+    fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
+        match kind {
+            Kind::Law(part, _) => law_reader::read(item, *part),
+            _ => None,
+        }
+    }
 }

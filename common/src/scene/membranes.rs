@@ -5,14 +5,22 @@ use std::path::PathBuf;
 use glam::DVec3;
 
 use super::MaterialIndex;
+use super::boundaries::NAME;
 use super::cursor::Fields;
+use super::from_item::FromItem;
 use super::item::Item;
-use super::motion::{self, Load, Motion, MotionKind};
-use super::region::{self, Region};
-use super::settings::flag;
-use super::shapes::{MeshSide, MeshSource, read_mesh, read_side};
+use super::keys::{
+    Absent, Choice, Kind, SceneKey, TableKeys, Variant, Variants, Word, key, non_negative, number,
+    positive, variant, vector, word,
+};
+use super::laws::Range;
+use super::motion::{Load, MOTION, Motion, MotionKind};
+use super::region::{REGION, Region};
+use super::shapes::{
+    ALONG, AXIS, MESH_SIDE, MeshSide, MeshSource, ORIGIN, PLACED, RADIUS, read_mesh,
+};
 use super::source::{Located, Place};
-use super::walls::interval;
+use super::walls::{INTERVAL, interval};
 
 /// An elastic sheet: a mesh whose vertices have mass.
 #[derive(Debug, Clone, PartialEq)]
@@ -198,373 +206,373 @@ pub enum MembranePressure {
     },
 }
 
+/// How hinges are free of moment.
+#[derive(Clone, Copy, PartialEq)]
+enum RestAngles {
+    Shape,
+    Flat,
+}
+
+impl Word for RestAngles {
+    const WHAT: &'static str = "choice of rest angles";
+    const WORDS: &'static [(&'static str, Self)] = &[("shape", Self::Shape), ("flat", Self::Flat)];
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Elasticity {
+    Springs,
+    Continuum,
+}
+
+impl Word for Elasticity {
+    const WHAT: &'static str = "elasticity";
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("springs", Self::Springs), ("continuum", Self::Continuum)];
+}
+
+/// Vertices on boundary edges.
+#[derive(Clone, Copy)]
+struct Rim;
+
+impl Word for Rim {
+    const WHAT: &'static str = "choice of vertices";
+    const WORDS: &'static [(&'static str, Self)] = &[("rim", Self)];
+}
+
+#[rustfmt::skip]
+const EDGE: SceneKey = key("edge", positive("m"), "2e-3", "the length near which edges are");
+const RIM: Kind = word::<Rim>();
+#[rustfmt::skip]
+const FROM_FILE: Variant = variant("file", &[&[
+    key("file", Kind::File(""), "\"sheet.stl\"   # or \"sheet.obj\"; or shape = \"rectangle\", \"disc\", \"cylinder\", \"sphere\"", "`.stl` or `.obj`. Vertices count from 0 by their first use in the file. Two triangles at an edge at most, all turned alike"),
+], PLACED], "in place of `shape`: triangles from a file");
+
+/// `[[membranes]]`
+#[rustfmt::skip]
+pub(super) static MEMBRANE: TableKeys = TableKeys::new(&[&[
+    NAME,
+    key("rest", Kind::File(""), "\"unloaded.stl\"", "the stress-free triangles, as many and in the same order; `scale`, `rotate` and `offset` apply to it too").or_open("the shape itself"),
+    key("prestrain", Kind::Number("", Range::Over(-0.5)), "0.05", "all rest lengths are taken over 1 + `prestrain`, so that the sheet starts in tension").or(0.0),
+    key("material", Kind::Material, "\"glass\"   # the name of a table [materials.glass]", "its density is that of the sheet, its laws are those of contacts"),
+    key("thickness", positive("m"), "3e-4", "of the sheet"),
+    key("youngs_modulus", positive("Pa"), "1.25e6", "Young's modulus"),
+    key("elasticity", word::<Elasticity>(), "\"continuum\"", "a spring along each edge; or `\"continuum\"`, uniformly strained triangles, exact on any mesh").or_word("springs"),
+    key("poisson_ratio", Kind::Number("", Range::PoissonRatio), "0.3333", "of `\"continuum\"`; springs have 1/3 and no other").or(1.0 / 3.0),
+    key("damping_ratio", non_negative(""), "0.15", "of dashpots along the edges, as a fraction of critical").or(0.0),
+    key("drag", non_negative("1/s"), "1.0", "a force -drag m v on each vertex").or(0.0),
+    key("bending", Kind::Table(&BENDING), "{ law = \"bridson\", stiffness = \"plate\" }", "resistance to bending").or_open("none"),
+    key("rest_angles", word::<RestAngles>(), "\"flat\"", "hinges are free of moment as in the rest shape; or `\"flat\"`").or_word("shape"),
+    key("fixed", Kind::OneOf(&[RIM, Kind::Table(&REGION), Kind::List("", &Kind::OneOf(&[RIM, Kind::Table(&REGION)]))]), "\"rim\"", "`\"rim\"`, a region, or a list of both: a hold of the name `fixed`").or_open("none"),
+    key("holds", Kind::List("", &Kind::Table(&HOLD)), "[{ on = \"rim\", wall = \"lid\" }]", "a list of holds").absent(Absent::EmptyList),
+    key("pressure", Kind::OneOf(&[number("Pa"), Kind::List("", &Kind::Row(&["s", "Pa"])), Kind::Table(&PRESSURE)]), "100.0", "along the normals: a number, rows `[[t, p], ...]`, or a table").or_open("0"),
+    key("walls", Kind::Flag, "true", "vertices touch walls, as spheres of half the thickness without spin").or_flag(false),
+    MESH_SIDE,
+]]).with_variants(Variants::Word {
+    key: "shape",
+    what: "shape of a membrane",
+    example: "\"rectangle\"   # or disc, cylinder, sphere; or file = \"sheet.stl\"",
+    text: "which further keys there are",
+    absent: Some(&FROM_FILE),
+    of: &[
+        variant("rectangle", &[&[
+            key("corner", vector("m"), "[0.1, 0.1, 0.1]", "a corner"),
+            key("along", vector("m"), "[0.1, 0, 0]", "from the corner along the rows; half triangles at their ends"),
+            key("across", vector("m"), "[0, 0.1, 0]", "from the corner across the rows, at right angles to `along`"),
+            EDGE,
+        ]], "rows of triangles"),
+        variant("disc", &[&[AXIS, ORIGIN, RADIUS, EDGE]], "rings about the centre"),
+        variant("cylinder", &[&[AXIS, ORIGIN, RADIUS, ALONG, EDGE]], "without ends, normals outwards"),
+        variant("sphere", &[&[ORIGIN, RADIUS, EDGE]], "normals outwards"),
+    ],
+}).with_choices(&[Choice { keys: &["shape", "file"], needed: false }]);
+
+#[rustfmt::skip]
+static BENDING: TableKeys = TableKeys::new(&[]).with_variants(Variants::Word {
+    key: "law",
+    what: "bending law",
+    example: "\"bridson\"",
+    text: "the law",
+    absent: None,
+    of: &[variant("bridson", &[&[
+        key("stiffness", Kind::OneOf(&[non_negative("N m"), Kind::Keyword("plate")]), "\"plate\"", "a number, or `\"plate\"`: that of a plate of the same thickness and modulus"),
+        key("damping", non_negative("N s"), "1e-6", "damping coefficient").or(0.0),
+    ]], "Bridson, Marino & Fedkiw (2003)")],
+});
+
+#[rustfmt::skip]
+static PRESSURE: TableKeys = TableKeys::new(&[]).with_variants(Variants::Key {
+    of: &[
+        variant("table", &[&[
+            key("table", Kind::File(""), "\"pressure.csv\"   # t,pressure", "columns `t,pressure`"),
+        ]], "from a file"),
+        variant("gas", &[&[
+            key("gas", positive("Pa"), "1e5", "absolute pressure at the start"),
+            AMBIENT,
+            key("exponent", positive(""), "1.4", "1.4 for air without heat exchange").or(1.0),
+        ]], "p = gas (V0/V)^exponent - ambient, V the enclosed volume, open rims closed by fans"),
+        variant("fluid", &[&[
+            key("fluid", number("Pa"), "1e4", "absolute pressure at the start"),
+            key("bulk_modulus", positive("Pa"), "2.2e9", "of the fluid"),
+            AMBIENT,
+        ]], "p = fluid + bulk_modulus (V0 - V)/V0 - ambient"),
+    ],
+    alone: true,
+});
+#[rustfmt::skip]
+const AMBIENT: SceneKey = key("ambient", non_negative("Pa"), "1e5", "pressure outside").or(0.0);
+
+/// Vertices that are held.
+#[rustfmt::skip]
+pub(super) static HOLD: TableKeys = TableKeys::new(&[&[
+    NAME,
+    key("on", RIM, "\"rim\"", "only vertices on boundary edges").or_open("all vertices"),
+    key("region", Kind::Table(&REGION), "{ shape = \"half-space\", point = [0, 0, 0.1], normal = [0, 0, 1] }   # m", "of those the ones that are inside at the start").or_open("everywhere"),
+    key("wall", Kind::Name, "\"lid\"", "they go with a wall, whose force and torque then include theirs").or_open("they stay"),
+    key("velocity", Kind::Components("m/s"), "[1e-3, \"free\", 0.0]", "components are prescribed, `\"free\"` leaves one free").or_open("they stay"),
+    key("motion", Kind::List("", &Kind::Table(&MOTION)), "[{ kind = \"translation\", velocity = [0, 0, 0.1] }]", "a list as of walls, without servos").or_open("they stay"),
+], INTERVAL]).with_choices(&[Choice { keys: &["wall", "velocity", "motion"], needed: false }]);
+
 /// Reads an entry of `[[membranes]]`.
 pub(super) fn read(item: &Item<'_>) -> Option<Membrane> {
-    let fields = item.table()?;
-    let name = fields.name_or_number();
+    let fields = item.open(&MEMBRANE)?;
     let shape = read_shape(&fields);
-    let rest = fields.get("rest").map(|item| item.file());
-    let prestrain = number_or(&fields, "prestrain", 0.0, |item| {
-        let number = item.number()?;
-        if *number <= -0.5 {
-            item.report(format!("must be > -0.5, got {}", *number));
-            return None;
-        }
-        Some(number)
-    });
-    let material = fields.need("material").and_then(|item| item.material());
-    let positive = |key| fields.need(key).and_then(|item| item.positive());
-    let (thickness, youngs_modulus) = (positive("thickness"), positive("youngs_modulus"));
-    let elasticity = read_elasticity(&fields);
-    let damping_ratio = number_or(&fields, "damping_ratio", 0.0, |item| item.non_negative());
-    let drag = number_or(&fields, "drag", 0.0, |item| item.non_negative());
-    let bending = fields.get("bending").map(|item| read_bending(&item));
-    let rests_flat = fields.get("rest_angles").map(|item| {
-        let words = [("shape", false), ("flat", true)];
-        item.word("choice of rest angles", &words)
-    });
-    let fixed = fields.get("fixed").map(|item| read_fixed(&item));
-    let holds = fields.get("holds").map(|item| {
-        let items = item.list()?;
-        fields.context.unique_names(&items);
-        let holds = items.iter().map(read_hold).collect::<Vec<_>>();
-        holds.into_iter().collect::<Option<Vec<Hold>>>()
-    });
-    let pressure = fields.get("pressure").map(|item| read_pressure(&item));
-    let walls = flag(&fields, "walls", false);
-    let side = read_side(&fields);
-    fields.finish();
-    let mut all = Vec::new();
-    if let Some(fixed) = fixed {
-        all.push(fixed?);
+    let rest_angles: RestAngles = fields.read("rest_angles");
+    let fixed: Option<Fixed> = fields.read("fixed");
+    let mut holds = fixed.map_or_else(Vec::new, |Fixed(hold)| vec![hold]);
+    if let Some(items) = fields.get("holds").filter(Item::is_list) {
+        fields.context.unique_names(&items.list()?);
     }
-    if let Some(holds) = holds {
-        all.append(&mut holds?);
-    }
+    let more: Vec<Hold> = fields.read("holds");
+    holds.extend(more);
+    let pressure: Option<MembranePressure> = fields.read("pressure");
     Some(Membrane {
-        name: name?,
+        name: fields.name_or_number(),
         place: item.place.clone(),
+        rest: fields.read("rest"),
+        prestrain: fields.read("prestrain"),
+        material: fields.read("material"),
+        thickness: fields.read("thickness"),
+        youngs_modulus: fields.read("youngs_modulus"),
+        elasticity: read_elasticity(&fields),
+        damping_ratio: fields.read("damping_ratio"),
+        drag: fields.read("drag"),
+        bending: fields.read("bending"),
+        rests_flat: rest_angles == RestAngles::Flat,
+        holds,
+        pressure: pressure.unwrap_or(MembranePressure::Given(None)),
+        walls: fields.read("walls"),
+        side: fields.read("side"),
+        // At last, so that all else has been read.
         shape: shape?,
-        rest: rest.map_or(Some(None), |file| file.map(Some))?,
-        prestrain: prestrain?,
-        material: material?,
-        thickness: thickness?,
-        youngs_modulus: youngs_modulus?,
-        elasticity: elasticity?,
-        damping_ratio: damping_ratio?,
-        drag: drag?,
-        bending: bending.map_or(Some(None), |bending| bending.map(Some))?,
-        rests_flat: rests_flat.unwrap_or(Some(false))?,
-        holds: all,
-        pressure: pressure.unwrap_or(Some(MembranePressure::Given(None)))?,
-        walls,
-        side,
     })
 }
 
-fn number_or(
-    fields: &Fields<'_>,
-    key: &'static str,
-    default: f64,
-    read: impl Fn(&Item<'_>) -> Option<Located<f64>>,
-) -> Option<Located<f64>> {
-    match fields.get(key) {
-        Some(item) => read(&item),
-        None => Some(fields.default(key, default)),
-    }
-}
-
-#[derive(Clone, Copy)]
-enum Kind {
-    Rectangle,
-    Disc,
-    Cylinder,
-    Sphere,
-}
-
 fn read_shape(fields: &Fields<'_>) -> Option<MembraneShape> {
-    if !fields.has("shape") {
-        let help = "file = \"sheet.stl\" or \"sheet.obj\"; or shape = \"rectangle\", \"disc\", \"cylinder\" or \"sphere\"";
-        fields.need_or_help("file", Some(help))?;
-        return read_mesh(fields).map(MembraneShape::File);
-    }
-    if fields.has("file") {
-        fields.get("shape");
-        fields.get("file");
-        fields.excluded("file", "shape");
-        return None;
-    }
-    let kind = fields.need("shape")?.word(
-        "shape of a membrane",
-        &[
-            ("rectangle", Kind::Rectangle),
-            ("disc", Kind::Disc),
-            ("cylinder", Kind::Cylinder),
-            ("sphere", Kind::Sphere),
-        ],
-    )?;
-    let vector = |key| fields.need(key).and_then(|item| item.vector());
-    let direction = |key| fields.need(key).and_then(|item| item.direction());
-    let positive = |key| fields.need(key).and_then(|item| item.positive());
-    let edge = positive("edge");
-    match kind {
-        Kind::Rectangle => {
-            let (corner, along, across) = (vector("corner"), vector("along"), vector("across"));
-            let (along, across) = (along?, across?);
-            for side in [&along, &across] {
-                if side.value == DVec3::ZERO {
-                    let error = side.place.error("must not be of length 0");
-                    fields.context.report(error);
-                    return None;
-                }
-            }
-            // Right angles to round-off.
-            if along.normalize().dot(across.normalize()).abs() > 1e-9 {
-                let error = across.place.error("must be at right angles to `along`");
-                let help = "for other shapes make the mesh with a program of its own, and give it as `file`";
-                fields.context.report(error.with_help(help));
-                return None;
-            }
-            Some(MembraneShape::Rectangle {
-                corner: corner?,
-                along,
-                across,
-                edge: edge?,
-            })
-        }
-        Kind::Disc => {
-            let (axis, origin, radius) = (direction("axis"), vector("origin"), positive("radius"));
-            Some(MembraneShape::Disc {
-                axis: axis?,
-                origin: origin?,
-                radius: radius?,
-                edge: edge?,
-            })
-        }
-        Kind::Cylinder => {
-            let (axis, origin, radius) = (direction("axis"), vector("origin"), positive("radius"));
-            let along = fields.need("along").and_then(|item| item.range());
-            Some(MembraneShape::Cylinder {
-                axis: axis?,
-                origin: origin?,
-                radius: radius?,
-                along: along?,
-                edge: edge?,
-            })
-        }
-        Kind::Sphere => {
-            let (origin, radius) = (vector("origin"), positive("radius"));
-            Some(MembraneShape::Sphere {
-                origin: origin?,
-                radius: radius?,
-                edge: edge?,
-            })
-        }
-    }
+    Some(match fields.variant()? {
+        "rectangle" => read_rectangle(fields)?,
+        "disc" => MembraneShape::Disc {
+            axis: fields.read("axis"),
+            origin: fields.read("origin"),
+            radius: fields.read("radius"),
+            edge: fields.read("edge"),
+        },
+        "cylinder" => MembraneShape::Cylinder {
+            axis: fields.read("axis"),
+            origin: fields.read("origin"),
+            radius: fields.read("radius"),
+            along: fields.read("along"),
+            edge: fields.read("edge"),
+        },
+        "sphere" => MembraneShape::Sphere {
+            origin: fields.read("origin"),
+            radius: fields.read("radius"),
+            edge: fields.read("edge"),
+        },
+        _ => MembraneShape::File(read_mesh(fields)),
+    })
 }
 
-/// A third as it is written, and no other value.
+fn read_rectangle(fields: &Fields<'_>) -> Option<MembraneShape> {
+    let (corner, edge) = (fields.read("corner"), fields.read("edge"));
+    let along: Located<DVec3> = fields.read("along");
+    let across: Located<DVec3> = fields.read("across");
+    for side in [&along, &across] {
+        if side.value == DVec3::ZERO {
+            let error = side.place.error("must not be of length 0");
+            fields.context.report(error);
+            return None;
+        }
+    }
+    // Right angles to round-off.
+    if along.normalize().dot(across.normalize()).abs() > 1e-9 {
+        let error = across.place.error("must be at right angles to `along`");
+        let help =
+            "for other shapes make the mesh with a program of its own, and give it as `file`";
+        fields.context.report(error.with_help(help));
+    }
+    Some(MembraneShape::Rectangle {
+        corner,
+        along,
+        across,
+        edge,
+    })
+}
+
+/// Whether a number is a third as it is written, and no other value.
 fn is_a_third(value: f64) -> bool {
     (value - 1.0 / 3.0).abs() < 1e-3
 }
 
-fn read_elasticity(fields: &Fields<'_>) -> Option<MembraneElasticity> {
-    let words = [("springs", true), ("continuum", false)];
-    let is_springs = match fields.get("elasticity") {
-        Some(item) => item.word("elasticity", &words),
-        None => Some(true),
-    };
-    let poisson_ratio = number_or(fields, "poisson_ratio", 1.0 / 3.0, |item| {
-        item.poisson_ratio()
-    });
-    let (is_springs, poisson_ratio) = (is_springs?, poisson_ratio?);
-    if !is_springs {
-        return Some(MembraneElasticity::Continuum {
+fn read_elasticity(fields: &Fields<'_>) -> MembraneElasticity {
+    let elasticity: Elasticity = fields.read("elasticity");
+    let poisson_ratio: Located<f64> = fields.read("poisson_ratio");
+    if elasticity == Elasticity::Continuum {
+        return MembraneElasticity::Continuum {
             poisson_ratio: *poisson_ratio,
-        });
+        };
     }
-    if !is_a_third(*poisson_ratio) {
+    if !is_a_third(*poisson_ratio) && !poisson_ratio.is_nan() {
         let error = poisson_ratio
             .place
             .error("springs have a Poisson's ratio of 1/3, and no other");
         let help = "elasticity = \"continuum\" has any in (-1, 0.5]; or leave poisson_ratio out";
         fields.context.report(error.with_help(help));
-        return None;
     }
-    Some(MembraneElasticity::Springs)
+    MembraneElasticity::Springs
 }
 
-fn read_bending(item: &Item<'_>) -> Option<Bending> {
-    let fields = item.table()?;
-    fields
-        .need("law")?
-        .word("bending law", &[("bridson", ())])?;
-    let stiffness = fields.need("stiffness").and_then(|item| {
-        if item.is_text() {
-            return item.keyword("plate").map(|()| BendingStiffness::Plate);
-        }
-        item.non_negative().map(BendingStiffness::Given)
-    });
-    let damping = number_or(&fields, "damping", 0.0, |item| item.non_negative());
-    fields.finish();
-    Some(Bending {
-        stiffness: stiffness?,
-        damping: damping?,
-    })
+impl FromItem for Bending {
+    fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
+        let fields = item.fields(kind)?;
+        fields.variant()?;
+        let stiffness: Option<BendingStiffness> = fields.read("stiffness");
+        Some(Bending {
+            damping: fields.read("damping"),
+            stiffness: stiffness?,
+        })
+    }
 }
 
-fn read_fixed(item: &Item<'_>) -> Option<Hold> {
-    let picks = if item.is_list() {
-        let picks: Vec<Option<Pick>> = item.list()?.iter().map(read_pick).collect();
-        picks.into_iter().collect::<Option<Vec<Pick>>>()?
-    } else {
-        vec![read_pick(item)?]
-    };
-    Some(Hold {
-        name: item.located("fixed".to_owned()),
-        place: item.place.clone(),
-        picks,
-        motion: HoldMotion::Still,
-        from: item.located(0.0),
-        until: None,
-    })
-}
-
-fn read_pick(item: &Item<'_>) -> Option<Pick> {
-    if item.is_text() {
-        item.word("choice of vertices", &[("rim", ())])?;
-        return Some(Pick {
-            is_rim: true,
-            region: None,
-        });
-    }
-    Some(Pick {
-        is_rim: false,
-        region: Some(Box::new(region::read(item)?)),
-    })
-}
-
-fn read_hold(item: &Item<'_>) -> Option<Hold> {
-    let fields = item.table()?;
-    let name = fields.name_or_number();
-    let is_rim = match fields.get("on") {
-        Some(item) => item
-            .word("choice of vertices", &[("rim", true)])
-            .map(|_| true),
-        None => Some(false),
-    };
-    let region = fields.get("region").map(|item| region::read(&item));
-    let keys = ["wall", "velocity", "motion"];
-    let is_still = !keys.iter().any(|key| fields.has(key));
-    let is_one = is_still || fields.exactly_one(&keys, false);
-    let motion = if let Some(item) = fields.get("wall") {
-        item.name().map(HoldMotion::Wall)
-    } else if let Some(item) = fields.get("velocity") {
-        read_components(&item).map(HoldMotion::Velocity)
-    } else if let Some(item) = fields.get("motion") {
-        read_motions(&item).map(HoldMotion::Motions)
-    } else {
-        Some(HoldMotion::Still)
-    };
-    for key in keys {
-        // Known, also where it is one too many.
-        fields.get(key);
-    }
-    let (from, until) = interval(&fields);
-    fields.finish();
-    if name.as_ref().is_some_and(|name| name.value == "fixed") {
-        let name = name?;
-        let error = name
-            .place
-            .error("the name `fixed` is that of the key `fixed`");
-        fields
-            .context
-            .report(error.with_help("give the hold another name"));
-        return None;
-    }
-    let region = region.map_or(Some(None), |region| region.map(Some))?;
-    Some(Hold {
-        name: name?,
-        place: item.place.clone(),
-        picks: vec![Pick {
-            is_rim: is_rim?,
-            region: region.map(Box::new),
-        }],
-        motion: motion.filter(|_| is_one)?,
-        from: from?,
-        until,
-    })
-}
-
-/// Three numbers, or `"free"` in the place of any.
-fn read_components(item: &Item<'_>) -> Option<Located<[Option<f64>; 3]>> {
-    let items = item.list()?;
-    if items.len() != 3 {
-        item.report(format!(
-            "expected 3 components, numbers or \"free\", got {}",
-            items.len()
-        ));
-        return None;
-    }
-    let mut components = [None; 3];
-    for (component, item) in components.iter_mut().zip(&items) {
-        if item.is_text() {
-            item.keyword("free")?;
-        } else {
-            *component = Some(*item.number()?);
+impl FromItem for BendingStiffness {
+    fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
+        match item.is_text() {
+            true => item.keyword("plate").map(|()| Self::Plate),
+            false => Located::from_item(item, kind).map(Self::Given),
         }
     }
-    if components == [None; 3] {
-        item.report("holds nothing: all components are free");
-        return None;
-    }
-    Some(item.located(components))
 }
 
-fn read_motions(item: &Item<'_>) -> Option<Vec<Motion>> {
-    let motions = motion::read_all(item)?;
-    for motion in &motions {
-        if matches!(motion.kind, MotionKind::Servo { .. }) {
-            let error = motion.place.error("a hold has no servo");
-            let help =
-                "give the servo to a wall, and hold the vertices by that wall: wall = \"...\"";
-            item.context.report(error.with_help(help));
-            return None;
+/// The hold that `fixed` stands for.
+struct Fixed(Hold);
+
+impl FromItem for Fixed {
+    fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
+        let picks = match item.is_list() {
+            true => Vec::from_item(item, kind)?,
+            false => vec![Pick::from_item(item, kind)?],
+        };
+        Some(Self(Hold {
+            name: item.located("fixed".to_owned()),
+            place: item.place.clone(),
+            picks,
+            motion: HoldMotion::Still,
+            from: item.located(0.0),
+            until: None,
+        }))
+    }
+}
+
+impl FromItem for Pick {
+    fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
+        let region = match item.is_text() {
+            true => {
+                Rim::from_item(item, kind)?;
+                None
+            }
+            false => Some(Box::new(Located::from_item(item, kind)?)),
+        };
+        Some(Pick {
+            is_rim: region.is_none(),
+            region,
+        })
+    }
+}
+
+impl FromItem for Hold {
+    fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
+        let fields = item.fields(kind)?;
+        let name = fields.name_or_number();
+        if *name == "fixed" {
+            let error = name.error("the name `fixed` is that of the key `fixed`");
+            let error = error.with_help("give the hold another name");
+            fields.context.report(error);
         }
+        let rim: Option<Rim> = fields.read("on");
+        let region: Option<Located<Region>> = fields.read("region");
+        let (from, until) = interval(&fields);
+        let motion = match fields.chosen(0) {
+            Some("wall") => fields.read::<Option<_>>("wall").map(HoldMotion::Wall),
+            Some("velocity") => read_components(&fields).map(HoldMotion::Velocity),
+            Some(_) => read_motions(&fields).map(HoldMotion::Motions),
+            None => Some(HoldMotion::Still),
+        };
+        Some(Hold {
+            name,
+            place: item.place.clone(),
+            picks: vec![Pick {
+                is_rim: rim.is_some(),
+                region: region.map(Box::new),
+            }],
+            motion: motion?,
+            from,
+            until,
+        })
+    }
+}
+
+/// Velocities of components, not all of them free.
+fn read_components(fields: &Fields<'_>) -> Option<Located<[Option<f64>; 3]>> {
+    let components: Option<Located<[Option<f64>; 3]>> = fields.read("velocity");
+    let components = components?;
+    if components.value == [None; 3] {
+        let error = components.error("holds nothing: all components are free");
+        fields.context.report(error);
+    }
+    Some(components)
+}
+
+fn read_motions(fields: &Fields<'_>) -> Option<Vec<Motion>> {
+    let motions: Option<Vec<Motion>> = fields.read("motion");
+    let motions = motions?;
+    let mut servos = motions
+        .iter()
+        .filter(|motion| matches!(motion.kind, MotionKind::Servo { .. }));
+    if let Some(servo) = servos.next() {
+        let error = servo.place.error("a hold has no servo");
+        let help = "give the servo to a wall, and hold the vertices by that wall: wall = \"...\"";
+        fields.context.report(error.with_help(help));
     }
     Some(motions)
 }
 
-fn read_pressure(item: &Item<'_>) -> Option<MembranePressure> {
-    if !item.is_table() {
-        return motion::read_load(item).map(|load| MembranePressure::Given(Some(load)));
+impl FromItem for MembranePressure {
+    fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
+        if !item.is_table() {
+            return Load::from_item(item, kind).map(|load| Self::Given(Some(load)));
+        }
+        let fields = item.fields(kind)?;
+        Some(match fields.variant()? {
+            "gas" => Self::Gas {
+                gas: fields.read("gas"),
+                ambient: fields.read("ambient"),
+                exponent: fields.read("exponent"),
+            },
+            "fluid" => Self::Fluid {
+                fluid: fields.read("fluid"),
+                bulk_modulus: fields.read("bulk_modulus"),
+                ambient: fields.read("ambient"),
+            },
+            _ => Self::Given(Some(Load::Table(fields.read("table")))),
+        })
     }
-    let fields = item.table()?;
-    if fields.has("gas") {
-        let gas = fields.need("gas").and_then(|item| item.positive());
-        let ambient = number_or(&fields, "ambient", 0.0, |item| item.non_negative());
-        let exponent = number_or(&fields, "exponent", 1.0, |item| item.positive());
-        fields.finish();
-        return Some(MembranePressure::Gas {
-            gas: gas?,
-            ambient: ambient?,
-            exponent: exponent?,
-        });
-    }
-    if fields.has("fluid") {
-        let fluid = fields.need("fluid").and_then(|item| item.number());
-        let modulus = fields.need("bulk_modulus").and_then(|item| item.positive());
-        let ambient = number_or(&fields, "ambient", 0.0, |item| item.non_negative());
-        fields.finish();
-        return Some(MembranePressure::Fluid {
-            fluid: fluid?,
-            bulk_modulus: modulus?,
-            ambient: ambient?,
-        });
-    }
-    if !fields.has("table") {
-        item.report("expected one of `table`, `gas` and `fluid`");
-        return None;
-    }
-    motion::read_load(item).map(|load| MembranePressure::Given(Some(load)))
 }

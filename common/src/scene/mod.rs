@@ -17,11 +17,13 @@ mod cursor;
 mod error;
 mod examples;
 mod fields;
+mod from_item;
 mod guard;
 mod insertions;
 mod item;
 mod json;
 mod key_path;
+pub mod keys;
 mod law_reader;
 mod laws;
 mod liquid;
@@ -85,10 +87,23 @@ pub use sprays::{AtWalls, Nozzle, Spray, SprayDrag, SprayFlow, SprayPattern, Spr
 pub use statement::{NamedFile, Statement, differences};
 pub use walls::{Oka, Wall, Wear, WearBasis, WearLaw};
 
+use boundaries::{FLUX, NAMED_REGION};
+use contacts::CONTACTS;
 use cursor::{Context, Fields};
+use fields::FIELD;
+use guard::GUARD;
+use insertions::INSERTION;
 use item::Item;
-use output::Trackable;
+use keys::{Absent, Kind, SceneKey, TableKeys, key, vector};
+use liquid::LIQUID;
+use materials::MATERIAL;
+use membranes::MEMBRANE;
+use output::{OUTPUT, Trackable};
+use particles::{CLUMP, PARTICLES};
+use settings::{CONTACT, DOMAIN, TIME};
+use sprays::SPRAY;
 use tree::{Node, Value};
+use walls::WALL;
 
 use crate::readable;
 
@@ -337,7 +352,13 @@ fn parse(
         }
     }
     let mut wrong_units = Vec::new();
-    let set = quantities::settle(&mut document, laws.as_deref(), &given, &mut wrong_units);
+    let set = quantities::settle(
+        &mut document,
+        &SCENE,
+        laws.as_deref(),
+        &given,
+        &mut wrong_units,
+    );
     let context = Context {
         errors: RefCell::new(wrong_overrides),
         directory: path.parent().unwrap_or(Path::new("")).to_owned(),
@@ -384,55 +405,62 @@ fn keys_below(document: &Node, key: &str) -> Vec<String> {
     }
 }
 
+/// A list of tables.
+const fn tables(
+    name: &'static str,
+    item: &'static Kind,
+    example: &'static str,
+    text: &'static str,
+) -> SceneKey {
+    key(name, Kind::List("", item), example, text).absent(Absent::EmptyList)
+}
+
+/// The keys of a scene.
+#[rustfmt::skip]
+pub static SCENE: TableKeys = TableKeys::new(&[&[
+    key("title", Kind::Line, "\"A box of grains\"", "one line, without control characters").or_open("the file's name"),
+    key("seed", Kind::Whole(0, u64::MAX), "1", "every random choice follows from it, by name of what draws").or(0.0),
+    key("gravity", vector("m/s2"), "[0, 0, -9.81]", "acceleration of all free bodies").absent(Absent::Zero),
+    key("time", Kind::Table(&TIME), "{ end = 1.0 }   # s", "duration and time step"),
+    key("domain", Kind::Table(&DOMAIN), "{ min = [0, 0, 0], max = [0.1, 0.1, 0.2] }   # m", "the space"),
+    key("contact", Kind::Table(&CONTACT), "{ wall_curvature = true }", "conventions of contacts").absent(Absent::EmptyTable),
+    key("guard", Kind::Table(&GUARD), "{ policy = \"warn\" }", "what a run may not do in silence").absent(Absent::EmptyTable),
+    key("liquid", Kind::Table(&LIQUID), "{ evaporation = 1e-7 }   # m/s", "what holds for the liquid of the whole scene").absent(Absent::EmptyTable),
+    key("materials", Kind::Named(&MATERIAL), "", "density and contact laws, by name").absent(Absent::EmptyTable),
+    key("clumps", Kind::Named(&CLUMP), "", "templates of rigid bodies, by name").absent(Absent::EmptyTable),
+    tables("contacts", &Kind::Table(&CONTACTS), "[{ between = [\"glass\", \"glass\"], tangential = { friction = 0.3 } }]", "what replaces the mixed parameters of two materials"),
+    tables("walls", &Kind::Table(&WALL), "[{ shape = \"box\", material = \"glass\" }]", "surfaces that particles touch"),
+    tables("particles", &Kind::Table(&PARTICLES), "[{ material = \"glass\", radius = 1e-3, position = [0.05, 0.05, 0.05] }]", "what is there at the start"),
+    tables("insertions", &Kind::Table(&INSERTION), "[]", "particles that come during the run"),
+    tables("regions", &Kind::Table(&NAMED_REGION), "[]", "where particles are counted"),
+    tables("deletions", &Kind::Table(&NAMED_REGION), "[]", "where particles are taken out"),
+    tables("fluxes", &Kind::Table(&FLUX), "[]", "planes whose crossings are counted"),
+    tables("membranes", &Kind::Table(&MEMBRANE), "[]", "elastic sheets"),
+    tables("sprays", &Kind::Table(&SPRAY), "[]", "nozzles whose droplets wet particles"),
+    tables("fields", &Kind::Table(&FIELD), "[{ name = \"profile\" }]", "fields of the continuum while the run goes on"),
+    key("output", Kind::Table(&OUTPUT), "{ interval = 0.01 }   # s", "what is written, and when"),
+]]);
+
 fn read_document(context: &Context, document: &Node, path: &Path, place: &Place) -> Option<Scene> {
     let Value::Table(root) = &document.value else {
         return None;
     };
-    let root = Fields::new(context, root, place.clone());
+    let mut root = Fields::new(context, root, place.clone());
+    root.hold_to(&SCENE);
 
-    let title = root
-        .get("title")
-        .and_then(|item| item.line())
-        .map(|title| title.value);
-    let seed = root
-        .get("seed")
-        .and_then(|item| item.whole(0))
-        .map_or(0, |seed| seed.value);
-    let gravity = match root.get("gravity") {
-        Some(item) => item.vector(),
-        None => Some(root.default("gravity", DVec3::ZERO)),
-    };
-    let section = |key| root.need(key).and_then(|item| item.table());
-    let time = section("time").and_then(|fields| settings::read_time(&fields));
-    let domain = section("domain").and_then(|fields| settings::read_domain(&fields));
-    let contact = match root.get("contact") {
-        Some(item) => item
-            .table()
-            .and_then(|fields| settings::read_conventions(&fields)),
-        None => {
-            let nothing = tree::Table::default();
-            settings::read_conventions(&Fields::new(context, &nothing, root.absent("contact")))
-        }
-    };
-
+    let title: Option<String> = root.read("title");
+    let (seed, gravity) = (root.read("seed"), root.read("gravity"));
+    let time = root.section("time");
+    let time = time.map(|fields| settings::read_time(&fields));
+    let domain = root.section("domain");
+    let domain = domain.map(|fields| settings::read_domain(&fields));
+    let contact = root.section("contact");
+    let contact = contact.map(|fields| settings::read_conventions(&fields));
     let overlap_error = (contact.as_ref()).map_or(0.0, |contact| *contact.overlap_error);
-    let guard = match root.get("guard") {
-        Some(item) => item
-            .table()
-            .and_then(|fields| guard::read(&fields, overlap_error)),
-        None => {
-            let nothing = tree::Table::default();
-            let fields = Fields::new(context, &nothing, root.absent("guard"));
-            guard::read(&fields, overlap_error)
-        }
-    };
-    let liquid = match root.get("liquid") {
-        Some(item) => item.table().and_then(|fields| liquid::read(&fields)),
-        None => {
-            let nothing = tree::Table::default();
-            liquid::read(&Fields::new(context, &nothing, root.absent("liquid")))
-        }
-    };
+    let guard = root.section("guard");
+    let guard = guard.map(|fields| guard::read(&fields, overlap_error));
+    let liquid = root.section("liquid");
+    let liquid = liquid.map(|fields| liquid::read(&fields));
 
     let materials = read_named(&root, "materials", materials::read);
     let clumps = read_named(&root, "clumps", particles::read_clump);
@@ -459,8 +487,8 @@ fn read_document(context: &Context, document: &Node, path: &Path, place: &Place)
         let name = name.unwrap_or_else(|| format!("insertion-{}", index + 1));
         (name, Trackable::Insertion)
     }));
-    let output = section("output").and_then(|fields| output::read(&fields, &names));
-    root.finish();
+    let output = root.section("output");
+    let output = output.map(|fields| output::read(&fields, &names));
 
     Some(Scene {
         path: path.to_owned(),
@@ -469,7 +497,7 @@ fn read_document(context: &Context, document: &Node, path: &Path, place: &Place)
         set: Vec::new(),
         title: title.unwrap_or_else(|| readable::printable(&stem(path)).into_owned()),
         seed,
-        gravity: gravity?,
+        gravity,
         time: time?,
         domain: domain?,
         contact: contact?,

@@ -5,9 +5,14 @@ use std::path::PathBuf;
 use glam::DVec3;
 
 use super::cursor::Fields;
+use super::from_item::{FromItem, FromKey};
 use super::item::Item;
+use super::keys::{
+    Kind, TableKeys, Variants, key, non_negative, number, positive, variant, vector,
+};
+use super::shapes::AXIS;
 use super::source::{Located, Place};
-use super::walls::interval;
+use super::walls::{INTERVAL, interval};
 
 /// A motion and when it acts.
 #[derive(Debug, Clone, PartialEq)]
@@ -89,142 +94,121 @@ pub enum Load {
     Table(Located<PathBuf>),
 }
 
-#[derive(Clone, Copy)]
-enum Kind {
-    Translation,
-    Rotation,
-    Oscillation,
-    Table,
-    Servo,
-}
+#[rustfmt::skip]
+static LOAD: TableKeys = TableKeys::new(&[&[
+    key("table", Kind::File(""), "\"load.csv\"   # t and the load", "a file with columns t and the load"),
+]]);
 
-const KINDS: [(&str, Kind); 5] = [
-    ("translation", Kind::Translation),
-    ("rotation", Kind::Rotation),
-    ("oscillation", Kind::Oscillation),
-    ("table", Kind::Table),
-    ("servo", Kind::Servo),
-];
+/// A motion.
+#[rustfmt::skip]
+pub(super) static MOTION: TableKeys = TableKeys::new(&[INTERVAL]).with_variants(Variants::Word {
+    key: "kind",
+    what: "motion",
+    example: "\"rotation\"   # or translation, oscillation, table, servo",
+    text: "which further keys there are",
+    absent: None,
+    of: &[
+        variant("translation", &[&[
+            key("velocity", vector("m/s"), "[0, 0, -0.01]", "constant"),
+        ]], "with a constant velocity"),
+        variant("rotation", &[&[
+            AXIS,
+            key("origin", vector("m"), "[0, 0, 0]", "a point on the axis"),
+            key("angular_velocity", number("rad/s"), "3.0", "right-handed about the axis"),
+        ]], "about an axis"),
+        variant("oscillation", &[&[
+            key("amplitude", vector("m"), "[0, 0, 1e-3]", "A"),
+            key("frequency", non_negative("Hz"), "50.0", "f"),
+            key("phase_degrees", number("degrees"), "90.0", "φ").or(0.0),
+        ]], "harmonic"),
+        variant("table", &[&[
+            key("file", Kind::File(""), "\"motion.csv\"", "columns `t,x,y,z[,angle_x,angle_y,angle_z]`: displacement and rotation vector, linear between rows"),
+        ]], "from a table"),
+        variant("servo", &[&[
+            AXIS,
+            key("force", Kind::OneOf(&[number("N"), Kind::List("", &Kind::Row(&["s", "N"])), Kind::Table(&LOAD)]), "-10.0   # N of the wall on the particles, along the axis; or pressure in Pa", "of the wall on the particles along the axis; a number, rows `[[t, F], ...]`, linear between them, or `{ table }`").needed("without `pressure`"),
+            key("pressure", Kind::OneOf(&[number("Pa"), Kind::List("", &Kind::Row(&["s", "Pa"])), Kind::Table(&LOAD)]), "-1e4", "in place of `force`: force over `area`, positive where the wall presses along the axis").or_open("none"),
+            key("area", positive("m2"), "1e-2", "of `pressure`").or_open("that of the wall, for planes, boxes and discs"),
+            key("max_speed", positive("m/s"), "0.1", "the wall is never faster"),
+        ]], "follows a force or pressure along an axis"),
+    ],
+});
 
-/// Reads the list of motions of a wall.
-pub(super) fn read_all(item: &Item<'_>) -> Option<Vec<Motion>> {
-    let read: Vec<Option<Motion>> = item.list()?.iter().map(read).collect();
-    read.into_iter().collect()
-}
-
-fn read(item: &Item<'_>) -> Option<Motion> {
-    let fields = item.table()?;
-    let (from, until) = interval(&fields);
-    let kind = fields.need("kind")?.word("motion", &KINDS)?;
-    let direction = |key| fields.need(key).and_then(|item| item.direction());
-    let vector = |key| fields.need(key).and_then(|item| item.vector());
-    let number = |key| fields.need(key).and_then(|item| item.number());
-    let kind =
-        match kind {
-            Kind::Translation => {
-                vector("velocity").map(|velocity| MotionKind::Translation { velocity })
-            }
-            Kind::Rotation => {
-                let (axis, origin, speed) = (
-                    direction("axis"),
-                    vector("origin"),
-                    number("angular_velocity"),
-                );
-                axis.zip(origin)
-                    .zip(speed)
-                    .map(|((axis, origin), angular_velocity)| MotionKind::Rotation {
-                        axis,
-                        origin,
-                        angular_velocity,
-                    })
-            }
-            Kind::Oscillation => {
-                let amplitude = vector("amplitude");
-                let frequency = fields
-                    .need("frequency")
-                    .and_then(|item| item.non_negative());
-                let phase = match fields.get("phase_degrees") {
-                    Some(item) => item.number(),
-                    None => Some(fields.default("phase_degrees", 0.0)),
-                };
-                amplitude.zip(frequency).zip(phase).map(
-                    |((amplitude, frequency), phase_degrees)| MotionKind::Oscillation {
-                        amplitude,
-                        frequency,
-                        phase_degrees,
-                    },
-                )
-            }
-            Kind::Table => fields
-                .need("file")
-                .and_then(|item| item.file())
-                .map(|file| MotionKind::Table { file }),
-            Kind::Servo => {
-                let (axis, target) = (direction("axis"), read_target(&fields));
-                let speed = fields.need("max_speed").and_then(|item| item.positive());
-                axis.zip(target)
-                    .zip(speed)
-                    .map(|((axis, target), max_speed)| MotionKind::Servo {
-                        axis,
-                        target,
-                        max_speed,
-                    })
-            }
+impl FromItem for Motion {
+    fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
+        let fields = item.fields(kind)?;
+        let (from, until) = interval(&fields);
+        let kind = match fields.variant()? {
+            "translation" => MotionKind::Translation {
+                velocity: fields.read("velocity"),
+            },
+            "rotation" => MotionKind::Rotation {
+                axis: fields.read("axis"),
+                origin: fields.read("origin"),
+                angular_velocity: fields.read("angular_velocity"),
+            },
+            "oscillation" => MotionKind::Oscillation {
+                amplitude: fields.read("amplitude"),
+                frequency: fields.read("frequency"),
+                phase_degrees: fields.read("phase_degrees"),
+            },
+            "table" => MotionKind::Table {
+                file: fields.read("file"),
+            },
+            "servo" => MotionKind::Servo {
+                axis: fields.read("axis"),
+                target: read_target(&fields),
+                max_speed: fields.read("max_speed"),
+            },
+            _ => return None,
         };
-    fields.finish();
-    Some(Motion {
-        place: item.place.clone(),
-        kind: kind?,
-        from: from?,
-        until,
-    })
+        Some(Motion {
+            place: item.place.clone(),
+            kind,
+            from,
+            until,
+        })
+    }
 }
 
-fn read_target(fields: &Fields<'_>) -> Option<ServoTarget> {
+fn read_target(fields: &Fields<'_>) -> ServoTarget {
     if fields.has("pressure") {
         fields.excluded("force", "pressure");
-        let area = fields.get("area").map(|item| item.positive());
-        let load = fields.get("pressure").and_then(|item| read_load(&item));
-        // Known, so that it is reported only once.
-        let is_one = fields.get("force").is_none();
-        return match area {
-            Some(None) => None,
-            area => load.filter(|_| is_one).map(|load| ServoTarget::Pressure {
-                load,
-                area: area.flatten(),
-            }),
+        return ServoTarget::Pressure {
+            load: fields.require("pressure"),
+            area: fields.read("area"),
         };
     }
     fields.excluded("area", "force");
-    fields.get("area");
-    let force = fields.need("force")?;
-    read_load(&force).map(ServoTarget::Force)
+    ServoTarget::Force(fields.require("force"))
 }
 
-pub(super) fn read_load(item: &Item<'_>) -> Option<Load> {
-    if item.is_table() {
-        let fields = item.table()?;
-        let file = fields.need("table").and_then(|item| item.file());
-        fields.finish();
-        return file.map(Load::Table);
+impl FromItem for Load {
+    fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
+        if item.is_table() {
+            return Some(Load::Table(item.fields(kind)?.read("table")));
+        }
+        if !item.is_list() {
+            return Located::from_item(item, kind).map(Load::Constant);
+        }
+        let rows: Vec<[f64; 2]> = FromItem::from_item(item, kind)?;
+        if rows.is_empty() {
+            item.report("needs at least one row [t, load]");
+            return None;
+        }
+        if let Some(pair) = rows.windows(2).find(|pair| pair[1][0] <= pair[0][0]) {
+            let [before, after] = [pair[0][0], pair[1][0]];
+            item.report(format!(
+                "the times of its rows must increase, got {before} and then {after}"
+            ));
+            return None;
+        }
+        Some(Load::Rows(item.located(rows)))
     }
-    if !item.is_list() {
-        return item.number().map(Load::Constant);
+}
+
+impl FromKey for Load {
+    fn placeholder(place: &Place) -> Self {
+        Load::Constant(FromKey::placeholder(place))
     }
-    let rows: Option<Vec<[f64; 2]>> = (item.list()?.iter())
-        .map(|row| row.numbers::<2>().map(|row| row.value))
-        .collect();
-    let rows = rows?;
-    if rows.is_empty() {
-        item.report("needs at least one row [t, load]");
-        return None;
-    }
-    if let Some(pair) = rows.windows(2).find(|pair| pair[1][0] <= pair[0][0]) {
-        let [before, after] = [pair[0][0], pair[1][0]];
-        item.report(format!(
-            "the times of its rows must increase, got {before} and then {after}"
-        ));
-        return None;
-    }
-    Some(Load::Rows(item.located(rows)))
 }

@@ -1,8 +1,9 @@
 //! `[output]`: what is written, and when.
 
 use super::cursor::Fields;
+use super::item::Item;
+use super::keys::{Absent, Kind, TableKeys, Word, key, positive, word};
 use super::particles::{ClumpPlace, ParticleSource, Particles};
-use super::settings::flag;
 use super::source::Located;
 
 /// `[output]`.
@@ -70,107 +71,92 @@ pub(super) enum Trackable {
     Insertion,
 }
 
+impl Word for ClumpsAs {
+    const WHAT: &'static str = "choice";
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("bodies", Self::Bodies), ("pebbles", Self::Pebbles)];
+}
+
+/// `[output]`
+#[rustfmt::skip]
+pub(super) static OUTPUT: TableKeys = TableKeys::new(&[&[
+    key("interval", positive("s"), "0.01   # s between frames", "between frames and rows"),
+    key("data", Kind::Flag, "false", "`.data`").or_flag(true),
+    key("ene", Kind::Flag, "false", "`.ene`").or_flag(true),
+    key("fstat", Kind::Flag, "true", "`.fstat`, `.contacts.arrow`").or_flag(false),
+    key("fstat_interval", positive("s"), "0.1", "between frames of `.fstat`").or_open("`interval`"),
+    key("vtk", Kind::Flag, "true", "`vtk/`: [series for ParaView](vtu.md)").or_flag(false),
+    key("vtk_interval", positive("s"), "0.1", "between frames of `vtk/`").or_open("`interval`"),
+    key("frames", Kind::Flag, "false", "`.particles.arrow` and `.walls.arrow`").or_flag(true),
+    key("walls", Kind::Flag, "false", "[`.walls.csv`](tables.md#loads-on-walls)").or_flag(true),
+    key("triangle_loads", Kind::Flag, "true", "pressure, shear and power of sliding on each triangle of mesh walls: [`.triangle_loads.arrow`](walls.md#triangle_loadsarrow), arrays in `vtk/`").or_flag(false),
+    key("liquid", Kind::Flag, "false", "[`.liquid.csv`](liquid.md), where there is liquid").or_flag(true),
+    key("droplets", Kind::Flag, "false", "[`.droplets.arrow`](frames.md#droplets), where there are sprays").or_flag(true),
+    key("pictures", Kind::Flag, "false", "pictures of the end").or_flag(true),
+    key("track", Kind::List("", &Kind::Text), "[\"first\"]", "names of single particles or clumps, and of insertions, whose grains are followed from when they come: rows of [`.track.csv`](#trackcsv)").absent(Absent::EmptyList),
+    key("track_interval", positive("s"), "1e-3", "between these rows").or_open("`interval`"),
+    key("track_every", Kind::Whole(1, u64::MAX), "100", "of each insertion in `track` the first grain and every n-th one after it").or_open("1"),
+    key("clumps_as", word::<ClumpsAs>(), "\"pebbles\"", "rows of `.data`, to which `.fstat` refers: one for each body, with its circumscribed radius and its orientation, or with `\"pebbles\"` one for each pebble").or_word("bodies"),
+    key("energy_budget", Kind::Flag, "true", "the full audit by mechanism, in every step: [`<prefix>.budget.csv`](tables.md#energy-budget)").or_flag(false),
+    key("restart_interval", positive("s"), "0.5", "simulated time between [checkpoints](checkpoint.md), besides those by the clock (`--checkpoint-every`), at a stop and at the end").or_open("by the clock"),
+    // 17 significant digits tell any two doubles apart.
+    key("digits", Kind::Whole(1, 17), "10", "significant digits of text files; 10 has MercuryDPM's look").or_open("shortest exact"),
+]]);
+
 /// Reads `[output]`. `names` are those of `[[particles]]` and `[[insertions]]`.
-pub(super) fn read(fields: &Fields<'_>, names: &[(String, Trackable)]) -> Option<Output> {
-    let interval = fields.need("interval").and_then(|item| item.positive());
-    let other_interval = |key| match fields.get(key) {
-        Some(item) => item.positive(),
-        None => interval.clone(),
+pub(super) fn read(fields: &Fields<'_>, names: &[(String, Trackable)]) -> Output {
+    let interval: Located<f64> = fields.read("interval");
+    let other_interval = |key| -> Located<f64> {
+        let given: Option<Located<f64>> = fields.read(key);
+        given.unwrap_or_else(|| interval.clone())
     };
-    let fstat_interval = other_interval("fstat_interval");
-    let vtk_interval = other_interval("vtk_interval");
-    let data = flag(fields, "data", true);
-    let ene = flag(fields, "ene", true);
-    let fstat = flag(fields, "fstat", false);
-    let vtk = match fields.get("vtk") {
-        Some(item) => item.boolean().map(|value| Located {
-            value,
-            place: item.place.clone(),
-        }),
-        None => Some(fields.default("vtk", false)),
-    };
-    let frames = flag(fields, "frames", true);
-    let walls = flag(fields, "walls", true);
-    let triangle_loads = flag(fields, "triangle_loads", false);
-    let liquid = flag(fields, "liquid", true);
-    let droplets = flag(fields, "droplets", true);
-    let pictures = flag(fields, "pictures", true);
-    let track = fields.get("track").map_or(Some(Vec::new()), |item| {
-        let read: Vec<Option<Located<String>>> = item
-            .list()?
-            .iter()
-            .map(|item| {
-                let words: Vec<(&str, Trackable)> = names
-                    .iter()
-                    .map(|(name, what)| (name.as_str(), *what))
-                    .collect();
-                if words.is_empty() {
-                    item.report("no entry of [[particles]] has a name");
-                    return None;
-                }
-                if item.word("particle or insertion named", &words)? == Trackable::Several {
-                    item.report("of [[particles]] only a single particle or clump can be tracked");
-                    return None;
-                }
-                let name = item.text()?;
-                if words.iter().filter(|(word, _)| *word == name.value).count() > 1 {
-                    item.report(
-                        "an entry of [[particles]] and one of [[insertions]] have this name",
-                    );
-                    return None;
-                }
-                Some(name)
-            })
-            .collect();
-        read.into_iter().collect()
-    });
-    let track_interval = other_interval("track_interval");
-    let track_every = fields.get("track_every").and_then(|item| item.whole(1));
-    let clumps_as = fields
-        .get("clumps_as")
-        .and_then(|item| {
-            item.word(
-                "choice",
-                &[("bodies", ClumpsAs::Bodies), ("pebbles", ClumpsAs::Pebbles)],
-            )
-        })
-        .unwrap_or(ClumpsAs::Bodies);
-    let energy_budget = flag(fields, "energy_budget", false);
-    let restart_interval = fields
-        .get("restart_interval")
-        .and_then(|item| item.positive());
-    let digits = fields.get("digits").and_then(|item| {
-        let digits = item.whole(1)?;
-        // 17 significant digits tell any two doubles apart.
-        if *digits > 17 {
-            item.report(format!("must be <= 17, got {}", *digits));
-            return None;
-        }
-        Some(digits)
-    });
-    fields.finish();
-    Some(Output {
-        interval: interval?,
-        data,
-        ene,
-        fstat,
-        fstat_interval: fstat_interval?,
-        vtk: vtk?,
-        vtk_interval: vtk_interval?,
-        frames,
-        walls,
-        triangle_loads,
-        liquid,
-        droplets,
-        pictures,
-        track: track?,
-        track_interval: track_interval?,
-        track_every,
-        clumps_as,
-        energy_budget,
-        restart_interval,
-        digits,
-    })
+    let tracked = fields.get("track").and_then(|item| item.list());
+    let tracked = tracked.unwrap_or_default();
+    let track = tracked.iter().filter_map(|item| read_tracked(item, names));
+    Output {
+        data: fields.read("data"),
+        ene: fields.read("ene"),
+        fstat: fields.read("fstat"),
+        fstat_interval: other_interval("fstat_interval"),
+        vtk: fields.read("vtk"),
+        vtk_interval: other_interval("vtk_interval"),
+        frames: fields.read("frames"),
+        walls: fields.read("walls"),
+        triangle_loads: fields.read("triangle_loads"),
+        liquid: fields.read("liquid"),
+        droplets: fields.read("droplets"),
+        pictures: fields.read("pictures"),
+        track: track.collect(),
+        track_interval: other_interval("track_interval"),
+        track_every: fields.read("track_every"),
+        clumps_as: fields.read("clumps_as"),
+        energy_budget: fields.read("energy_budget"),
+        restart_interval: fields.read("restart_interval"),
+        digits: fields.read("digits"),
+        interval,
+    }
+}
+
+/// A name of `track`.
+fn read_tracked(item: &Item<'_>, names: &[(String, Trackable)]) -> Option<Located<String>> {
+    let words: Vec<(&str, Trackable)> = names
+        .iter()
+        .map(|(name, what)| (name.as_str(), *what))
+        .collect();
+    if words.is_empty() {
+        item.report("no entry of [[particles]] has a name");
+        return None;
+    }
+    if item.word("particle or insertion named", &words)? == Trackable::Several {
+        item.report("of [[particles]] only a single particle or clump can be tracked");
+        return None;
+    }
+    let name = item.text()?;
+    if words.iter().filter(|(word, _)| *word == name.value).count() > 1 {
+        item.report("an entry of [[particles]] and one of [[insertions]] have this name");
+        return None;
+    }
+    Some(name)
 }
 
 /// Whether an entry puts exactly one particle or clump.

@@ -5,8 +5,13 @@ use std::path::PathBuf;
 use glam::{DQuat, DVec3};
 
 use super::cursor::Fields;
+use super::from_item::FromItem;
 use super::item::Item;
-use super::settings::flag;
+use super::keys::{
+    Absent, Kind, SceneKey, TableKeys, Variants, key, non_negative, positive, variant, vector,
+};
+use super::laws::Range;
+use super::region::read_corners;
 use super::source::{Located, Place};
 use super::{ClumpIndex, MaterialIndex};
 
@@ -169,222 +174,202 @@ impl Lattice {
     }
 }
 
+#[rustfmt::skip]
+const MATERIAL: SceneKey = key("material", Kind::Material, "\"glass\"   # the name of a table [materials.glass]", "its material");
+
+/// `[clumps.NAME]`
+#[rustfmt::skip]
+pub(super) static CLUMP: TableKeys = TableKeys::new(&[&[
+    key("file", Kind::File("make it with mclump, for example: mclump SHAPE.stl PEBBLES.csv -o NAME.clump.toml"), "\"rod.clump.toml\"", "a [clump file](clump-file.md) as mclump writes it"),
+    MATERIAL,
+]]);
+
+/// How particles and clumps start.
+#[rustfmt::skip]
+const START: &[SceneKey] = &[
+    key("velocity", vector("m/s"), "[0, 0, -0.1]", "at the start").absent(Absent::Zero),
+    key("angular_velocity", vector("rad/s"), "[0, 0, 3.0]", "at the start, in the global frame").absent(Absent::Zero),
+    key("film_volume", non_negative("m3"), "1e-12", "liquid on its surface; for a clump that of all its pebbles, equal on each").or(0.0),
+    FIXED,
+    key("prescribed", Kind::Table(&PRESCRIBED), "{ velocity = [0.0, \"free\", \"free\"] }", "components that keep a value; all others are free").or_open("none"),
+];
+#[rustfmt::skip]
+const FIXED: SceneKey = key("fixed", Kind::Flag, "true", "true: it never moves").or_flag(false);
+#[rustfmt::skip]
+const LATTICE_KEY: SceneKey = key("lattice", Kind::Table(&LATTICE), "{ min = [0.01, 0.01, 0.01], max = [0.09, 0.09, 0.05], spacing = 2.1e-3 }   # m", "sites from `min` to `max`, both ends included (to 1e-9 of the spacing)");
+#[rustfmt::skip]
+const POSITION: SceneKey = key("position", vector("m"), "[0.05, 0.05, 0.01]", "its centre");
+const SPHERE: &[SceneKey] = &[MATERIAL, key("radius", positive("m"), "1e-3", "its radius")];
+
+/// `[[particles]]`
+#[rustfmt::skip]
+pub(super) static PARTICLES: TableKeys = TableKeys::new(&[&[
+    key("name", Kind::Name, "\"ball\"", "unique among entries that have one; needed for `track`").or_open("none"),
+]]).with_variants(Variants::Key {
+    of: &[
+        variant("run", &[&[
+            key("run", Kind::Folder, "\"settle\"", "the folder of the other run"),
+        ]], "the last state of another run: all grains that it left, with velocities and contacts"),
+        variant("file", &[&[
+            key("file", Kind::File(""), "\"particles.csv\"", "[columns](particle-csv.md) by header: `x,y,z,radius`, optionally `material,vx,vy,vz,wx,wy,wz,film_volume`, of clumps `clump[,scale,qw,qx,qy,qz]`"),
+            key("material", Kind::Material, "\"glass\"", "of rows without one").or_open("none"),
+            FIXED,
+        ]], "a table"),
+        variant("clump", &[&[
+            key("clump", Kind::Clump, "\"rod\"   # the name of a table [clumps.rod]", "a template `[clumps.NAME]`"),
+            POSITION.needed("without `lattice`"),
+            LATTICE_KEY.or_open("none"),
+            key("orientation", Kind::OneOf(&[Kind::Numbers("", 4, Range::Any), Kind::Keyword("random")]), "\"random\"", "`[w, x, y, z]` from the principal frame to the global one, or `\"random\"`, for each clump by itself").or_open("`[1, 0, 0, 0]`"),
+            key("scale", positive(""), "0.5", "factor on all lengths").or(1.0),
+        ], START], "a clump, or equal ones on a lattice; positions are those of the centre of mass"),
+        variant("lattice", &[&[LATTICE_KEY], SPHERE, START], "equal particles on a lattice"),
+        variant("position", &[&[POSITION], SPHERE, START], "one particle"),
+    ],
+    alone: false,
+});
+
+#[rustfmt::skip]
+static LATTICE: TableKeys = TableKeys::new(&[&[
+    key("min", vector("m"), "[0.01, 0.01, 0.01]   # m, the first site", "the first site"),
+    key("max", vector("m"), "[0.09, 0.09, 0.05]   # m, bound of the last site", "bound of the last site"),
+    key("spacing", positive("m"), "2.1e-3", "between neighbours along each axis"),
+    key("jitter", non_negative("m"), "1e-4", "largest random displacement along each axis with more than one site").or(0.0),
+]]);
+
+#[rustfmt::skip]
+static PRESCRIBED: TableKeys = TableKeys::new(&[&[
+    key("velocity", Kind::Components("m/s"), "[0.0, \"free\", \"free\"]", "a number is kept").or_open("free"),
+    key("angular_velocity", Kind::Components("rad/s"), "[0.0, \"free\", \"free\"]", "a number is kept").or_open("free"),
+]]);
+
 /// Reads `[clumps.NAME]`.
 pub(super) fn read_clump(name: Located<String>, item: &Item<'_>) -> Option<Clump> {
-    let fields = item.table()?;
-    let file = fields.need("file").and_then(|item| {
-        item.file_or(
-            "make it with mclump, for example: mclump SHAPE.stl PEBBLES.csv -o NAME.clump.toml",
-        )
-    });
-    let material = fields.need("material").and_then(|item| item.material());
-    fields.finish();
+    let fields = item.open(&CLUMP)?;
     Some(Clump {
         name,
-        file: file?,
-        material: material?,
+        file: fields.read("file"),
+        material: fields.read("material"),
     })
 }
 
 /// Reads an entry of `[[particles]]`.
 pub(super) fn read(item: &Item<'_>) -> Option<Particles> {
-    let fields = item.table()?;
-    let name = fields.get("name").and_then(|item| item.name());
+    let entry = item.table()?;
     let kinds = ["run", "file", "clump", "lattice", "position"];
     // A clump has a position or a lattice; everything else here excludes everything else.
-    let is_one = if fields.has("clump") {
-        fields.exactly_one(&kinds[..3], true) && fields.exactly_one(&kinds[3..], true)
+    let is_one = if entry.has("clump") {
+        entry.exactly_one(&kinds[..3], true) && entry.exactly_one(&kinds[3..], true)
     } else {
-        fields.exactly_one(&kinds, true)
+        entry.exactly_one(&kinds, true)
     };
     if !is_one {
         return None;
     }
-    let source = if fields.has("run") {
-        let folder = fields.need("run").and_then(|item| item.folder());
-        folder.map(|folder| ParticleSource::Run { folder })
-    } else if fields.has("file") {
-        let file = fields.need("file").and_then(|item| item.file());
-        let material = fields.get("material").and_then(|item| item.material());
-        let fixed = flag(&fields, "fixed", false);
-        file.map(|file| ParticleSource::Table {
-            file,
-            material,
-            fixed,
-        })
-    } else if fields.has("clump") {
-        read_placed_clump(&fields)
-    } else if fields.has("lattice") {
-        let lattice = fields.need("lattice").and_then(|item| read_lattice(&item));
-        let particle = read_values(&fields);
-        lattice
-            .zip(particle)
-            .map(|(lattice, particle)| ParticleSource::Lattice { particle, lattice })
-    } else {
-        let position = fields.need("position").and_then(|item| item.vector());
-        let particle = read_values(&fields);
-        position
-            .zip(particle)
-            .map(|(position, particle)| ParticleSource::One { particle, position })
+    let fields = item.open(&PARTICLES)?;
+    let source = match fields.variant()? {
+        "run" => ParticleSource::Run {
+            folder: fields.read("run"),
+        },
+        "file" => ParticleSource::Table {
+            file: fields.read("file"),
+            material: fields.read("material"),
+            fixed: fields.read("fixed"),
+        },
+        "clump" => {
+            let orientation: Option<_> = fields.read("orientation");
+            ParticleSource::Clump {
+                clump: fields.read("clump"),
+                at: match fields.has("lattice") {
+                    true => ClumpPlace::Lattice(fields.read::<Option<_>>("lattice")?),
+                    false => ClumpPlace::Position(fields.require("position")),
+                },
+                orientation: orientation.unwrap_or_else(|| {
+                    fields.default("orientation", Orientation::Given(DQuat::IDENTITY))
+                }),
+                scale: fields.read("scale"),
+                start: read_start(&fields),
+            }
+        }
+        "lattice" => {
+            let particle = read_values(&fields);
+            let lattice: Option<_> = fields.read("lattice");
+            ParticleSource::Lattice {
+                particle,
+                lattice: lattice?,
+            }
+        }
+        _ => ParticleSource::One {
+            particle: read_values(&fields),
+            position: fields.read("position"),
+        },
     };
-    fields.finish();
     Some(Particles {
-        name,
+        name: fields.read("name"),
         place: item.place.clone(),
-        source: source?,
-    })
-}
-
-fn read_placed_clump(fields: &Fields<'_>) -> Option<ParticleSource> {
-    let clump = fields.need("clump").and_then(|item| item.clump());
-    let at = if fields.has("lattice") {
-        let lattice = fields.need("lattice").and_then(|item| read_lattice(&item));
-        lattice.map(ClumpPlace::Lattice)
-    } else {
-        let position = fields.need("position").and_then(|item| item.vector());
-        position.map(ClumpPlace::Position)
-    };
-    let orientation = match fields.get("orientation") {
-        Some(item) => read_orientation(&item),
-        None => Some(fields.default("orientation", Orientation::Given(DQuat::IDENTITY))),
-    };
-    let scale = match fields.get("scale") {
-        Some(item) => item.positive(),
-        None => Some(fields.default("scale", 1.0)),
-    };
-    let start = read_start(fields);
-    Some(ParticleSource::Clump {
-        clump: clump?,
-        at: at?,
-        orientation: orientation?,
-        scale: scale?,
-        start: start?,
+        source,
     })
 }
 
 /// [w, x, y, z], scaled to length 1, or "random".
-fn read_orientation(item: &Item<'_>) -> Option<Located<Orientation>> {
-    if item.is_text() {
-        item.keyword("random")?;
-        return Some(Located {
-            value: Orientation::Random,
-            place: item.place.clone(),
-        });
-    }
-    let numbers = item.numbers::<4>()?;
-    let largest = numbers
-        .iter()
-        .fold(0.0_f64, |largest, number| largest.max(number.abs()));
-    if largest == 0.0 {
-        item.report("must not be of length 0");
-        return None;
-    }
-    Some(numbers.map(|n| {
-        let [w, x, y, z] = n.map(|number| number / largest);
-        Orientation::Given(DQuat::from_xyzw(x, y, z, w).normalize())
-    }))
-}
-
-fn read_values(fields: &Fields<'_>) -> Option<ParticleValues> {
-    let material = fields.need("material").and_then(|item| item.material());
-    let radius = fields.need("radius").and_then(|item| item.positive());
-    let start = read_start(fields);
-    Some(ParticleValues {
-        material: material?,
-        radius: radius?,
-        start: start?,
-    })
-}
-
-fn read_start(fields: &Fields<'_>) -> Option<Start> {
-    let vector = |key| match fields.get(key) {
-        Some(item) => item.vector(),
-        None => Some(fields.default(key, DVec3::ZERO)),
-    };
-    let velocity = vector("velocity");
-    let angular_velocity = vector("angular_velocity");
-    let film_volume = match fields.get("film_volume") {
-        Some(item) => item.non_negative(),
-        None => Some(fields.default("film_volume", 0.0)),
-    };
-    let fixed = flag(fields, "fixed", false);
-    let prescribed = fields
-        .get("prescribed")
-        .and_then(|item| read_prescribed(&item));
-    Some(Start {
-        velocity: velocity?,
-        angular_velocity: angular_velocity?,
-        film_volume: film_volume?,
-        fixed,
-        prescribed,
-    })
-}
-
-fn read_prescribed(item: &Item<'_>) -> Option<Located<Prescribed>> {
-    let fields = item.table()?;
-    let components = |key| match fields.get(key) {
-        Some(item) => read_components(&item),
-        None => Some([None; 3]),
-    };
-    let velocity = components("velocity");
-    let angular_velocity = components("angular_velocity");
-    fields.finish();
-    Some(Located {
-        value: Prescribed {
-            velocity: velocity?,
-            angular_velocity: angular_velocity?,
-        },
-        place: item.place.clone(),
-    })
-}
-
-fn read_components(item: &Item<'_>) -> Option<[Option<f64>; 3]> {
-    let items = item.list()?;
-    if items.len() != 3 {
-        item.report(format!(
-            "expected 3 numbers or \"free\", got {}",
-            items.len()
-        ));
-        return None;
-    }
-    let mut components = [None; 3];
-    for (component, item) in components.iter_mut().zip(items) {
-        *component = if item.is_text() {
-            item.keyword("free")?;
-            None
-        } else {
-            Some(item.number()?.value)
-        };
-    }
-    Some(components)
-}
-
-fn read_lattice(item: &Item<'_>) -> Option<Lattice> {
-    let fields = item.table()?;
-    let min = fields.need("min").and_then(|item| item.vector());
-    let max = fields.need("max").and_then(|item| item.vector());
-    let spacing = fields.need("spacing").and_then(|item| item.positive());
-    let jitter = match fields.get("jitter") {
-        Some(item) => item.non_negative(),
-        None => Some(fields.default("jitter", 0.0)),
-    };
-    fields.finish();
-    let (min, max) = min.zip(max)?;
-    for axis in 0..3 {
-        if min[axis] > max[axis] {
-            let name = ["x", "y", "z"][axis];
-            let message = format!(
-                "must not lie below min: in {name} min = {} and max = {}",
-                min[axis], max[axis]
-            );
-            item.context.report(max.error(message));
+impl FromItem for Orientation {
+    fn from_item(item: &Item<'_>, _: &'static Kind) -> Option<Self> {
+        if item.is_text() {
+            return item.keyword("random").map(|()| Orientation::Random);
         }
+        let numbers = item.numbers::<4>()?.value;
+        let largest = (numbers.iter()).fold(0.0_f64, |largest, n| largest.max(n.abs()));
+        if largest == 0.0 {
+            item.report("must not be of length 0");
+            return None;
+        }
+        let [w, x, y, z] = numbers.map(|number| number / largest);
+        let turn = DQuat::from_xyzw(x, y, z, w).normalize();
+        Some(Orientation::Given(turn))
     }
-    Some(Lattice {
-        place: item.place.clone(),
-        min,
-        max,
-        spacing: spacing?,
-        jitter: jitter?,
-    })
+}
+
+fn read_values(fields: &Fields<'_>) -> ParticleValues {
+    ParticleValues {
+        material: fields.read("material"),
+        radius: fields.read("radius"),
+        start: read_start(fields),
+    }
+}
+
+fn read_start(fields: &Fields<'_>) -> Start {
+    Start {
+        velocity: fields.read("velocity"),
+        angular_velocity: fields.read("angular_velocity"),
+        film_volume: fields.read("film_volume"),
+        fixed: fields.read("fixed"),
+        prescribed: fields.read("prescribed"),
+    }
+}
+
+impl FromItem for Prescribed {
+    fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
+        let fields = item.fields(kind)?;
+        let components = |key| -> [Option<f64>; 3] {
+            let given: Option<_> = fields.read(key);
+            given.unwrap_or_default()
+        };
+        Some(Prescribed {
+            velocity: components("velocity"),
+            angular_velocity: components("angular_velocity"),
+        })
+    }
+}
+
+impl FromItem for Lattice {
+    fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
+        let fields = item.fields(kind)?;
+        let (min, max) = read_corners(&fields);
+        Some(Lattice {
+            place: item.place.clone(),
+            min,
+            max,
+            spacing: fields.read("spacing"),
+            jitter: fields.read("jitter"),
+        })
+    }
 }

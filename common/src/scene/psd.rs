@@ -5,7 +5,12 @@ use std::path::{Path, PathBuf};
 
 use super::cursor::{Context, Fields, Files};
 use super::error::SceneErrors;
+use super::from_item::{FromItem, Untyped};
 use super::item::Item;
+use super::keys::{
+    Kind, SceneKey, TableKeys, Variant, Variants, Word, key, non_negative, number, positive,
+    variant, word,
+};
 use super::quantities;
 use super::source::{Located, Place, Source};
 use super::tree::{self, Value};
@@ -128,39 +133,105 @@ pub struct MixturePart {
     pub psd: Located<Psd>,
 }
 
-#[derive(Clone, Copy, PartialEq)]
-enum Kind {
-    Monodisperse,
-    Uniform,
-    Normal,
-    Lognormal,
-    RosinRammler,
-    Ggs,
-    PhiNormal,
-    Mixture,
-    Classes,
-    File,
+impl Word for Weighting {
+    const WHAT: &'static str = "weighting";
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("number", Self::Number),
+        ("length", Self::Length),
+        ("area", Self::Area),
+        ("volume", Self::Volume),
+    ];
 }
 
-const KINDS: [(&str, Kind); 10] = [
-    ("monodisperse", Kind::Monodisperse),
-    ("uniform", Kind::Uniform),
-    ("normal", Kind::Normal),
-    ("lognormal", Kind::Lognormal),
-    ("rosin-rammler", Kind::RosinRammler),
-    ("ggs", Kind::Ggs),
-    ("phi-normal", Kind::PhiNormal),
-    ("mixture", Kind::Mixture),
-    ("classes", Kind::Classes),
-    ("file", Kind::File),
-];
+impl FromItem for ClassModel {
+    fn from_item(item: &Item<'_>, _: &'static Kind) -> Option<Self> {
+        let words: Vec<(&str, ClassModel)> = ClassModel::all().collect();
+        item.word("model of a class", &words)
+    }
+}
 
-const WEIGHTINGS: [(&str, Weighting); 4] = [
-    ("number", Weighting::Number),
-    ("length", Weighting::Length),
-    ("area", Weighting::Area),
-    ("volume", Weighting::Volume),
+fn class_models() -> Vec<&'static str> {
+    ClassModel::all().map(|(word, _)| word).collect()
+}
+
+const fn diameter(name: &'static str, example: &'static str, text: &'static str) -> SceneKey {
+    key(name, positive("m"), example, text)
+}
+
+#[rustfmt::skip]
+const WEIGHTING: SceneKey = key("weighting", word::<Weighting>(), "\"volume\"   # of what is it the distribution? number, length, area or volume", "of what the law is the distribution; particles are drawn by number whatever it is");
+/// The keys of all laws but few.
+#[rustfmt::skip]
+const STATED: &[SceneKey] = &[
+    WEIGHTING.needed("but in a part of a mixture, which has that of the mixture"),
+    key("cut", Kind::Interval(""), "[0.01, 0.99]", "quantiles in that weighting, in [0, 1], outside which sizes are cut off").or_open("1e-9 and 1 - 1e-9 where the law reaches 0 or infinity"),
 ];
+const EXPONENT: SceneKey = key("exponent", positive(""), "4.0", "exponent of the law");
+#[rustfmt::skip]
+const MEDIAN: SceneKey = diameter("median_diameter", "2e-3", "half of the weight lies below it");
+#[rustfmt::skip]
+const FILE: Variant = variant("file", &[&[
+    key("file", Kind::File(""), "\"grain.psd.csv\"", "a [table](size-table.md) (`.csv`) or a [law](size-table.md#laws) (`.toml`)"),
+    key("cut", Kind::Interval(""), "[0.01, 0.99]", "as above").or_open("none"),
+]], "a measured distribution, or a law in a file of its own; `file` alone says it");
+#[rustfmt::skip]
+static KINDS: [Variant; 10] = [
+    variant("monodisperse", &[&[
+        diameter("diameter", "2e-3", "of all particles"),
+        WEIGHTING.or_word("number"),
+    ]], "one size"),
+    variant("uniform", &[&[
+        diameter("min_diameter", "1e-3", "smallest diameter"),
+        diameter("max_diameter", "3e-3", "not below `min_diameter`"),
+    ], STATED], "constant density between two diameters"),
+    variant("normal", &[&[
+        diameter("mean_diameter", "2e-3", "mean of the diameter"),
+        diameter("standard_deviation", "2e-4", "of the diameter"),
+    ], STATED], "normal law of the diameter, positive diameters only"),
+    variant("lognormal", &[&[
+        MEDIAN,
+        key("sigma", positive(""), "0.3   # of ln d", "standard deviation of ln d"),
+    ], STATED], "normal law of ln d"),
+    variant("rosin-rammler", &[&[
+        diameter("d63", "2e-3", "63.2 % lie below it"),
+        EXPONENT,
+    ], STATED], "Q(d) = 1 - exp(-(d/d63)^exponent)"),
+    variant("ggs", &[&[
+        diameter("max_diameter", "3e-3", "largest diameter"),
+        EXPONENT,
+    ], STATED], "Gates-Gaudin-Schuhmann: Q(d) = (d/max_diameter)^exponent"),
+    variant("phi-normal", &[&[
+        MEDIAN,
+        key("sigma_phi", positive(""), "0.3   # of -log2(d / 1 mm)", "standard deviation of -log2(d / 1 mm)"),
+    ], STATED], "normal law of -log2(d / 1 mm)"),
+    variant("mixture", &[&[
+        key("of", Kind::List("distribution", &Kind::Table(&PART)), "[{ share = 1.0, kind = \"monodisperse\", diameter = 2e-3 }]", "the distributions, each with its `share`, which counts in the mixture's `weighting`"),
+        WEIGHTING.needed("but in a part of a mixture, which has that of the mixture"),
+    ]], "several distributions together"),
+    variant("classes", &[&[
+        key("diameters", Kind::List("", &number("m")), "[1e-3, 2e-3, 3e-3]   # m, one more than shares", "between the classes, one more than `shares`"),
+        key("shares", Kind::List("", &number("")), "[0.4, 0.6]", "of the classes, of any sum"),
+        key("model", Kind::Word("model of a class", class_models), "\"number-uniform\"", "[what lies inside a class](size-table.md#what-lies-inside-a-class)").or_open("number-uniform"),
+    ], STATED], "a table in the scene itself"),
+    FILE,
+];
+static BY_KIND: Variants = Variants::Word {
+    key: "kind",
+    what: "size distribution",
+    example: "\"monodisperse\"   # or uniform, normal, lognormal, rosin-rammler, ggs, phi-normal, mixture, classes, file",
+    text: "the law",
+    absent: Some(&FILE),
+    of: &KINDS,
+};
+
+/// A size distribution.
+pub(super) static PSD: TableKeys = TableKeys::new(&[]).with_variants(BY_KIND);
+
+/// A part of a mixture of distributions.
+#[rustfmt::skip]
+static PART: TableKeys = TableKeys::new(&[&[
+    key("share", non_negative(""), "0.5   # in the weighting of the mixture", "its part of the mixture; all are scaled to the sum 1"),
+]]).with_variants(BY_KIND);
 
 /// Reads a law from a file of its own: the keys of a scene's `psd` at the top level.
 ///
@@ -200,7 +271,7 @@ fn parse(
     let source = Source::file(name, text, &files);
     let mut document = tree::parse_document(&source, text)?;
     let mut wrong_units = Vec::new();
-    quantities::settle(&mut document, None, &[], &mut wrong_units);
+    quantities::settle(&mut document, &PSD, None, &[], &mut wrong_units);
     let context = Context {
         errors: RefCell::new(Vec::new()),
         directory: folder.unwrap_or(Path::new("")).to_owned(),
@@ -212,11 +283,14 @@ fn parse(
     };
     let place = Place::new(&source, 0..0, "");
     let psd = match &document.value {
-        Value::Table(table) => read_fields(
-            &Fields::new(&context, table, place.clone()),
-            place.clone(),
-            None,
-        ),
+        Value::Table(table) => {
+            let mut fields = Fields::new(&context, table, place.clone());
+            fields.hold_to(&PSD);
+            read_fields(&fields, None).map(|psd| Located {
+                value: psd,
+                place: place.clone(),
+            })
+        }
         _ => None,
     };
     let mut errors = context.errors.into_inner();
@@ -229,173 +303,103 @@ fn parse(
     }
 }
 
-pub(super) fn read(item: &Item<'_>) -> Option<Located<Psd>> {
-    read_fields(&item.table()?, item.place.clone(), None)
+impl FromItem for Psd {
+    fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
+        read_fields(&item.fields(kind)?, None)
+    }
 }
 
 /// `inherited`: the weighting of the mixture that this is a part of.
-fn read_fields(
-    fields: &Fields<'_>,
-    place: Place,
-    inherited: Option<Weighting>,
-) -> Option<Located<Psd>> {
-    // A file alone says that it is one.
-    let kind = if fields.has("file") && !fields.has("kind") {
-        Kind::File
-    } else {
-        fields.need("kind")?.word("size distribution", &KINDS)?
-    };
-    fields.get("kind");
+fn read_fields(fields: &Fields<'_>, inherited: Option<Weighting>) -> Option<Psd> {
+    let kind = fields.variant()?;
     // With one size there is nothing to weight, and a measured table says in its header what it
     // counts; everywhere else a silent choice would be wrong for half the users.
-    let weighting = match kind {
-        Kind::Monodisperse => {
-            let given = fields.get("weighting");
-            let given = given.map_or(Some(Weighting::Number), |w| {
-                w.word("weighting", &WEIGHTINGS)
-            });
-            given.map(Some)
-        }
-        Kind::File => Some(None),
-        _ => match inherited {
-            Some(weighting) if !fields.has("weighting") => Some(Some(weighting)),
-            _ => {
-                let help = "of what is it the distribution? number, length, area or volume";
-                let given = fields.need_or_help("weighting", Some(help));
-                let given = given.and_then(|w| w.word("weighting", &WEIGHTINGS));
-                given.map(Some)
-            }
-        },
+    let weighting = match (kind, inherited) {
+        ("monodisperse", _) => Some(fields.read("weighting")),
+        ("file", _) => None,
+        (_, Some(inherited)) if !fields.has("weighting") => Some(inherited),
+        _ => Some(fields.require("weighting")),
     };
-    // Without it the rest is read all the same, so that all that is wrong is said at once.
-    let law = read_law(fields, kind, weighting.unwrap_or(Some(Weighting::Number)));
-    let cut = match kind {
-        Kind::Monodisperse | Kind::Mixture => None,
-        _ => fields.get("cut").and_then(|item| {
-            let cut = item.range()?;
-            if cut[0] < 0.0 || cut[1] > 1.0 {
-                item.report("both quantiles must lie in [0, 1]");
-                return None;
-            }
-            Some(cut)
-        }),
-    };
-    fields.finish();
-    Some(Located {
-        value: Psd {
-            law: law?,
-            weighting: weighting?,
-            cut,
+    let law = match kind {
+        "monodisperse" => SizeLaw::Monodisperse {
+            diameter: fields.read("diameter"),
         },
-        place,
+        "uniform" => SizeLaw::Uniform {
+            min_diameter: fields.read("min_diameter"),
+            max_diameter: fields.read("max_diameter"),
+        },
+        "normal" => SizeLaw::Normal {
+            mean_diameter: fields.read("mean_diameter"),
+            standard_deviation: fields.read("standard_deviation"),
+        },
+        "lognormal" => SizeLaw::Lognormal {
+            median_diameter: fields.read("median_diameter"),
+            sigma: fields.read("sigma"),
+        },
+        "rosin-rammler" => SizeLaw::RosinRammler {
+            d63: fields.read("d63"),
+            exponent: fields.read("exponent"),
+        },
+        "ggs" => SizeLaw::Ggs {
+            max_diameter: fields.read("max_diameter"),
+            exponent: fields.read("exponent"),
+        },
+        "phi-normal" => SizeLaw::PhiNormal {
+            median_diameter: fields.read("median_diameter"),
+            sigma_phi: fields.read("sigma_phi"),
+        },
+        "mixture" => read_mixture(fields, weighting)?,
+        "classes" => SizeLaw::Classes {
+            diameters: fields.read("diameters"),
+            shares: fields.read("shares"),
+            model: fields.read::<Option<_>>("model").unwrap_or_default(),
+        },
+        "file" => SizeLaw::File {
+            file: fields.read("file"),
+        },
+        _ => return None,
+    };
+    if let SizeLaw::Uniform {
+        min_diameter: min,
+        max_diameter: max,
+    } = &law
+        && **min > **max
+    {
+        let message = format!("must be >= min_diameter = {}", min.place.text());
+        fields.context.report(max.error(message));
+    }
+    let cut: Option<Located<[f64; 2]>> = match kind {
+        "monodisperse" | "mixture" => None,
+        _ => fields.read("cut"),
+    };
+    if let Some(cut) = &cut
+        && (cut[0] < 0.0 || cut[1] > 1.0)
+    {
+        let error = cut.error("both quantiles must lie in [0, 1]");
+        fields.context.report(error);
+    }
+    Some(Psd {
+        law,
+        weighting,
+        cut,
     })
 }
 
-fn read_law(fields: &Fields<'_>, kind: Kind, weighting: Option<Weighting>) -> Option<SizeLaw> {
-    let positive = |key| fields.need(key).and_then(|item| item.positive());
-    match kind {
-        Kind::Monodisperse => {
-            positive("diameter").map(|diameter| SizeLaw::Monodisperse { diameter })
-        }
-        Kind::Uniform => {
-            let min = positive("min_diameter");
-            let max = positive("max_diameter");
-            min.zip(max).and_then(|(min_diameter, max_diameter)| {
-                if *min_diameter > *max_diameter {
-                    let message =
-                        format!("must be >= min_diameter = {}", min_diameter.place.text());
-                    fields.context.report(max_diameter.error(message));
-                    return None;
-                }
-                Some(SizeLaw::Uniform {
-                    min_diameter,
-                    max_diameter,
-                })
-            })
-        }
-        Kind::Normal => positive("mean_diameter")
-            .zip(positive("standard_deviation"))
-            .map(|(mean_diameter, standard_deviation)| SizeLaw::Normal {
-                mean_diameter,
-                standard_deviation,
-            }),
-        Kind::Lognormal => {
-            positive("median_diameter")
-                .zip(positive("sigma"))
-                .map(|(median_diameter, sigma)| SizeLaw::Lognormal {
-                    median_diameter,
-                    sigma,
-                })
-        }
-        Kind::RosinRammler => positive("d63")
-            .zip(positive("exponent"))
-            .map(|(d63, exponent)| SizeLaw::RosinRammler { d63, exponent }),
-        Kind::Ggs => {
-            positive("max_diameter")
-                .zip(positive("exponent"))
-                .map(|(max_diameter, exponent)| SizeLaw::Ggs {
-                    max_diameter,
-                    exponent,
-                })
-        }
-        Kind::PhiNormal => positive("median_diameter").zip(positive("sigma_phi")).map(
-            |(median_diameter, sigma_phi)| SizeLaw::PhiNormal {
-                median_diameter,
-                sigma_phi,
-            },
-        ),
-        Kind::Mixture => read_mixture(fields, weighting),
-        Kind::Classes => {
-            let diameters = fields.need("diameters").and_then(|item| numbers(&item));
-            let shares = fields.need("shares").and_then(|item| numbers(&item));
-            let model = match fields.get("model") {
-                Some(item) => {
-                    let words: Vec<(&str, ClassModel)> = ClassModel::all().collect();
-                    item.word("model of a class", &words)
-                }
-                None => Some(ClassModel::default()),
-            };
-            Some(SizeLaw::Classes {
-                diameters: diameters?,
-                shares: shares?,
-                model: model?,
-            })
-        }
-        Kind::File => fields
-            .need("file")
-            .and_then(|item| item.file())
-            .map(|file| SizeLaw::File { file }),
-    }
-}
-
 fn read_mixture(fields: &Fields<'_>, weighting: Option<Weighting>) -> Option<SizeLaw> {
-    let item = fields.need("of")?;
-    let parts = item.list()?;
-    if parts.is_empty() {
-        item.report("must list at least one distribution");
-        return None;
-    }
-    let part = |item: &Item<'_>| {
-        let fields = item.table()?;
-        let share = fields.need("share").and_then(|item| item.non_negative());
-        let psd = read_fields(&fields, item.place.clone(), weighting);
-        Some(MixturePart {
-            share: share?.value,
-            psd: psd?,
-        })
+    let items: Option<Located<Vec<Untyped>>> = fields.read("of");
+    let list = fields.get("of").filter(|_| items.is_some())?;
+    let read = |item: &Item<'_>| {
+        let fields = item.open(&PART)?;
+        let share = fields.read("share");
+        let psd = item.located(read_fields(&fields, weighting)?);
+        Some(MixturePart { share, psd })
     };
-    let read: Vec<Option<MixturePart>> = parts.iter().map(part).collect();
+    let read: Vec<Option<MixturePart>> = list.list()?.iter().map(read).collect();
     let of: Vec<MixturePart> = read.into_iter().collect::<Option<_>>()?;
     let sum: f64 = of.iter().map(|part| part.share).sum();
-    if sum <= 0.0 || !sum.is_finite() {
-        item.report(format!("the shares must have a sum > 0, it is {sum}"));
-        return None;
+    if sum <= 0.0 || sum.is_infinite() {
+        let message = format!("the shares must have a sum > 0, it is {sum}");
+        list.report(message);
     }
     Some(SizeLaw::Mixture { of })
-}
-
-/// A list of finite numbers.
-fn numbers(item: &Item<'_>) -> Option<Vec<f64>> {
-    let read: Vec<Option<Located<f64>>> = item.list()?.iter().map(Item::number).collect();
-    read.into_iter().map(|number| Some(number?.value)).collect()
 }

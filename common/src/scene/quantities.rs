@@ -4,31 +4,89 @@
 
 use super::error::SceneError;
 use super::key_path;
-use super::laws::LawKeys;
+use super::keys::{Kind, TableKeys};
+use super::laws::{LawKeys, Part};
 use super::source::Place;
-use super::tree::{Node, Value};
+use super::tree::{Entry, Node, Table, Value};
 use crate::units::{Dimension, Quantity};
 
-/// What the numbers at a key are of.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Kind {
-    /// Of this.
-    Of(Dimension),
-    /// Of either.
-    Either(Dimension, Dimension),
-    /// Rows of numbers of these.
-    Rows(Dimension, Dimension),
-    /// The quantity is not known.
+/// What the numbers of a value are of.
+#[derive(Clone)]
+enum Scope {
+    /// What the table of keys says.
+    Value(&'static Kind),
+    /// The keys of a table.
+    Table(&'static TableKeys),
+    /// The keys of a contact law.
+    Law(Part),
+    /// Numbers of one of these units.
+    Units(Vec<&'static str>),
+    /// A quantity that is not known.
     Any,
 }
 
-impl Kind {
-    /// The unit of the numbers; empty where rows have several, or it is not known.
-    fn unit(self) -> String {
+impl Scope {
+    /// Of the value at a key of a table.
+    fn at_key(&self, table: &Table, key: &str, laws: Option<&[&'static LawKeys]>) -> Option<Self> {
+        let of_kind = |kind: &'static Kind| match kind {
+            Kind::Law(part, _) => Self::Law(*part),
+            kind => Self::Value(kind),
+        };
         match self {
-            Self::Of(dimension) | Self::Either(dimension, _) => dimension.symbol(),
-            Self::Rows(..) | Self::Any => String::new(),
+            Self::Table(keys) => keys.kind_in(table, key).map(of_kind),
+            Self::Value(Kind::Named(keys)) => Some(Self::Table(keys)),
+            Self::Value(kind) => kind.table()?.kind_in(table, key).map(of_kind),
+            Self::Law(part) => {
+                let Some(laws) = laws else {
+                    return Some(Self::Any);
+                };
+                let of_part = laws.iter().filter(|law| law.parts.contains(part));
+                let unit = of_part.filter_map(|law| law.key(key)).next()?.unit;
+                Some(Self::Units(vec![unit]))
+            }
+            Self::Units(_) | Self::Any => None,
         }
+    }
+
+    /// Of an item of a list.
+    fn at_index(&self, index: usize) -> Option<Self> {
+        let Self::Value(kind) = self else {
+            return None;
+        };
+        Some(match kind.list()? {
+            Kind::List(_, of) => Self::Value(of),
+            Kind::Row(units) => Self::Units(vec![units.get(index)?]),
+            kind => Self::Units(vec![kind.unit()?]),
+        })
+    }
+
+    /// The dimensions that a number may have; `None` where it has no unit.
+    fn dimensions(&self) -> Option<Vec<Dimension>> {
+        let units = match self {
+            Self::Value(Kind::OneOf(all)) => {
+                let numbers = all.iter().filter(|kind| matches!(kind, Kind::Number(..)));
+                numbers.filter_map(Kind::unit).collect()
+            }
+            Self::Value(Kind::Number(unit, _)) => vec![*unit],
+            Self::Units(units) => units.clone(),
+            Self::Any => return Some(Vec::new()),
+            Self::Value(_) | Self::Table(_) | Self::Law(_) => return None,
+        };
+        let dimensions: Vec<Dimension> = units
+            .iter()
+            .filter_map(|unit| Dimension::of_unit(unit))
+            .collect();
+        (!dimensions.is_empty()).then_some(dimensions)
+    }
+
+    /// The unit of the numbers of a value; empty where they have several or none, or it is not known.
+    fn unit(&self) -> String {
+        let unit = match self {
+            Self::Value(kind) => kind.unit().unwrap_or_default(),
+            Self::Units(units) => units[0],
+            Self::Table(_) | Self::Law(_) | Self::Any => "",
+        };
+        Dimension::of_unit(unit).map_or_else(String::new, Dimension::symbol)
     }
 }
 
@@ -71,10 +129,11 @@ pub struct SetValue {
     pub value: String,
 }
 
-/// Puts SI numbers in the places of texts with units; what is wrong with them goes to `errors`. `laws`: as for the reader. `given`: what
-/// the command line sets, each with its path. Returns these values.
+/// Puts SI numbers in the places of texts with units; what is wrong with them goes to `errors`. `keys`: those of the document. `laws`: as
+/// for the reader. `given`: what the command line sets, each with its path. Returns these values.
 pub(super) fn settle(
     document: &mut Node,
+    keys: &'static TableKeys,
     laws: Option<&[&'static LawKeys]>,
     given: &[(&str, String)],
     errors: &mut Vec<SceneError>,
@@ -82,11 +141,10 @@ pub(super) fn settle(
     let mut walk = Walk {
         laws,
         errors,
-        keys: Vec::new(),
         given,
         set: Vec::new(),
     };
-    walk.node(document, "", None);
+    walk.node(document, "", Some(Scope::Table(keys)));
     walk.set
 }
 
@@ -103,42 +161,33 @@ pub(super) fn with_units(read: &mut Vec<SceneError>, wrong: Vec<SceneError>) {
 struct Walk<'a> {
     laws: Option<&'a [&'static LawKeys]>,
     errors: &'a mut Vec<SceneError>,
-    /// Without the numbers of entries.
-    keys: Vec<String>,
     given: &'a [(&'a str, String)],
     set: Vec<SetValue>,
 }
 
 impl Walk<'_> {
-    fn node(&mut self, node: &mut Node, path: &str, kind: Option<Kind>) {
+    fn node(&mut self, node: &mut Node, path: &str, scope: Option<Scope>) {
         let name = |node: &Node| node.name().map(str::to_owned);
         match &mut node.value {
             Value::Table(table) => {
-                for entry in &mut table.entries {
-                    self.keys.push(entry.key.clone());
-                    let kind = self.kind();
-                    self.node(&mut entry.node, &key_path::child(path, &entry.key), kind);
-                    self.keys.pop();
+                let at = |entry: &Entry| scope.as_ref()?.at_key(table, &entry.key, self.laws);
+                let scopes: Vec<Option<Scope>> = table.entries.iter().map(at).collect();
+                for (entry, scope) in table.entries.iter_mut().zip(scopes) {
+                    self.node(&mut entry.node, &key_path::child(path, &entry.key), scope);
                 }
             }
             Value::Array(items) => {
                 for (index, item) in items.iter_mut().enumerate() {
-                    let kind = match (kind, &item.value) {
-                        // The items of a row.
-                        (Some(Kind::Rows(first, second)), value) => match value {
-                            Value::Array(_) => kind,
-                            _ => Some(Kind::Of(if index == 0 { first } else { second })),
-                        },
-                        _ => kind,
-                    };
+                    let scope = scope.as_ref().and_then(|scope| scope.at_index(index));
                     let path = key_path::item(path, index, name(item).as_deref());
-                    self.node(item, &path, kind);
+                    self.node(item, &path, scope);
                 }
             }
             Value::String(text) => {
-                let settled = kind
+                let dimensions = scope.as_ref().and_then(Scope::dimensions);
+                let settled = dimensions
                     .filter(|_| is_quantity(text))
-                    .map(|kind| si(text, kind));
+                    .map(|dimensions| si(text, &dimensions));
                 match settled {
                     None => {}
                     Some(Ok(number)) => node.value = Value::Float(number),
@@ -158,103 +207,11 @@ impl Walk<'_> {
         if let Some((argument, _)) = self.given.iter().rfind(|(_, given)| given == path) {
             self.set.push(SetValue {
                 argument: (*argument).to_owned(),
-                unit: kind.map_or_else(String::new, Kind::unit),
+                unit: scope.as_ref().map_or_else(String::new, Scope::unit),
                 value: as_toml(node),
             });
         }
     }
-
-    /// What the value at the present key is of; `None` if it is no number with a unit.
-    fn kind(&self) -> Option<Kind> {
-        let keys: Vec<&str> = self.keys.iter().map(String::as_str).collect();
-        match keys[..] {
-            ["materials", _, "density"] => Some(Kind::Of(Dimension::DENSITY)),
-            ["materials", _, part, key] | ["contacts", part, key] => self.of_law(part, key),
-            ["materials" | "contacts", ..] => None,
-            _ => of_key(&keys).or_else(|| column(&keys)),
-        }
-    }
-
-    fn of_law(&self, part: &str, key: &str) -> Option<Kind> {
-        let Some(laws) = self.laws else {
-            return Some(Kind::Any);
-        };
-        let of_part = laws
-            .iter()
-            .filter(|law| law.parts.iter().any(|of| of.word() == part));
-        let unit = of_part
-            .filter_map(|law| law.key(key))
-            .map(|key| key.unit)
-            .next()?;
-        Dimension::of_unit(unit).map(Kind::Of)
-    }
-}
-
-/// The loads of servos: a number, or rows with the time in front.
-fn column(keys: &[&str]) -> Option<Kind> {
-    let load = match keys.last() {
-        Some(&"force") => Dimension::FORCE,
-        Some(&"pressure") => Dimension::PRESSURE,
-        _ => return None,
-    };
-    Some(Kind::Rows(Dimension::TIME, load))
-}
-
-/// What the numbers at a key outside of laws are of.
-fn of_key(keys: &[&str]) -> Option<Kind> {
-    use Dimension as D;
-    let of = match *keys {
-        ["gravity"] => D::ACCELERATION,
-        ["time", "end" | "step"] => D::TIME,
-        ["time", "v_ref"] => D::SPEED,
-        ["liquid", "evaporation"] => D::SPEED,
-        [
-            "output",
-            "interval" | "fstat_interval" | "vtk_interval" | "track_interval" | "restart_interval",
-        ] => D::TIME,
-        ["fields", "interval" | "smooth"] => D::TIME,
-        ["fields", "spacing"] => return Some(Kind::Either(D::LENGTH, D::ANGLE)),
-        ["fields", "limits", "phi"] => D::ANGLE,
-        ["fields", "limits", _] | ["fields", "width" | "through"] => D::LENGTH,
-        [.., "total", "mass"] => D::MASS,
-        [.., "total", "volume"] => D::VOLUME,
-        [.., "rate", "mass"] => D::MASS_RATE,
-        [.., "rate", "volume"] => D::VOLUME_RATE,
-        [.., "rate", "number"] => D::FREQUENCY,
-        [.., "bending", "stiffness"] => D::TORQUE,
-        ["membranes", "drag"] => D::FREQUENCY,
-        [
-            "membranes",
-            "pressure",
-            "gas" | "fluid" | "bulk_modulus" | "ambient",
-        ] => D::PRESSURE,
-        ["membranes", "corner" | "across" | "edge"] => D::LENGTH,
-        [.., "wear", "constant"] => D::VOLUME_PER_ENERGY,
-        [.., last] => match last {
-            "min" | "max" | "point" | "origin" | "radius" | "radii" | "along" | "profile"
-            | "offset" | "position" | "spacing" | "jitter" | "amplitude" | "thickness"
-            | "diameter" | "diameters" | "min_diameter" | "max_diameter" | "mean_diameter"
-            | "median_diameter" | "standard_deviation" | "d63" | "orifice" | "until_depth"
-            | "reference_diameter" => D::LENGTH,
-            "from" | "until" => D::TIME,
-            "velocity" | "mean" | "spread" | "max_speed" | "speed" | "gas_velocity"
-            | "reference_speed" => D::SPEED,
-            "angular_velocity" => D::ANGULAR_VELOCITY,
-            "frequency" => D::FREQUENCY,
-            "degrees" | "phase_degrees" | "half_angles_degrees" | "half_angle_degrees" => {
-                D::DEGREES
-            }
-            "area" => D::AREA,
-            "hardness" | "youngs_modulus" => D::PRESSURE,
-            "film_volume" => D::VOLUME,
-            "flow_rate" => D::VOLUME_RATE,
-            "liquid_density" | "gas_density" => D::DENSITY,
-            "gas_viscosity" => D::VISCOSITY,
-            _ => return None,
-        },
-        [] => return None,
-    };
-    Some(Kind::Of(of))
 }
 
 /// Whether a text is to be a number with a unit: `"auto"` is none, nor is `"1.5d"`, a width in diameters.
@@ -265,14 +222,9 @@ fn is_quantity(text: &str) -> bool {
     Quantity::is_begun_by(text) && text.parse::<f64>().is_err() && !is_in_diameters
 }
 
-/// The number in SI, or a message with its help.
-fn si(text: &str, kind: Kind) -> Result<f64, (String, Option<String>)> {
-    let first = match kind {
-        Kind::Of(dimension) | Kind::Either(dimension, _) | Kind::Rows(_, dimension) => {
-            Some(dimension)
-        }
-        Kind::Any => None,
-    };
+/// The number in SI, or a message with its help. `dimensions`: what it may be of; none: anything.
+fn si(text: &str, dimensions: &[Dimension]) -> Result<f64, (String, Option<String>)> {
+    let first = dimensions.first().copied();
     let help = first.map(|dimension| {
         format!(
             "units of {} are {}, and whatever they are made of",
@@ -292,14 +244,15 @@ fn si(text: &str, kind: Kind) -> Result<f64, (String, Option<String>)> {
         };
         (message, help.clone())
     })?;
-    let value = |dimension| quantity.value(dimension);
-    let read = match kind {
-        Kind::Any => Ok(quantity.si()),
-        Kind::Of(dimension) | Kind::Rows(_, dimension) => value(dimension),
-        Kind::Either(one, other) => value(one).or_else(|_| value(other)),
+    let Some(first) = first else {
+        return Ok(quantity.si());
     };
+    let others = dimensions[1..].iter();
+    let read = others.fold(quantity.value(first), |read, other| {
+        read.or_else(|_| quantity.value(*other))
+    });
     read.map_err(|found| {
-        let wanted = first.map_or("a number", Dimension::words);
+        let wanted = first.words();
         (format!("expected {wanted}, got {text:?}, {found}"), help)
     })
 }

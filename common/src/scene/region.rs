@@ -3,9 +3,13 @@
 use glam::DVec3;
 
 use super::cursor::Fields;
+use super::from_item::{FromItem, FromKey};
 use super::item::Item;
-use super::shapes::{MeshSource, read_mesh, read_radii};
-use super::source::Located;
+use super::keys::{Kind, SceneKey, TableKeys, Variants, key, variant, vector};
+use super::shapes::{
+    CONE, CYLINDER, MESH_FILE, MeshSource, ORIGIN, PLACED, RADIUS, read_mesh, read_radii,
+};
+use super::source::{Located, Place};
 
 /// A region of space. Lengths in m, directions of length 1.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,110 +67,90 @@ pub enum Region {
     Difference(Vec<Region>),
 }
 
-#[derive(Clone, Copy)]
-enum Kind {
-    Box,
-    Cylinder,
-    Sphere,
-    Cone,
-    Mesh,
-    HalfSpace,
-    Union,
-    Intersection,
-    Difference,
-}
-
-const SHAPES: [(&str, Kind); 9] = [
-    ("box", Kind::Box),
-    ("cylinder", Kind::Cylinder),
-    ("sphere", Kind::Sphere),
-    ("cone", Kind::Cone),
-    ("mesh", Kind::Mesh),
-    ("half-space", Kind::HalfSpace),
-    ("union", Kind::Union),
-    ("intersection", Kind::Intersection),
-    ("difference", Kind::Difference),
+#[rustfmt::skip]
+static PARTS: [SceneKey; 1] = [
+    key("of", Kind::List("region", &Kind::Table(&REGION)), "[{ shape = \"sphere\", origin = [0, 0, 0], radius = 0.05 }]", "the regions"),
 ];
 
-/// Reads a region.
-pub(super) fn read(item: &Item<'_>) -> Option<Located<Region>> {
-    let fields = item.table()?;
-    let kind = fields.need("shape")?.word("shape of a region", &SHAPES)?;
-    let region = read_kind(&fields, kind);
-    fields.finish();
-    Some(Located {
-        value: region?,
-        place: item.place.clone(),
-    })
-}
+/// A region of space.
+#[rustfmt::skip]
+pub(super) static REGION: TableKeys = TableKeys::new(&[]).with_variants(Variants::Word {
+    key: "shape",
+    what: "shape of a region",
+    example: "\"box\"   # or cylinder, sphere, cone, mesh, half-space, union, intersection, difference",
+    text: "which further keys there are",
+    absent: None,
+    of: &[
+        variant("box", &[&[
+            key("min", vector("m"), "[0, 0, 0.1]", "lowest corner"),
+            key("max", vector("m"), "[0.1, 0.1, 0.2]", "highest corner"),
+        ]], "a box along the axes"),
+        variant("cylinder", &[CYLINDER], "the inside of a cylinder"),
+        variant("sphere", &[&[ORIGIN, RADIUS]], "the inside of a sphere"),
+        variant("cone", &[CONE], "the inside of a truncated cone"),
+        variant("mesh", &[&[MESH_FILE], PLACED], "the inside of a closed mesh: each edge has one triangle to either side, all turned alike"),
+        variant("half-space", &[&[
+            key("point", vector("m"), "[0, 0, 0]", "on the plane"),
+            key("normal", Kind::Direction, "[0, 0, 1]", "points into the region"),
+        ]], "the side of a plane to which its normal points"),
+        variant("union", &[&PARTS], "what lies in any of them"),
+        variant("intersection", &[&PARTS], "what lies in all of them"),
+        variant("difference", &[&PARTS], "what lies in the first and in none of the others"),
+    ],
+});
 
-fn read_kind(fields: &Fields<'_>, kind: Kind) -> Option<Region> {
-    let direction = |key| fields.need(key).and_then(|item| item.direction());
-    let point = |key| fields.need(key).and_then(|item| item.vector());
-    let radius = || fields.need("radius").and_then(|item| item.positive());
-    match kind {
-        Kind::Box => {
-            let (min, max) = point("min").zip(point("max"))?;
-            for axis in 0..3 {
-                if min[axis] > max[axis] {
-                    let name = ["x", "y", "z"][axis];
-                    let (low, high) = (min[axis], max[axis]);
-                    fields.context.report(max.error(format!(
-                        "must not lie below min: in {name} min = {low} and max = {high}"
-                    )));
-                }
+impl FromItem for Region {
+    fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
+        let fields = item.fields(kind)?;
+        Some(match fields.variant()? {
+            "box" => {
+                let (min, max) = read_corners(&fields);
+                Region::Box { min, max }
             }
-            Some(Region::Box { min, max })
-        }
-        Kind::Cylinder => {
-            let (axis, origin, radius) = (direction("axis"), point("origin"), radius());
-            let along = fields.get("along").and_then(|item| item.range());
-            Some(Region::Cylinder {
-                axis: axis?,
-                origin: origin?,
-                radius: radius?,
-                along,
-            })
-        }
-        Kind::Sphere => {
-            let (origin, radius) = (point("origin"), radius());
-            Some(Region::Sphere {
-                origin: origin?,
-                radius: radius?,
-            })
-        }
-        Kind::Cone => {
-            let (axis, origin) = (direction("axis"), point("origin"));
-            let along = fields.need("along").and_then(|item| item.range());
-            let radii = fields.need("radii").and_then(|item| read_radii(&item));
-            Some(Region::Cone {
-                axis: axis?,
-                origin: origin?,
-                along: along?,
-                radii: radii?,
-            })
-        }
-        Kind::Mesh => read_mesh(fields).map(Region::Mesh),
-        Kind::HalfSpace => {
-            let (point, normal) = (point("point"), direction("normal"));
-            Some(Region::HalfSpace {
-                point: point?,
-                normal: normal?,
-            })
-        }
-        Kind::Union => parts(fields).map(Region::Union),
-        Kind::Intersection => parts(fields).map(Region::Intersection),
-        Kind::Difference => parts(fields).map(Region::Difference),
+            "cylinder" => Region::Cylinder {
+                axis: fields.read("axis"),
+                origin: fields.read("origin"),
+                radius: fields.read("radius"),
+                along: fields.read("along"),
+            },
+            "sphere" => Region::Sphere {
+                origin: fields.read("origin"),
+                radius: fields.read("radius"),
+            },
+            "cone" => Region::Cone {
+                axis: fields.read("axis"),
+                origin: fields.read("origin"),
+                along: fields.read("along"),
+                radii: read_radii(&fields),
+            },
+            "mesh" => Region::Mesh(read_mesh(&fields)),
+            "half-space" => Region::HalfSpace {
+                point: fields.read("point"),
+                normal: fields.read("normal"),
+            },
+            "union" => Region::Union(fields.read("of")),
+            "intersection" => Region::Intersection(fields.read("of")),
+            "difference" => Region::Difference(fields.read("of")),
+            _ => return None,
+        })
     }
 }
 
-fn parts(fields: &Fields<'_>) -> Option<Vec<Region>> {
-    let item = fields.need("of")?;
-    let items = item.list()?;
-    if items.is_empty() {
-        item.report("must list at least one region");
-        return None;
+impl FromKey for Region {
+    fn placeholder(_: &Place) -> Self {
+        Region::Union(Vec::new())
     }
-    let read: Vec<Option<Region>> = items.iter().map(|item| Some(read(item)?.value)).collect();
-    read.into_iter().collect()
+}
+
+/// `min` and `max`, of which no component of the second lies below that of the first.
+pub(super) fn read_corners(fields: &Fields<'_>) -> (Located<DVec3>, Located<DVec3>) {
+    let (min, max): (Located<DVec3>, Located<DVec3>) = (fields.read("min"), fields.read("max"));
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        let (low, high) = (min[axis], max[axis]);
+        if low > high {
+            let message = format!("must not lie below min: in {name} min = {low} and max = {high}");
+            fields.context.report(max.error(message));
+        }
+    }
+    (min, max)
 }

@@ -3,7 +3,10 @@
 use glam::DVec3;
 
 use super::cursor::Fields;
-use super::liquid::{self, LianSevilleVolume, Lubrication};
+use super::from_item::{FromItem, FromKey};
+use super::item::Item;
+use super::keys::{Absent, Kind, TableKeys, Word, key, non_negative, positive, vector, word};
+use super::liquid::{LianSevilleVolume, Lubrication};
 use super::source::{Located, Place};
 
 /// `[time]`.
@@ -185,189 +188,178 @@ pub enum SlidingNormal {
     Step,
 }
 
-pub(super) fn read_time(fields: &Fields<'_>) -> Option<Time> {
-    let end = fields.need("end").and_then(|item| {
-        let end = item.number()?;
-        if *end <= 0.0 {
-            item.report(format!(
-                "the end lies before the start: must be > 0, got {}",
-                item.place.text()
-            ));
-            return None;
+impl FromItem for TimeStep {
+    fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
+        match item.is_text() {
+            true => item.keyword("auto").map(|()| Self::Auto),
+            false => f64::from_item(item, kind).map(Self::Seconds),
         }
-        Some(end)
-    });
-    let step = match fields.get("step") {
-        None => Some(fields.default("step", TimeStep::Auto)),
-        Some(item) if item.is_text() => item.keyword("auto").map(|()| Located {
-            value: TimeStep::Auto,
-            place: item.place,
-        }),
-        Some(item) => (item.positive()).map(|step| step.map(TimeStep::Seconds)),
-    };
-    let until_at_rest = match fields.get("until_at_rest") {
-        Some(item) => item.boolean().map(|value| Located {
-            value,
-            place: item.place.clone(),
-        }),
-        None => Some(fields.default("until_at_rest", false)),
-    };
-    let v_ref = fields.get("v_ref").and_then(|item| item.positive());
-    fields.finish();
-    Some(Time {
-        end: end?,
-        step: step?,
-        until_at_rest: until_at_rest?,
-        v_ref,
-    })
+    }
 }
 
-pub(super) fn read_domain(fields: &Fields<'_>) -> Option<Domain> {
-    let dimensions = match fields.get("dimensions") {
-        None => Some(Dimensions::Three),
-        Some(item) => item.whole(0).and_then(|number| match number.value {
-            2 => Some(Dimensions::Two),
-            3 => Some(Dimensions::Three),
+impl FromKey for TimeStep {
+    fn placeholder(_: &Place) -> Self {
+        Self::Auto
+    }
+}
+
+impl FromItem for Dimensions {
+    fn from_item(item: &Item<'_>, _: &'static Kind) -> Option<Self> {
+        match item.whole(0)?.value {
+            2 => Some(Self::Two),
+            3 => Some(Self::Three),
             other => {
                 item.report(format!("must be 2 or 3, got {other}"));
                 None
             }
-        }),
-    };
-    let min = fields.need("min").and_then(|item| item.vector());
-    let max = fields.need("max").and_then(|item| item.vector());
-    let periodic = fields.get("periodic").map_or(Some([false; 3]), |item| {
-        let mut axes = [false; 3];
-        for item in item.list()? {
-            axes[item.word("axis", &[("x", 0_usize), ("y", 1), ("z", 2)])?] = true;
         }
-        Some(axes)
-    });
-    fields.finish();
-    let (min, max) = min.zip(max)?;
-    let dimensions = dimensions?;
-    let periodic = periodic?;
-    let mut is_right = true;
-    for axis in 0..3 {
+    }
+}
+
+impl FromKey for Dimensions {
+    fn placeholder(_: &Place) -> Self {
+        Self::Three
+    }
+}
+
+/// An axis by its name.
+#[derive(Clone, Copy)]
+pub(super) struct Axis(pub(super) usize);
+
+impl Word for Axis {
+    const WHAT: &'static str = "axis";
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("x", Self(0)), ("y", Self(1)), ("z", Self(2))];
+}
+
+impl Word for ClumpMass {
+    const WHAT: &'static str = "mass of clumps";
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("body", Self::Body), ("contact-point", Self::ContactPoint)];
+}
+
+impl Word for TangentialHistory {
+    const WHAT: &'static str = "tangential history";
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("project", Self::Project),
+        ("incremental", Self::Incremental),
+    ];
+}
+
+impl Word for RollingLever {
+    const WHAT: &'static str = "rolling lever";
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("R*", Self::ReducedRadius),
+        ("2R*", Self::TwiceReducedRadius),
+    ];
+}
+
+impl Word for CoulombLimits {
+    const WHAT: &'static str = "Coulomb limit";
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("bounded", Self::Bounded),
+        ("elastic", Self::Elastic),
+        ("total", Self::Total),
+    ];
+}
+
+impl Word for SlidingNormal {
+    const WHAT: &'static str = "sliding normal";
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("half-step", Self::HalfStep), ("step", Self::Step)];
+}
+
+/// `[time]`
+#[rustfmt::skip]
+pub(super) static TIME: TableKeys = TableKeys::new(&[&[
+    key("end", positive("s"), "1.0", "simulated time"),
+    key("step", Kind::OneOf(&[positive("s"), Kind::Keyword("auto")]), "1e-5", "`\"auto\"`: 1/50 of the shortest contact of the plan").or_word("auto"),
+    key("until_at_rest", Kind::Flag, "true", "also ends [at rest](#when-a-run-is-at-rest)").or_flag(false),
+    key("v_ref", positive("m/s"), "1.0", "reference speed of Hertz contacts for the automatic step").or_open("estimated"),
+]]);
+
+/// `[domain]`
+#[rustfmt::skip]
+pub(super) static DOMAIN: TableKeys = TableKeys::new(&[&[
+    key("min", vector("m"), "[0, 0, 0]", "lowest corner"),
+    key("max", vector("m"), "[0.1, 0.1, 0.2]", "highest corner; `min < max` along each axis"),
+    key("periodic", Kind::List("", &word::<Axis>()), "[\"x\"]", "any of `\"x\"`, `\"y\"`, `\"z\"`").absent(Absent::EmptyList),
+    key("dimensions", Kind::Whole(2, 3), "2", "2: discs in x-y, mass per unit length; the z range is then free and z cannot be periodic").or(3.0),
+]]);
+
+/// `[contact]`
+#[rustfmt::skip]
+pub(super) static CONTACT: TableKeys = TableKeys::new(&[&[
+    key("tangential_history", word::<TangentialHistory>(), "\"incremental\"", "`\"incremental\"`: springs rotate with the pair").or_word("project"),
+    key("rolling_lever", word::<RollingLever>(), "\"2R*\"", "lever arm of rolling and torsion").or_word("R*"),
+    key("clamp_tension", Kind::Flag, "true", "true: no tensile visco-elastic force").or_flag(false),
+    key("coulomb_limits", word::<CoulombLimits>(), "\"elastic\"", "friction never exceeds the limit; `\"elastic\"`, `\"total\"`: as in other codes ([what they do](../theory/contact-laws.md#coulombs-limit-contact-coulomb_limits))").or_word("bounded"),
+    key("sliding_normal", word::<SlidingNormal>(), "\"step\"", "`\"step\"`: sliding, rolling and torsion against the normal at the end of the step, as LIGGGHTS and MercuryDPM have it ([why not](../theory/time-integration.md#the-normal-of-the-half-step))").or_word("half-step"),
+    key("lubrication", word::<Lubrication>(), "\"cut\"", "`\"cut\"`: no viscous force of liquid at small gaps, as MercuryDPM has it ([why not](../theory/liquid.md#viscosity))").or_word("clamped"),
+    key("lian_seville_volume", word::<LianSevilleVolume>(), "\"cubic-metres\"", "`\"cubic-metres\"`: V itself instead of V/R_D^3 in the fit of Lian & Seville, as MercuryDPM has it; for comparison alone").or_word("relative"),
+    key("wall_curvature", Kind::Flag, "true", "true: R* includes the curvature of walls").or_flag(false),
+    key("overlap_error", non_negative(""), "0.5", "overlap at the start that is an error, as a fraction of the smaller radius").or(0.5),
+    key("overlap_warning", non_negative(""), "0.1", "overlap at the start that is a warning, as a fraction of the smaller radius").or(0.1),
+    key("startup_increment", Kind::Flag, "true", "true: springs advance in the evaluation before the first step").or_flag(false),
+    key("clump_mass", word::<ClumpMass>(), "\"contact-point\"", "`\"contact-point\"`: contacts of clumps are damped by the mass at the contact point ([what it means](../theory/rigid-bodies.md#restitution))").or_word("body"),
+]]);
+
+pub(super) fn read_time(fields: &Fields<'_>) -> Time {
+    Time {
+        end: fields.read("end"),
+        step: fields.read("step"),
+        until_at_rest: fields.read("until_at_rest"),
+        v_ref: fields.read("v_ref"),
+    }
+}
+
+pub(super) fn read_domain(fields: &Fields<'_>) -> Domain {
+    let axes: Vec<Axis> = fields.read("periodic");
+    let domain = Domain {
+        place: fields.place().clone(),
+        min: fields.read("min"),
+        max: fields.read("max"),
+        periodic: [0, 1, 2].map(|axis| axes.iter().any(|other| other.0 == axis)),
+        dimensions: fields.read("dimensions"),
+    };
+    let (min, max) = (&domain.min, &domain.max);
+    let is_flat = domain.dimensions == Dimensions::Two;
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         // In two dimensions the z range has no meaning for discs, it may be empty.
-        let may_be_empty = axis == 2 && dimensions == Dimensions::Two;
+        let may_be_empty = axis == 2 && is_flat;
         if min[axis] > max[axis] || (min[axis] == max[axis] && !may_be_empty) {
-            let name = ["x", "y", "z"][axis];
             let lie = if may_be_empty {
                 "not lie below"
             } else {
                 "lie above"
             };
-            let message = format!(
+            fields.context.report(max.error(format!(
                 "must {lie} min: in {name} min = {} and max = {}",
                 min[axis], max[axis]
-            );
-            fields.context.report(max.error(message));
-            is_right = false;
+            )));
         }
     }
-    if dimensions == Dimensions::Two && periodic[2] {
-        fields.context.report(
-            fields
-                .absent("periodic")
-                .error("z cannot be periodic in two dimensions"),
-        );
-        is_right = false;
+    if is_flat && domain.periodic[2] {
+        let periodic = fields.absent("periodic");
+        let error = periodic.error("z cannot be periodic in two dimensions");
+        fields.context.report(error);
     }
-    is_right.then(|| Domain {
-        place: fields.place().clone(),
-        min,
-        max,
-        periodic,
-        dimensions,
-    })
+    domain
 }
 
-pub(super) fn read_conventions(fields: &Fields<'_>) -> Option<Conventions> {
-    let fraction = |key, default| match fields.get(key) {
-        Some(item) => item.non_negative(),
-        None => Some(fields.default(key, default)),
-    };
-    let overlap_error = fraction("overlap_error", 0.5);
-    let overlap_warning = fraction("overlap_warning", 0.1);
-    let conventions = Conventions {
-        tangential_history: fields
-            .get("tangential_history")
-            .and_then(|item| {
-                item.word(
-                    "tangential history",
-                    &[
-                        ("project", TangentialHistory::Project),
-                        ("incremental", TangentialHistory::Incremental),
-                    ],
-                )
-            })
-            .unwrap_or(TangentialHistory::Project),
-        rolling_lever: fields
-            .get("rolling_lever")
-            .and_then(|item| {
-                item.word(
-                    "rolling lever",
-                    &[
-                        ("R*", RollingLever::ReducedRadius),
-                        ("2R*", RollingLever::TwiceReducedRadius),
-                    ],
-                )
-            })
-            .unwrap_or(RollingLever::ReducedRadius),
-        clamp_tension: flag(fields, "clamp_tension", false),
-        coulomb_limits: fields
-            .get("coulomb_limits")
-            .and_then(|item| {
-                item.word(
-                    "Coulomb limit",
-                    &[
-                        ("bounded", CoulombLimits::Bounded),
-                        ("elastic", CoulombLimits::Elastic),
-                        ("total", CoulombLimits::Total),
-                    ],
-                )
-            })
-            .unwrap_or_default(),
-        sliding_normal: fields
-            .get("sliding_normal")
-            .and_then(|item| {
-                item.word(
-                    "sliding normal",
-                    &[
-                        ("half-step", SlidingNormal::HalfStep),
-                        ("step", SlidingNormal::Step),
-                    ],
-                )
-            })
-            .unwrap_or_default(),
-        lubrication: liquid::lubrication(fields),
-        lian_seville_volume: liquid::lian_seville_volume(fields),
-        wall_curvature: flag(fields, "wall_curvature", false),
-        overlap_error: overlap_error?,
-        overlap_warning: overlap_warning?,
-        startup_increment: flag(fields, "startup_increment", false),
-        clump_mass: fields
-            .get("clump_mass")
-            .and_then(|item| {
-                item.word(
-                    "mass of clumps",
-                    &[
-                        ("body", ClumpMass::Body),
-                        ("contact-point", ClumpMass::ContactPoint),
-                    ],
-                )
-            })
-            .unwrap_or(ClumpMass::Body),
-    };
-    fields.finish();
-    Some(conventions)
-}
-
-/// A switch; the default when it is absent.
-pub(super) fn flag(fields: &Fields<'_>, key: &'static str, default: bool) -> bool {
-    fields
-        .get(key)
-        .and_then(|item| item.boolean())
-        .unwrap_or(default)
+pub(super) fn read_conventions(fields: &Fields<'_>) -> Conventions {
+    Conventions {
+        tangential_history: fields.read("tangential_history"),
+        rolling_lever: fields.read("rolling_lever"),
+        clamp_tension: fields.read("clamp_tension"),
+        coulomb_limits: fields.read("coulomb_limits"),
+        sliding_normal: fields.read("sliding_normal"),
+        lubrication: fields.read("lubrication"),
+        lian_seville_volume: fields.read("lian_seville_volume"),
+        wall_curvature: fields.read("wall_curvature"),
+        overlap_error: fields.read("overlap_error"),
+        overlap_warning: fields.read("overlap_warning"),
+        startup_increment: fields.read("startup_increment"),
+        clump_mass: fields.read("clump_mass"),
+    }
 }

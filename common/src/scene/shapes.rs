@@ -5,9 +5,14 @@ use std::path::PathBuf;
 use glam::DVec3;
 
 use super::cursor::Fields;
+use super::from_item::FromItem;
 use super::item::Item;
+use super::keys::{
+    Absent, Kind, SceneKey, TableKeys, Variant, Word, key, number, positive, variant, vector, word,
+};
+use super::laws::Range;
 use super::settings::{Dimensions, Domain, Face};
-use super::source::Located;
+use super::source::{Located, Place};
 
 /// Where the particles are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -129,247 +134,213 @@ pub struct Turn {
     pub degrees: Located<f64>,
 }
 
-/// The shapes by name.
-#[derive(Clone, Copy)]
-pub(super) enum ShapeName {
-    Box,
-    Plane,
-    Disc,
-    Cylinder,
-    Cone,
-    Sphere,
-    Revolution,
-    Mesh,
+impl Word for Side {
+    const WHAT: &'static str = "side";
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("inside", Self::Inside), ("outside", Self::Outside)];
 }
 
-const SHAPES: [(&str, ShapeName); 8] = [
-    ("box", ShapeName::Box),
-    ("plane", ShapeName::Plane),
-    ("disc", ShapeName::Disc),
-    ("cylinder", ShapeName::Cylinder),
-    ("cone", ShapeName::Cone),
-    ("sphere", ShapeName::Sphere),
-    ("revolution", ShapeName::Revolution),
-    ("mesh", ShapeName::Mesh),
+impl Word for MeshSide {
+    const WHAT: &'static str = "side";
+    const WORDS: &'static [(&'static str, Self)] = &[("both", Self::Both), ("front", Self::Front)];
+}
+
+impl Word for Face {
+    const WHAT: &'static str = "side";
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("-x", Self::ALL[0]),
+        ("+x", Self::ALL[1]),
+        ("-y", Self::ALL[2]),
+        ("+y", Self::ALL[3]),
+        ("-z", Self::ALL[4]),
+        ("+z", Self::ALL[5]),
+    ];
+}
+
+// Keys that shapes of walls, regions and membranes share.
+#[rustfmt::skip]
+pub(super) const AXIS: SceneKey = key("axis", Kind::Direction, "[0, 0, 1]   # of any length", "direction of the axis");
+#[rustfmt::skip]
+pub(super) const ORIGIN: SceneKey = key("origin", vector("m"), "[0, 0, 0]", "a point on the axis, or the centre");
+pub(super) const RADIUS: SceneKey = key("radius", positive("m"), "0.05", "its radius");
+#[rustfmt::skip]
+pub(super) const ALONG: SceneKey = key("along", Kind::Interval("m"), "[0.0, 0.1]   # m from the origin along the axis", "extent along the axis, from the origin");
+#[rustfmt::skip]
+pub(super) const RADII: SceneKey = key("radii", Kind::Numbers("m", 2, Range::NonNegative), "[0.01, 0.05]   # m, at the two ends of `along`", "at the two ends of `along`, not both 0");
+pub(super) const CYLINDER: &[SceneKey] = &[AXIS, ORIGIN, RADIUS, ALONG.or_open("unbounded")];
+pub(super) const CONE: &[SceneKey] = &[AXIS, ORIGIN, ALONG, RADII];
+#[rustfmt::skip]
+const SIDE: SceneKey = key("side", word::<Side>(), "\"outside\"", "where the particles are").or_word("inside");
+#[rustfmt::skip]
+pub(super) const MESH_SIDE: SceneKey = key("side", word::<MeshSide>(), "\"front\"", "`\"front\"`: it acts only on the side where its triangles turn counter-clockwise").or_word("both");
+
+#[rustfmt::skip]
+static TURN: TableKeys = TableKeys::new(&[&[
+    key("axis", Kind::Direction, "[0, 0, 1]", "through the origin of the file"),
+    key("degrees", number("degrees"), "90.0", "right-handed about the axis"),
+]]);
+
+/// The file of a mesh.
+#[rustfmt::skip]
+pub(super) const MESH_FILE: SceneKey = key("file", Kind::File(""), "\"hopper.stl\"   # beside the scene", "`.stl` (ASCII or binary) or `.obj`");
+/// Where a mesh goes.
+#[rustfmt::skip]
+pub(super) const PLACED: &[SceneKey] = &[
+    key("scale", positive(""), "1e-3", "factor on all coordinates").or(1.0),
+    key("rotate", Kind::Table(&TURN), "{ axis = [0, 0, 1], degrees = 90.0 }", "a turn about the origin of the file, after scaling").or_open("none"),
+    key("offset", vector("m"), "[0, 0, 0.1]", "added at last").absent(Absent::Zero),
 ];
 
-/// The word under `shape`.
-pub(super) fn read_name(fields: &Fields<'_>) -> Option<ShapeName> {
-    fields.need("shape")?.word("shape", &SHAPES)
-}
+/// The shapes of walls.
+#[rustfmt::skip]
+pub(super) const SHAPES: &[Variant] = &[
+    variant("box", &[&[
+        key("sides", Kind::List("face", &word::<Face>()), "[\"-z\", \"+z\"]", "faces of the domain; each is a wall of its own, named `box.-x` ...").or_open("all that are not periodic, and not those along z in two dimensions"),
+    ]], "faces of the domain"),
+    variant("plane", &[&[
+        key("point", vector("m"), "[0, 0, 0]   # m, on the plane", "on the plane"),
+        key("normal", Kind::Direction, "[0, 0, 1]   # towards the particles", "points to the particles; behind the plane is full"),
+    ]], "a half-space that is full"),
+    variant("disc", &[&[AXIS, ORIGIN, RADIUS]], "a flat disc, two-sided; `axis` is its normal"),
+    variant("cylinder", &[CYLINDER, &[SIDE]], "a circular cylinder without ends"),
+    variant("cone", &[CONE, &[SIDE]], "a truncated cone without ends"),
+    variant("sphere", &[&[ORIGIN, RADIUS, SIDE]], "a sphere"),
+    variant("revolution", &[&[
+        AXIS, ORIGIN,
+        key("profile", Kind::List("", &Kind::Numbers("m", 2, Range::Any)), "[[0.01, 0.0], [0.01, 0.02], [0.05, 0.1]]   # m, points [r, z]", "two corners `[r, z]` at least, r >= 0; z along the axis from the origin"),
+        SIDE,
+    ]], "a polygon turned about the axis"),
+    variant("mesh", &[&[MESH_FILE], PLACED, &[MESH_SIDE]], "triangles from a file"),
+];
 
 /// Reads the keys of a shape. `domain` is `None` when it is wrong itself.
-pub(super) fn read(fields: &Fields<'_>, name: ShapeName, domain: Option<&Domain>) -> Option<Shape> {
-    match name {
-        ShapeName::Mesh => read_mesh_wall(fields),
-        ShapeName::Box => read_box(fields, domain),
-        other => read_surface(fields, other),
-    }
-}
-
-fn read_box(fields: &Fields<'_>, domain: Option<&Domain>) -> Option<Shape> {
-    let faces = Face::ALL.map(|face| (face.name(), face));
-    let given = match fields.get("sides") {
-        None => None,
-        Some(item) => {
-            let mut sides = Vec::new();
-            for item in item.list()? {
-                let face = item.word("side", &faces)?;
-                if domain.is_some_and(|domain| domain.periodic[face.axis]) {
-                    item.report("this face is periodic, no wall can be there");
-                } else if sides.contains(&face) {
-                    item.report("this face is listed twice");
-                }
-                sides.push(face);
-            }
-            if sides.is_empty() {
-                item.report("must list at least one face");
-            }
-            sides.sort();
-            Some(sides)
-        }
-    };
-    let sides = given.or_else(|| {
-        let domain = domain?;
-        let is_flat = domain.dimensions == Dimensions::Two;
-        let is_open = |face: &Face| !domain.periodic[face.axis] && (face.axis < 2 || !is_flat);
-        let sides: Vec<Face> = Face::ALL.into_iter().filter(is_open).collect();
-        if sides.is_empty() {
-            fields.context.report(
-                fields
-                    .place()
-                    .error("every face of the domain is periodic, the box has no sides"),
-            );
-        }
-        Some(sides)
-    })?;
-    Some(Shape::Box { sides })
-}
-
-fn read_surface(fields: &Fields<'_>, name: ShapeName) -> Option<Shape> {
-    let direction = |key| fields.need(key).and_then(|item| item.direction());
-    let point = |key| fields.need(key).and_then(|item| item.vector());
-    let radius = || fields.need("radius").and_then(|item| item.positive());
-    let side = || {
-        fields
-            .get("side")
-            .and_then(|item| {
-                item.word(
-                    "side",
-                    &[("inside", Side::Inside), ("outside", Side::Outside)],
-                )
-            })
-            .unwrap_or(Side::Inside)
-    };
-    match name {
-        ShapeName::Plane => {
-            let (point, normal) = (point("point"), direction("normal"));
-            Some(Shape::Plane {
-                point: point?,
-                normal: normal?,
-            })
-        }
-        ShapeName::Disc => {
-            let (axis, origin, radius) = (direction("axis"), point("origin"), radius());
-            Some(Shape::Disc {
-                axis: axis?,
-                origin: origin?,
-                radius: radius?,
-            })
-        }
-        ShapeName::Cylinder => {
-            let (axis, origin, radius) = (direction("axis"), point("origin"), radius());
-            let along = fields.get("along").and_then(|item| item.range());
-            let side = side();
-            Some(Shape::Cylinder {
-                axis: axis?,
-                origin: origin?,
-                radius: radius?,
-                along,
-                side,
-            })
-        }
-        ShapeName::Cone => {
-            let (axis, origin) = (direction("axis"), point("origin"));
-            let along = fields.need("along").and_then(|item| item.range());
-            let radii = fields.need("radii").and_then(|item| read_radii(&item));
-            let side = side();
-            Some(Shape::Cone {
-                axis: axis?,
-                origin: origin?,
-                along: along?,
-                radii: radii?,
-                side,
-            })
-        }
-        ShapeName::Sphere => {
-            let (origin, radius, side) = (point("origin"), radius(), side());
-            Some(Shape::Sphere {
-                origin: origin?,
-                radius: radius?,
-                side,
-            })
-        }
-        ShapeName::Revolution => {
-            let (axis, origin) = (direction("axis"), point("origin"));
-            let profile = fields.need("profile").and_then(|item| read_profile(&item));
-            let side = side();
-            Some(Shape::Revolution {
-                axis: axis?,
-                origin: origin?,
-                profile: profile?,
-                side,
-            })
-        }
-        ShapeName::Box | ShapeName::Mesh => None,
-    }
-}
-
-/// Radii of a cone: at least 0, not both 0.
-pub(super) fn read_radii(item: &Item<'_>) -> Option<Located<[f64; 2]>> {
-    let radii = item.numbers::<2>()?;
-    if radii.iter().any(|&radius| radius < 0.0) || radii.iter().all(|&radius| radius == 0.0) {
-        item.report(format!(
-            "must be >= 0 and not both 0, got {}",
-            item.place.text()
-        ));
-        return None;
-    }
-    Some(radii)
-}
-
-fn read_profile(item: &Item<'_>) -> Option<Located<Vec<[f64; 2]>>> {
-    let corners = item.list()?;
-    if corners.len() < 2 {
-        item.report(format!(
-            "needs at least 2 points [r, z], got {}",
-            corners.len()
-        ));
-        return None;
-    }
-    let mut profile: Vec<[f64; 2]> = Vec::with_capacity(corners.len());
-    for corner in corners {
-        let point = corner.numbers::<2>()?.value;
-        if point[0] < 0.0 {
-            corner.report(format!("r must be >= 0, got {}", corner.place.text()));
-            return None;
-        }
-        if profile.last() == Some(&point) {
-            corner.report("is the same point as the one before");
-            return None;
-        }
-        profile.push(point);
-    }
-    Some(Located {
-        value: profile,
-        place: item.place.clone(),
+pub(super) fn read(fields: &Fields<'_>, domain: Option<&Domain>) -> Option<Shape> {
+    Some(match fields.variant()? {
+        "box" => Shape::Box {
+            sides: read_sides(fields, domain)?,
+        },
+        "plane" => Shape::Plane {
+            point: fields.read("point"),
+            normal: fields.read("normal"),
+        },
+        "disc" => Shape::Disc {
+            axis: fields.read("axis"),
+            origin: fields.read("origin"),
+            radius: fields.read("radius"),
+        },
+        "cylinder" => Shape::Cylinder {
+            axis: fields.read("axis"),
+            origin: fields.read("origin"),
+            radius: fields.read("radius"),
+            along: fields.read("along"),
+            side: fields.read("side"),
+        },
+        "cone" => Shape::Cone {
+            axis: fields.read("axis"),
+            origin: fields.read("origin"),
+            along: fields.read("along"),
+            radii: read_radii(fields),
+            side: fields.read("side"),
+        },
+        "sphere" => Shape::Sphere {
+            origin: fields.read("origin"),
+            radius: fields.read("radius"),
+            side: fields.read("side"),
+        },
+        "revolution" => Shape::Revolution {
+            axis: fields.read("axis"),
+            origin: fields.read("origin"),
+            profile: read_profile(fields)?,
+            side: fields.read("side"),
+        },
+        "mesh" => Shape::Mesh {
+            mesh: read_mesh(fields),
+            side: fields.read("side"),
+        },
+        _ => return None,
     })
 }
 
-fn read_mesh_wall(fields: &Fields<'_>) -> Option<Shape> {
-    let mesh = read_mesh(fields);
-    let side = read_side(fields);
-    Some(Shape::Mesh { mesh: mesh?, side })
+fn read_sides(fields: &Fields<'_>, domain: Option<&Domain>) -> Option<Vec<Face>> {
+    if let Some(item) = fields.get("sides") {
+        let mut sides = Vec::new();
+        let items = item.list()?;
+        if items.is_empty() {
+            item.report("must list at least one face");
+        }
+        for item in items {
+            let Some(face) = item.word(Face::WHAT, Face::WORDS) else {
+                continue;
+            };
+            if domain.is_some_and(|domain| domain.periodic[face.axis]) {
+                item.report("this face is periodic, no wall can be there");
+            } else if sides.contains(&face) {
+                item.report("this face is listed twice");
+            }
+            sides.push(face);
+        }
+        sides.sort();
+        return Some(sides);
+    }
+    let domain = domain?;
+    let is_flat = domain.dimensions == Dimensions::Two;
+    let is_open = |face: &Face| !domain.periodic[face.axis] && (face.axis < 2 || !is_flat);
+    let sides: Vec<Face> = Face::ALL.into_iter().filter(is_open).collect();
+    if sides.is_empty() {
+        let error = "every face of the domain is periodic, the box has no sides";
+        fields.context.report(fields.place().error(error));
+    }
+    Some(sides)
 }
 
-/// `side`, default both.
-pub(super) fn read_side(fields: &Fields<'_>) -> MeshSide {
-    fields
-        .get("side")
-        .and_then(|item| {
-            item.word(
-                "side",
-                &[("both", MeshSide::Both), ("front", MeshSide::Front)],
-            )
-        })
-        .unwrap_or(MeshSide::Both)
+/// Radii of a cone, not both 0.
+pub(super) fn read_radii(fields: &Fields<'_>) -> Located<[f64; 2]> {
+    let radii: Located<[f64; 2]> = fields.read("radii");
+    if *radii == [0.0; 2] {
+        let message = format!("must be >= 0 and not both 0, got {}", radii.place.text());
+        fields.context.report(radii.error(message));
+    }
+    radii
+}
+
+fn read_profile(fields: &Fields<'_>) -> Option<Located<Vec<[f64; 2]>>> {
+    let corners: Option<Located<Vec<Located<[f64; 2]>>>> = fields.read("profile");
+    let corners = corners?;
+    let wrong = |place: &Place, message: String| fields.context.report(place.error(message));
+    if corners.len() < 2 {
+        let got = corners.len();
+        wrong(
+            &corners.place,
+            format!("needs at least 2 points [r, z], got {got}"),
+        );
+    }
+    for corner in corners.iter().filter(|corner| corner[0] < 0.0) {
+        let got = corner.place.text();
+        wrong(&corner.place, format!("r must be >= 0, got {got}"));
+    }
+    for pair in corners.windows(2).filter(|pair| *pair[0] == *pair[1]) {
+        let message = "is the same point as the one before";
+        wrong(&pair[1].place, message.to_owned());
+    }
+    Some(corners.map(|corners| corners.iter().map(|corner| corner.value).collect()))
 }
 
 /// `file`, `scale`, `offset`, `rotate`.
-pub(super) fn read_mesh(fields: &Fields<'_>) -> Option<MeshSource> {
-    let file = fields.need("file").and_then(|item| item.file());
-    let scale = match fields.get("scale") {
-        Some(item) => item.positive(),
-        None => Some(fields.default("scale", 1.0)),
-    };
-    let offset = match fields.get("offset") {
-        Some(item) => item.vector(),
-        None => Some(fields.default("offset", DVec3::ZERO)),
-    };
-    let rotate = fields.get("rotate").and_then(|item| {
-        let fields = item.table()?;
-        let axis = fields.need("axis").and_then(|item| item.direction());
-        let degrees = fields.need("degrees").and_then(|item| item.number());
-        fields.finish();
+pub(super) fn read_mesh(fields: &Fields<'_>) -> MeshSource {
+    MeshSource {
+        file: fields.read("file"),
+        scale: fields.read("scale"),
+        offset: fields.read("offset"),
+        rotate: fields.read("rotate"),
+    }
+}
+
+impl FromItem for Turn {
+    fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
+        let fields = item.fields(kind)?;
         Some(Turn {
-            axis: axis?,
-            degrees: degrees?,
+            axis: fields.read("axis"),
+            degrees: fields.read("degrees"),
         })
-    });
-    Some(MeshSource {
-        file: file?,
-        scale: scale?,
-        offset: offset?,
-        rotate,
-    })
+    }
 }

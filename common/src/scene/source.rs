@@ -7,6 +7,7 @@ use std::sync::{Arc, OnceLock};
 
 use super::cursor::Files;
 use super::error::SceneError;
+use super::tree::{Node, Value};
 use crate::problem::Spot;
 use crate::readable::{printable, shortened};
 
@@ -122,6 +123,15 @@ impl Place {
             start,
             end: floor(span.end).max(start),
             key: key.into(),
+        }
+    }
+
+    /// A value at this place.
+    pub(super) fn node(&self, value: Value) -> Node {
+        Node {
+            value,
+            source: Arc::clone(&self.source),
+            span: self.start..self.end,
         }
     }
 

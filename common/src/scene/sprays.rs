@@ -5,11 +5,15 @@ use std::path::PathBuf;
 use glam::DVec3;
 
 use super::cursor::Fields;
+use super::from_item::FromItem;
 use super::item::Item;
-use super::psd::{self, Psd};
-use super::settings::flag;
+use super::keys::{
+    Absent, Kind, TableKeys, Variants, Word, key, non_negative, positive, variant, vector, word,
+};
+use super::laws::Range;
+use super::psd::{PSD, Psd};
 use super::source::{Located, Place};
-use super::walls::interval;
+use super::walls::{INTERVAL, interval};
 
 /// A nozzle, or a list of droplets.
 #[derive(Debug, Clone, PartialEq)]
@@ -123,60 +127,111 @@ pub enum AtWalls {
     Bounce,
 }
 
+impl Word for AtWalls {
+    const WHAT: &'static str = "rule for droplets at walls";
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("lost", Self::Lost),
+        ("film", Self::Film),
+        ("bounce", Self::Bounce),
+    ];
+}
+
+/// `[[sprays]]`
+#[rustfmt::skip]
+pub(super) static SPRAY: TableKeys = TableKeys::new(&[&[
+    key("name", Kind::Name, "\"nozzle\"", "unique; random choices follow from it and the seed"),
+    key("position", vector("m"), "[0.05, 0.05, 0.2]", "middle of the orifice").needed("but for `points`"),
+    key("axis", Kind::Direction, "[0, 0, -1]   # mean direction", "mean direction").needed("but for `points`"),
+    key("pattern", Kind::Table(&PATTERN), "{ kind = \"full-cone\", half_angle_degrees = 20.0 }", "how directions spread about the axis, or a list of droplets"),
+    key("orifice", non_negative("m"), "1e-3", "radius of the disc across the axis where droplets start, evenly by area").or(0.0),
+    key("flow_rate", Kind::OneOf(&[non_negative("m3/s"), Kind::Table(&FLOW)]), "1e-6", "volume per time: a number, or `{ table }`").needed("but for `points`"),
+    key("speed", Kind::OneOf(&[non_negative("m/s"), Kind::Table(&SPEED)]), "{ mean = 2.0, spread = 0.2 }   # m/s", "of the droplets: a number, or `{ mean, spread }`: uniform between mean - spread and mean + spread").needed("but for `points`"),
+    key("droplets", Kind::Table(&PSD), "{ kind = \"monodisperse\", diameter = 1e-3 }   # m", "a [size distribution](#size-distributions)").needed("but for `points`"),
+    key("liquid_density", positive("kg/m3"), "1000.0", "of the liquid"),
+    key("carrier", Kind::Name, "\"plate\"", "name of a wall: `position`, `axis` and `wide_axis` move with it, and its velocity is added").or_open("none"),
+    key("gravity", Kind::Flag, "false", "whether gravity acts on droplets").or_flag(true),
+    key("drag", Kind::Table(&DRAG), "{ law = \"schiller-naumann\", gas_density = 1.2, gas_viscosity = 1.8e-5 }", "drag of the air").or_open("none"),
+    key("at_walls", word::<AtWalls>(), "\"film\"", "`\"film\"`: walls with a `film` keep it, at others it is lost; `\"bounce\"`: with `restitution`").or_word("lost"),
+    key("restitution", Kind::Number("", Range::Fraction), "0.5   # the part of its normal speed that a droplet keeps", "of the normal speed").needed("with `\"bounce\"`"),
+    key("momentum", Kind::Flag, "true", "a particle that catches a droplet gets its momentum").or_flag(false),
+    key("mass", Kind::Flag, "true", "liquid has mass, and `momentum` too: particles weigh what they hold, and liquid that moves takes its momentum along; all sprays alike ([how](../theory/sprays.md#liquid-with-mass))").or_flag(false),
+    key("max_droplets", Kind::Whole(1, u64::MAX), "1000000", "in flight; one more ends the run").or(1e6),
+], INTERVAL]);
+
+#[rustfmt::skip]
+static PATTERN: TableKeys = TableKeys::new(&[]).with_variants(Variants::Word {
+    key: "kind",
+    what: "spray pattern",
+    example: "\"full-cone\"   # or flat-fan, hollow-cone, points",
+    text: "which further keys there are",
+    absent: None,
+    of: &[
+        variant("flat-fan", &[&[
+            key("wide_axis", Kind::Direction, "[1, 0, 0]", "direction in which the fan is wide"),
+            key("half_angles_degrees", Kind::Numbers("degrees", 2, Range::Below(0.0, 90.0)), "[25.0, 2.0]", "`[wide, narrow]`"),
+        ]], "even in both angles"),
+        variant("full-cone", &[&[
+            key("half_angle_degrees", Kind::Number("degrees", Range::Inside(0.0, 90.0)), "20.0", "half of the angle of the cone"),
+        ]], "even in the solid angle"),
+        variant("hollow-cone", &[&[
+            key("half_angles_degrees", Kind::Numbers("degrees", 2, Range::Below(0.0, 90.0)), "[10.0, 20.0]", "`[inner, outer]`"),
+        ]], "even in the solid angle between two cones"),
+        variant("points", &[&[
+            key("file", Kind::File("a table t,x,y,z,vx,vy,vz,diameter: a row for each droplet"), "\"droplets.csv\"", "a table `t,x,y,z,vx,vy,vz,diameter` with a row for each droplet"),
+        ]], "a list of droplets, in place of `position`, `axis`, `flow_rate`, `speed`, `droplets`, `orifice` and `carrier`"),
+    ],
+});
+
+#[rustfmt::skip]
+static FLOW: TableKeys = TableKeys::new(&[&[
+    key("table", Kind::File(""), "\"flow.csv\"   # t,rate", "columns `t,rate`, linear between its rows, none outside of them"),
+]]);
+
+#[rustfmt::skip]
+static SPEED: TableKeys = TableKeys::new(&[&[
+    key("mean", non_negative("m/s"), "2.0", "mean speed"),
+    key("spread", non_negative("m/s"), "0.2", "at most the mean"),
+]]);
+
+#[rustfmt::skip]
+static DRAG: TableKeys = TableKeys::new(&[]).with_variants(Variants::Word {
+    key: "law",
+    what: "law of drag",
+    example: "\"schiller-naumann\"",
+    text: "the law",
+    absent: None,
+    of: &[variant("schiller-naumann", &[&[
+        key("gas_density", positive("kg/m3"), "1.2", "of the air"),
+        key("gas_viscosity", positive("Pa s"), "1.8e-5", "dynamic, of the air"),
+        key("gas_velocity", vector("m/s"), "[0, 0, 1.0]", "of the air").absent(Absent::Zero),
+    ]], "Schiller & Naumann (1933)")],
+});
+
 /// Reads an entry of `[[sprays]]`.
 pub(super) fn read(item: &Item<'_>) -> Option<Spray> {
-    let fields = item.table()?;
-    let name = fields.need("name").and_then(|item| item.name());
+    let fields = item.open(&SPRAY)?;
     let source = read_source(&fields);
-    let liquid_density = fields
-        .need("liquid_density")
-        .and_then(|item| item.positive());
-    let gravity = flag(&fields, "gravity", true);
-    let drag = fields.get("drag").map(|item| read_drag(&item));
-    let at_walls = fields.get("at_walls").map(|item| {
-        item.word(
-            "rule for droplets at walls",
-            &[
-                ("lost", AtWalls::Lost),
-                ("film", AtWalls::Film),
-                ("bounce", AtWalls::Bounce),
-            ],
-        )
-    });
-    let at_walls = at_walls.unwrap_or(Some(AtWalls::Lost));
+    let at_walls = fields.read("at_walls");
     let restitution = match at_walls {
-        Some(AtWalls::Bounce) => {
-            let help = "restitution = 0.5: the part of its normal speed that a droplet keeps";
-            let item = fields.need_or_help("restitution", Some(help));
-            Some(item.and_then(|item| item.fraction()))
-        }
-        _ => fields.get("restitution").map(|item| item.fraction()),
-    };
-    let momentum = flag(&fields, "momentum", false);
-    let mass = match fields.get("mass") {
-        Some(item) => item.boolean().map(|value| item.located(value)),
-        None => Some(fields.default("mass", false)),
-    };
-    let max_droplets = match fields.get("max_droplets") {
-        Some(item) => item.whole(1),
-        None => Some(fields.default("max_droplets", 1_000_000)),
+        AtWalls::Bounce => fields.require("restitution"),
+        _ => fields.read("restitution"),
     };
     let (from, until) = interval(&fields);
-    fields.finish();
     Some(Spray {
-        name: name?,
+        name: fields.read("name"),
         place: item.place.clone(),
-        source: source?,
-        liquid_density: liquid_density?,
-        gravity,
-        drag: drag.map_or(Some(None), |drag| drag.map(Some))?,
-        at_walls: at_walls?,
-        restitution: restitution.map_or(Some(None), |value| value.map(Some))?,
-        momentum,
-        mass: mass?,
-        max_droplets: max_droplets?,
-        from: from?,
+        liquid_density: fields.read("liquid_density"),
+        gravity: fields.read("gravity"),
+        drag: fields.read("drag"),
+        at_walls,
+        restitution,
+        momentum: fields.read("momentum"),
+        mass: fields.read("mass"),
+        max_droplets: fields.read("max_droplets"),
+        from,
         until,
+        // At last, so that all else has been read.
+        source: source?,
     })
 }
 
@@ -192,73 +247,73 @@ const OF_NOZZLES: [&str; 7] = [
 ];
 
 fn read_source(fields: &Fields<'_>) -> Option<SpraySource> {
-    let given = fields.get("axis");
-    let axis = given.as_ref().and_then(|item| item.direction());
-    let read = fields
-        .need("pattern")
-        .and_then(|item| read_pattern(&item, axis.as_ref()));
-    let pattern = match read {
-        Some(Read::Points(file)) => {
-            for key in OF_NOZZLES {
-                if fields.get(key).is_some() {
-                    fields.excluded(key, "pattern.file");
-                }
-            }
-            return Some(SpraySource::Points(file));
+    let pattern: Option<Read> = fields.read("pattern");
+    if let Some(Read::Points(file)) = pattern {
+        for key in OF_NOZZLES {
+            fields.excluded(key, "pattern.file");
         }
-        Some(Read::Pattern(pattern)) => Some(pattern),
-        None => None,
-    };
-    let position = fields.need("position").and_then(|item| item.vector());
-    if given.is_none() {
-        // Reports that it is missing.
-        fields.need("axis");
+        return Some(SpraySource::Points(file));
     }
-    let orifice = match fields.get("orifice") {
-        Some(item) => item.non_negative(),
-        None => Some(fields.default("orifice", 0.0)),
-    };
-    let flow_rate = fields.need("flow_rate").and_then(|item| {
+    let axis: Located<DVec3> = fields.require("axis");
+    if let Some(Read::Pattern(SprayPattern::FlatFan { wide_axis, .. })) = &pattern
+        // Parallel to round-off: the fan would have no plane.
+        && axis.cross(**wide_axis).length() < 1e-9
+    {
+        let error = wide_axis.error("must not be parallel to the axis of the spray");
+        fields.context.report(error);
+    }
+    let speed: Option<Speed> = fields.require("speed");
+    let flow_rate: Option<SprayFlow> = fields.require("flow_rate");
+    let droplets: Option<Located<Psd>> = fields.require("droplets");
+    let position = fields.require("position");
+    let Speed { speed, spread } = speed?;
+    Some(SpraySource::Nozzle(Box::new(Nozzle {
+        position,
+        axis,
+        orifice: fields.read("orifice"),
+        carrier: fields.read("carrier"),
+        flow_rate: flow_rate?,
+        speed,
+        speed_spread: spread,
+        droplets: droplets?,
+        pattern: match pattern? {
+            Read::Pattern(pattern) => pattern,
+            Read::Points(_) => return None,
+        },
+    })))
+}
+
+struct Speed {
+    speed: Located<f64>,
+    spread: f64,
+}
+
+impl FromItem for Speed {
+    fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
         if !item.is_table() {
-            return item.non_negative().map(SprayFlow::Constant);
+            let speed = Located::from_item(item, kind)?;
+            return Some(Self { speed, spread: 0.0 });
         }
-        let table = item.table()?;
-        let file = table.need("table").and_then(|item| item.file());
-        table.finish();
-        file.map(SprayFlow::Table)
-    });
-    let speed = fields.need("speed").and_then(|item| {
-        if !item.is_table() {
-            return item.non_negative().map(|speed| (speed, 0.0));
-        }
-        let table = item.table()?;
-        let mean = table.need("mean").and_then(|item| item.non_negative());
-        let spread = table.need("spread").and_then(|item| item.non_negative());
-        table.finish();
-        let (mean, spread) = (mean?, spread?);
-        if *spread > *mean {
+        let fields = item.fields(kind)?;
+        let (speed, spread): (Located<f64>, f64) = (fields.read("mean"), fields.read("spread"));
+        if spread > *speed {
             item.report(format!(
-                "the spread of {} m/s is above the mean of {} m/s: droplets would fly backwards",
-                *spread, *mean
+                "the spread of {spread} m/s is above the mean of {} m/s: droplets would fly backwards",
+                *speed
             ));
             return None;
         }
-        Some((mean, *spread))
-    });
-    let droplets = fields.need("droplets").and_then(|item| psd::read(&item));
-    let carrier = fields.get("carrier").map(|item| item.name());
-    let (speed, speed_spread) = speed?;
-    Some(SpraySource::Nozzle(Box::new(Nozzle {
-        position: position?,
-        axis: axis?,
-        pattern: pattern?,
-        orifice: orifice?,
-        flow_rate: flow_rate?,
-        speed,
-        speed_spread,
-        droplets: droplets?,
-        carrier: carrier.map_or(Some(None), |name| name.map(Some))?,
-    })))
+        Some(Self { speed, spread })
+    }
+}
+
+impl FromItem for SprayFlow {
+    fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
+        match item.is_table() {
+            true => Some(Self::Table(item.fields(kind)?.read("table"))),
+            false => Located::from_item(item, kind).map(Self::Constant),
+        }
+    }
 }
 
 enum Read {
@@ -266,106 +321,46 @@ enum Read {
     Points(Located<PathBuf>),
 }
 
-#[derive(Clone, Copy)]
-enum Kind {
-    FlatFan,
-    FullCone,
-    HollowCone,
-    Points,
-}
-
-fn read_pattern(item: &Item<'_>, axis: Option<&Located<DVec3>>) -> Option<Read> {
-    let fields = item.table()?;
-    let kind = fields.need("kind")?.word(
-        "spray pattern",
-        &[
-            ("flat-fan", Kind::FlatFan),
-            ("full-cone", Kind::FullCone),
-            ("hollow-cone", Kind::HollowCone),
-            ("points", Kind::Points),
-        ],
-    )?;
-    let read = match kind {
-        Kind::FlatFan => read_fan(&fields, axis).map(Read::Pattern),
-        Kind::FullCone => fields.need("half_angle_degrees").and_then(|item| {
-            let angle = item.number()?;
-            if !(*angle > 0.0 && *angle < 90.0) {
-                item.report(format!("must lie between 0 and 90, got {}", *angle));
-                return None;
+impl FromItem for Read {
+    fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
+        let fields = item.fields(kind)?;
+        Some(match fields.variant()? {
+            "flat-fan" => Self::Pattern(SprayPattern::FlatFan {
+                wide_axis: fields.read("wide_axis"),
+                half_angles_degrees: fields.read("half_angles_degrees"),
+            }),
+            "full-cone" => {
+                let outer: Located<f64> = fields.read("half_angle_degrees");
+                let half_angles_degrees = outer.map(|outer| [0.0, outer]);
+                Self::Pattern(SprayPattern::Cone {
+                    half_angles_degrees,
+                })
             }
-            let half_angles_degrees = Located {
-                value: [0.0, *angle],
-                place: angle.place,
-            };
-            Some(Read::Pattern(SprayPattern::Cone {
-                half_angles_degrees,
-            }))
-        }),
-        Kind::HollowCone => fields.need("half_angles_degrees").and_then(|item| {
-            let angles = item.numbers::<2>()?;
-            let [inner, outer] = *angles;
-            if !(0.0 <= inner && inner < outer && outer < 90.0) {
-                item.report(format!(
-                    "must be the inner and the outer half angle, 0 <= inner < outer < 90, got {}",
-                    item.place.text()
-                ));
-                return None;
+            "hollow-cone" => {
+                let half_angles_degrees: Located<[f64; 2]> = fields.read("half_angles_degrees");
+                if half_angles_degrees[0] >= half_angles_degrees[1] {
+                    fields.context.report(half_angles_degrees.error(format!(
+                        "must be the inner and the outer half angle, 0 <= inner < outer < 90, got {}",
+                        half_angles_degrees.place.text()
+                    )));
+                }
+                Self::Pattern(SprayPattern::Cone {
+                    half_angles_degrees,
+                })
             }
-            Some(Read::Pattern(SprayPattern::Cone {
-                half_angles_degrees: angles,
-            }))
-        }),
-        Kind::Points => {
-            let help = "a table t,x,y,z,vx,vy,vz,diameter: a row for each droplet";
-            let item = fields.need("file").and_then(|item| item.file_or(help));
-            item.map(Read::Points)
-        }
-    };
-    fields.finish();
-    read
+            _ => Self::Points(fields.read("file")),
+        })
+    }
 }
 
-fn read_fan(fields: &Fields<'_>, axis: Option<&Located<DVec3>>) -> Option<SprayPattern> {
-    let wide_axis = fields.need("wide_axis").and_then(|item| {
-        let wide = item.direction()?;
-        // Parallel to round-off: the fan would have no plane.
-        if axis.is_some_and(|axis| axis.cross(*wide).length() < 1e-9) {
-            item.report("must not be parallel to the axis of the spray");
-            return None;
-        }
-        Some(wide)
-    });
-    let half_angles = fields.need("half_angles_degrees").and_then(|item| {
-        let angles = item.numbers::<2>()?;
-        if angles.iter().any(|angle| !(0.0..90.0).contains(angle)) {
-            item.report(format!("must lie in [0, 90), got {}", item.place.text()));
-            return None;
-        }
-        Some(angles)
-    });
-    Some(SprayPattern::FlatFan {
-        wide_axis: wide_axis?,
-        half_angles_degrees: half_angles?,
-    })
-}
-
-fn read_drag(item: &Item<'_>) -> Option<SprayDrag> {
-    let fields = item.table()?;
-    fields
-        .need("law")?
-        .word("law of drag", &[("schiller-naumann", ())])?;
-    let density = fields.need("gas_density").and_then(|item| item.positive());
-    let viscosity = fields
-        .need("gas_viscosity")
-        .and_then(|item| item.positive());
-    let velocity = match fields.get("gas_velocity") {
-        Some(item) => item.vector(),
-        None => Some(fields.default("gas_velocity", DVec3::ZERO)),
-    };
-    fields.finish();
-    Some(SprayDrag {
-        gas_density: *density?,
-        gas_viscosity: *viscosity?,
-        gas_velocity: *velocity?,
-    })
+impl FromItem for SprayDrag {
+    fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
+        let fields = item.fields(kind)?;
+        fields.variant()?;
+        Some(SprayDrag {
+            gas_density: fields.read("gas_density"),
+            gas_viscosity: fields.read("gas_viscosity"),
+            gas_velocity: fields.read("gas_velocity"),
+        })
+    }
 }

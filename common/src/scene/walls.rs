@@ -1,11 +1,18 @@
 //! `[[walls]]`: surfaces that particles touch.
 
 use super::MaterialIndex;
+use super::boundaries::NAME;
 use super::cursor::Fields;
+use super::from_item::FromItem;
 use super::item::Item;
-use super::motion::{self, Motion};
-use super::settings::{Domain, flag};
-use super::shapes::{self, Shape, ShapeName};
+use super::keys::{
+    Absent, Kind, SceneKey, TableKeys, Variants, Word, key, non_negative, number, positive,
+    variant, word,
+};
+use super::laws::Range;
+use super::motion::{MOTION, Motion};
+use super::settings::Domain;
+use super::shapes::{self, SHAPES, Shape};
 use super::source::{Located, Place};
 
 /// A wall.
@@ -112,184 +119,172 @@ pub enum WearBasis {
     FrictionWork,
 }
 
+impl Word for WearBasis {
+    const WHAT: &'static str = "basis of wear";
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("normal-load", Self::NormalLoad),
+        ("sliding", Self::Sliding),
+        ("friction-work", Self::FrictionWork),
+    ];
+}
+
+/// `from` and `until`.
+#[rustfmt::skip]
+pub(super) const INTERVAL: &[SceneKey] = &[
+    key("from", number("s"), "0.1", "start").or(0.0),
+    key("until", number("s"), "0.5", "end").or_open("never"),
+];
+
+/// `[[walls]]`
+#[rustfmt::skip]
+pub(super) static WALL: TableKeys = TableKeys::new(&[&[
+    NAME,
+    key("material", Kind::Material, "\"glass\"   # the name of a table [materials.glass]", "its material"),
+], INTERVAL, &[
+    key("motion", Kind::List("", &Kind::Table(&MOTION)), "[{ kind = \"translation\", velocity = [0, 0, -0.1] }]", "a list of motions, which apply in its order; later ones carry earlier origins along").absent(Absent::EmptyList),
+    key("film", Kind::Table(&FILM), "{ thickness = 1e-6, keeps = 0.5 }", "lets liquid stay on it; a mesh holds it by triangle").or_open("none"),
+    key("wear", Kind::Table(&WEAR), "{ law = \"finnie\", constant = 1e-12 }", "wear of a mesh").or_open("none"),
+]]).with_variants(Variants::Word {
+    key: "shape",
+    what: "shape",
+    example: "\"box\"   # or plane, disc, cylinder, cone, sphere, revolution, mesh",
+    text: "which further keys there are",
+    absent: None,
+    of: SHAPES,
+});
+
+#[rustfmt::skip]
+static FILM: TableKeys = TableKeys::new(&[&[
+    key("thickness", non_negative("m"), "1e-6", "at the start").or(0.0),
+    key("keeps", Kind::Number("", Range::Fraction), "0.5", "share of a broken bridge's liquid that stays on the wall").or(0.0),
+]]);
+
+/// Wear of a mesh.
+#[rustfmt::skip]
+pub(super) static WEAR: TableKeys = TableKeys::new(&[&[
+    key("acceleration", positive(""), "1e6", "factor on the worn volume").or(1.0),
+    key("moves", Kind::Flag, "false", "false: depths are summed up, the surface stays").or_flag(true),
+    key("step", Kind::Number("", Range::Above(0.0, LARGEST_STEP)), "1e-2", "the surface follows when a vertex would move by more than this part of its shortest edge, and at the end").or(1e-3),
+    key("smoothing", Kind::Number("", Range::Fraction), "0.1", "part of a vertex's volume that is shared with its neighbours at each move").or(0.0),
+    key("until_depth", positive("m"), "1e-3", "the run ends when a vertex is so deep, with the reason `worn`").or_open("never"),
+]]).with_variants(Variants::Word {
+    key: "law",
+    what: "wear law",
+    example: "\"archard\"   # or finnie, oka",
+    text: "which further keys there are",
+    absent: None,
+    of: &[
+        variant("archard", &[&[
+            key("coefficient", non_negative(""), "1e-3", "K; the worn volume is K/H times what `basis` says"),
+            HARDNESS,
+            // It has no default, because the worn volumes differ by the coefficient of friction.
+            key("basis", word::<WearBasis>(), "\"sliding\"   # |F_n| times the slip beyond the friction spring; or \"normal-load\" (|F_n| |v_t| dt), \"friction-work\" (what sliding dissipates)", "`\"normal-load\"`: normal force times the way of the particle's surface along the wall; `\"sliding\"`: times the slip beyond what the friction spring takes up; `\"friction-work\"`: what sliding dissipates"),
+        ]], "Reye-Archard-Khrushchov"),
+        variant("finnie", &[&[
+            key("constant", non_negative("m3/J"), "1e-12", "each impact removes constant m v^2 f(angle)"),
+        ]], "Finnie: erosion by impacts"),
+        variant("oka", &[&[
+            HARDNESS,
+            key("reference_erosion", non_negative(""), "65.0   # mm3/kg", "worn volume per mass of the particles at normal impact at the reference, mm3/kg"),
+            key("reference_speed", positive("m/s"), "104.0", "speed of the reference"),
+            key("reference_diameter", positive("m"), "326e-6", "diameter of the particles of the reference"),
+            key("speed_exponent", non_negative(""), "2.35", "exponent of the speed"),
+            key("diameter_exponent", non_negative(""), "0.19", "exponent of the diameter"),
+            key("n1", non_negative(""), "0.8", "exponent of sin(angle)"),
+            key("n2", non_negative(""), "1.3", "exponent of 1 + H (1 - sin(angle)), H in GPa"),
+        ]], "Oka: erosion by impacts"),
+    ],
+});
+
+const HARDNESS: SceneKey = key("hardness", positive("Pa"), "1.2e9", "H");
+
+/// Largest part of its shortest edge by which a vertex may move at once.
+const LARGEST_STEP: f64 = 0.1;
+
 /// Reads a wall. `domain` is `None` when it is wrong itself: what depends on it is then not checked.
 pub(super) fn read(item: &Item<'_>, domain: Option<&Domain>) -> Option<Wall> {
-    let fields = item.table()?;
-    let name = fields.name_or_number();
-    let material = fields.need("material").and_then(|item| item.material());
-    let (from, until) = interval(&fields);
-    let motion = fields
-        .get("motion")
-        .map_or(Some(Vec::new()), |item| motion::read_all(&item));
-    // Which keys are known depends on the shape: without it they are not judged.
-    let shape_name = shapes::read_name(&fields)?;
-    let shape = shapes::read(&fields, shape_name, domain);
-    let wear = match shape_name {
-        ShapeName::Mesh => match fields.get("wear") {
-            Some(item) => read_wear(&item).map(Some),
-            None => Some(None),
-        },
-        _ => {
-            if fields.has("wear")
-                && let Some(item) = fields.get("wear")
-            {
-                let error = item.place.error("only a mesh can wear");
-                let help =
-                    "make the wall a mesh: shape = \"mesh\", file = \"...\"; or leave `wear` out";
-                fields.context.report(error.with_help(help));
-            }
-            Some(None)
+    let fields = item.open(&WALL)?;
+    let shape = shapes::read(&fields, domain);
+    let wear = match (fields.variant(), fields.get("wear")) {
+        (None | Some("mesh"), _) | (_, None) => fields.read("wear"),
+        (_, Some(item)) => {
+            let error = item.place.error("only a mesh can wear");
+            let help =
+                "make the wall a mesh: shape = \"mesh\", file = \"...\"; or leave `wear` out";
+            fields.context.report(error.with_help(help));
+            None
         }
     };
-    let film = match fields.get("film") {
-        Some(item) => read_film(&item).map(Some),
-        None => Some(None),
-    };
-    fields.finish();
+    let (from, until) = interval(&fields);
     Some(Wall {
-        name: name?,
+        name: fields.name_or_number(),
         place: item.place.clone(),
-        shape: shape?,
-        material: material?,
-        from: from?,
+        material: fields.read("material"),
+        from,
         until,
-        motion: motion?,
-        wear: wear?,
-        film: film?,
+        motion: fields.read("motion"),
+        wear,
+        film: fields.read("film"),
+        // At last, so that all else has been read.
+        shape: shape?,
     })
 }
 
-fn read_film(item: &Item<'_>) -> Option<WallFilm> {
-    let fields = item.table()?;
-    let thickness = match fields.get("thickness") {
-        Some(item) => item.non_negative(),
-        None => Some(fields.default("thickness", 0.0)),
-    };
-    let keeps = match fields.get("keeps") {
-        Some(item) => item.fraction(),
-        None => Some(fields.default("keeps", 0.0)),
-    };
-    fields.finish();
-    Some(WallFilm {
-        thickness: thickness?,
-        keeps: keeps?,
-    })
+impl FromItem for WallFilm {
+    fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
+        let fields = item.fields(kind)?;
+        Some(WallFilm {
+            thickness: fields.read("thickness"),
+            keeps: fields.read("keeps"),
+        })
+    }
 }
 
 /// `from` (default 0) and `until` (default never), in this order.
-pub(super) fn interval(fields: &Fields<'_>) -> (Option<Located<f64>>, Option<Located<f64>>) {
-    let from = match fields.get("from") {
-        Some(item) => item.number(),
-        None => Some(fields.default("from", 0.0)),
-    };
-    let until = fields.get("until").and_then(|item| item.number());
-    if let (Some(from), Some(until)) = (&from, &until)
-        && **until < **from
+pub(super) fn interval(fields: &Fields<'_>) -> (Located<f64>, Option<Located<f64>>) {
+    let from: Located<f64> = fields.read("from");
+    let until: Option<Located<f64>> = fields.read("until");
+    if let Some(until) = &until
+        && **until < *from
     {
-        let message = format!("lies before from = {}", **from);
+        let message = format!("lies before from = {}", *from);
         fields.context.report(until.error(message));
     }
     (from, until)
 }
 
-const LAWS: [(&str, LawName); 3] = [
-    ("archard", LawName::Archard),
-    ("finnie", LawName::Finnie),
-    ("oka", LawName::Oka),
-];
-
-#[derive(Debug, Clone, Copy)]
-enum LawName {
-    Archard,
-    Finnie,
-    Oka,
-}
-
-/// Largest part of its shortest edge by which a vertex may move at once.
-const LARGEST_STEP: f64 = 0.1;
-
-fn read_wear(item: &Item<'_>) -> Option<Wear> {
-    let fields = item.table()?;
-    let law = fields.need("law")?.word("wear law", &LAWS)?;
-    let law = match law {
-        LawName::Archard => read_archard(&fields),
-        LawName::Finnie => {
-            let constant = fields.need("constant").and_then(|item| item.non_negative());
-            constant.map(|constant| WearLaw::Finnie { constant })
-        }
-        LawName::Oka => read_oka(&fields),
-    };
-    let acceleration = match fields.get("acceleration") {
-        Some(item) => item.positive(),
-        None => Some(fields.default("acceleration", 1.0)),
-    };
-    let moves = flag(&fields, "moves", true);
-    let step = match fields.get("step") {
-        Some(item) => item.above(0.0, LARGEST_STEP),
-        None => Some(fields.default("step", 1e-3)),
-    };
-    let smoothing = match fields.get("smoothing") {
-        Some(item) => item.fraction(),
-        None => Some(fields.default("smoothing", 0.0)),
-    };
-    let until_depth = match fields.get("until_depth") {
-        Some(item) => item.positive().map(Some),
-        None => Some(None),
-    };
-    fields.finish();
-    Some(Wear {
-        place: item.place.clone(),
-        law: law?,
-        acceleration: acceleration?,
-        moves,
-        step: step?,
-        smoothing: smoothing?,
-        until_depth: until_depth?,
-    })
-}
-
-fn read_archard(fields: &Fields<'_>) -> Option<WearLaw> {
-    let coefficient = fields.need("coefficient");
-    let coefficient = coefficient.and_then(|item| item.non_negative());
-    let hardness = fields.need("hardness").and_then(|item| item.positive());
-    let basis = read_basis(fields);
-    Some(WearLaw::Archard {
-        coefficient: coefficient?,
-        hardness: hardness?,
-        basis: basis?,
-    })
-}
-
-/// The basis of Archard's law. It has no default, because the worn volumes differ by the coefficient of friction.
-fn read_basis(fields: &Fields<'_>) -> Option<WearBasis> {
-    let help = "basis = \"normal-load\" (|F_n| |v_t| dt), \"sliding\" (|F_n| times the slip beyond the friction spring) or \"friction-work\" (what sliding dissipates)";
-    let item = fields.need_or_help("basis", Some(help))?;
-    let words = [
-        ("normal-load", WearBasis::NormalLoad),
-        ("sliding", WearBasis::Sliding),
-        ("friction-work", WearBasis::FrictionWork),
-    ];
-    item.word("basis of wear", &words)
-}
-
-fn read_oka(fields: &Fields<'_>) -> Option<WearLaw> {
-    let positive = |key| fields.need(key).and_then(|item| item.positive());
-    let non_negative = |key| fields.need(key).and_then(|item| item.non_negative());
-    let hardness = positive("hardness");
-    let reference_erosion = non_negative("reference_erosion");
-    let reference_speed = positive("reference_speed");
-    let reference_diameter = positive("reference_diameter");
-    let speed_exponent = non_negative("speed_exponent");
-    let diameter_exponent = non_negative("diameter_exponent");
-    let (n1, n2) = (non_negative("n1"), non_negative("n2"));
-    Some(WearLaw::Oka(Box::new(Oka {
-        hardness: hardness?,
-        reference_erosion: reference_erosion?,
-        reference_speed: reference_speed?,
-        reference_diameter: reference_diameter?,
-        speed_exponent: speed_exponent?,
-        diameter_exponent: diameter_exponent?,
-        n1: n1?,
-        n2: n2?,
-    })))
+impl FromItem for Wear {
+    fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
+        let fields = item.fields(kind)?;
+        let law = match fields.variant()? {
+            "archard" => WearLaw::Archard {
+                coefficient: fields.read("coefficient"),
+                hardness: fields.read("hardness"),
+                basis: fields.read("basis"),
+            },
+            "finnie" => WearLaw::Finnie {
+                constant: fields.read("constant"),
+            },
+            "oka" => WearLaw::Oka(Box::new(Oka {
+                hardness: fields.read("hardness"),
+                reference_erosion: fields.read("reference_erosion"),
+                reference_speed: fields.read("reference_speed"),
+                reference_diameter: fields.read("reference_diameter"),
+                speed_exponent: fields.read("speed_exponent"),
+                diameter_exponent: fields.read("diameter_exponent"),
+                n1: fields.read("n1"),
+                n2: fields.read("n2"),
+            })),
+            _ => return None,
+        };
+        Some(Wear {
+            place: item.place.clone(),
+            law,
+            acceleration: fields.read("acceleration"),
+            moves: fields.read("moves"),
+            step: fields.read("step"),
+            smoothing: fields.read("smoothing"),
+            until_depth: fields.read("until_depth"),
+        })
+    }
 }

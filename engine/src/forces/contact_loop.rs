@@ -120,12 +120,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
     }
 
     fn ranges(&self) -> Vec<f64> {
-        let of = |material: usize| {
-            let others = 0..self.materials;
-            let laws = others.map(|other| &self.laws[material * self.materials + other]);
-            laws.map(|law| law.adhesion.range()).fold(0.0, f64::max)
-        };
-        let ranges: Vec<f64> = (0..self.materials).map(of).collect();
+        let of_each = self.laws.chunks(self.materials.max(1)).map(|laws| {
+            let ranges = laws.iter().map(|law| law.adhesion.range());
+            ranges.fold(0.0, f64::max)
+        });
+        let ranges: Vec<f64> = of_each.collect();
         if ranges.iter().any(|range| *range > 0.0) {
             ranges
         } else {

@@ -1,5 +1,4 @@
-//! What the sources promise: compiled laws, the page of the scene format, the folders of the crate.
+//! What the sources promise: compiled laws, the folders of the crates.
 
 mod compiled_laws;
-mod format_page;
 mod modules;

@@ -35,6 +35,19 @@ fn every_scene_parses() {
     }
 }
 
+/// The scene of all keys has a plan, but for what excludes each other: sprays and membranes.
+#[test]
+fn the_scene_of_all_keys_has_a_plan() {
+    let path = folder().join("keys.toml");
+    for without in ["membranes=[]", "sprays=[]"] {
+        let scene = read_scene(&path, &[without.to_owned()]);
+        let planned = scene.and_then(|scene| plan(&scene));
+        if let Err(errors) = planned {
+            panic!("{without}\n{errors}");
+        }
+    }
+}
+
 #[test]
 fn the_index_names_every_scene() {
     let index = std::fs::read_to_string(folder().join("README.md")).expect("an index");

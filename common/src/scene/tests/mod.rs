@@ -2,5 +2,7 @@
 
 mod bad;
 mod garbage;
+mod keys;
+mod page;
 mod set;
 mod shared;

@@ -54,9 +54,13 @@ fn every_mistake_in_a_law_is_named() {
 /// A value that the key takes, as TOML.
 fn example(key: &Key) -> String {
     match key.range {
-        Range::Positive | Range::NonNegative | Range::NotBelow(_) => "2.0".to_owned(),
+        Range::Any | Range::Positive | Range::NonNegative | Range::NotBelow(_) => "2.0".to_owned(),
+        Range::Over(low) => format!("{:?}", low + 1.0),
         Range::Fraction | Range::PoissonRatio => "0.25".to_owned(),
-        Range::Between(low, high) => format!("{:?}", 0.5 * (low + high)),
+        Range::Between(low, high)
+        | Range::Above(low, high)
+        | Range::Below(low, high)
+        | Range::Inside(low, high) => format!("{:?}", 0.5 * (low + high)),
         Range::Words(words) => format!("{:?}", words[words.len() - 1]),
     }
 }
