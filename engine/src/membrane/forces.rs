@@ -287,7 +287,7 @@ impl Sheet {
         self.areas(&at, work);
     }
 
-    /// Whether velocities are asked for.
+    /// Whether edges and hinges have dashpots, which need velocities.
     fn has_dashpots(&self) -> [bool; 2] {
         let hinges = self
             .law
@@ -296,7 +296,7 @@ impl Sheet {
         [self.law.damping_ratio > 0.0, hinges]
     }
 
-    /// Makes room for what this sheet needs.
+    /// Resizes what this sheet needs, and empties what it does not.
     fn resize(&self, at: &Evaluation<'_>, work: &mut Workspace) {
         let (triangles, vertices) = (self.triangles.len(), self.masses().len());
         let edges = self.topology.edges().len();
@@ -324,7 +324,7 @@ impl Sheet {
         work.sums.resize(edges.div_ceil(CHUNK), Powers::default());
     }
 
-    /// Positions and velocities with room for a fourth number, so that a processor reads one at once.
+    /// Positions and velocities padded to four numbers, which a processor reads at once.
     fn copy_vertices(&self, at: &Evaluation<'_>, work: &mut Workspace) {
         let copy = |(to, from): (&mut [Quad], &[DVec3])| {
             for (to, from) in to.iter_mut().zip(from) {

@@ -179,6 +179,95 @@ fn bent(shape: impl Fn(DVec3) -> f64) -> f64 {
     sheet.bending_energy(&places) / plate
 }
 
+/// The law of St. Venant and Kirchhoff by the deformation gradient of a triangle in its plane, for 150 triangles stretched and turned in any way: the largest
+/// difference of forces over E t times 1 m, of energy over that times 1 m, and of tensions over E t.
+fn any_deformation() -> [f64; 3] {
+    let mut random = Stream::new(17, "triangles", 0);
+    let mut most = [0.0f64; 3];
+    for nu in [-0.5, 0.1, 0.45] {
+        for _ in 0..50 {
+            let first = [DVec3::ZERO, DVec3::X, dvec3(0.4, 0.9, 0.0)];
+            let rest = shaken(&first, dvec3(0.2, 0.2, 0.0), &mut random);
+            let mesh = TriangleMesh {
+                vertices: rest.clone(),
+                triangles: vec![[0, 1, 2]],
+                welded: 0,
+            };
+            let sheet = sheet(&mesh, law(continuum(nu)));
+            let now = shaken(&rest, DVec3::splat(0.3), &mut random);
+            let (d1, d2) = (rest[1] - rest[0], rest[2] - rest[0]);
+            let determinant = d1.x * d2.y - d1.y * d2.x;
+            let (e1, e2) = (now[1] - now[0], now[2] - now[0]);
+            // F maps d1 and d2 to e1 and e2: its columns.
+            let fx = (e1 * d2.y - e2 * d1.y) / determinant;
+            let fy = (e2 * d1.x - e1 * d2.x) / determinant;
+            let [xx, yy, xy] = [
+                0.5 * (fx.dot(fx) - 1.0),
+                0.5 * (fy.dot(fy) - 1.0),
+                0.5 * fx.dot(fy),
+            ];
+            let plane = 1.0 / (1.0 - nu * nu);
+            let [sxx, syy, sxy] = [
+                plane * (xx + nu * yy),
+                plane * (yy + nu * xx),
+                plane * (1.0 - nu) * xy,
+            ];
+            // First Piola-Kirchhoff stress F S; a corner gets minus the area times it and the slope of its weight.
+            let (px, py) = (fx * sxx + fy * sxy, fx * sxy + fy * syy);
+            let area = 0.5 * determinant;
+            let slopes = [[d2.y, -d2.x], [-d1.y, d1.x]];
+            let found = forces(&sheet, &now, &[DVec3::ZERO; 3], 0.0);
+            for (found, [x, y]) in found[1..].iter().zip(slopes) {
+                let expected = (px * x + py * y) * (-area / determinant);
+                most[0] = most[0].max(found.distance(expected));
+            }
+            let energy = 0.5 * area * (sxx * xx + syy * yy + 2.0 * sxy * xy);
+            most[1] = most[1].max((sheet.stretching_energy(&now) - energy).abs());
+            // Cauchy: F S F^T A0/A.
+            let over = area / (0.5 * e1.cross(e2).length());
+            let tension = sheet.triangle(0, &now).tension.0;
+            let columns = [
+                (fx * px.x + fy * py.x) * over - dvec3(tension[0], tension[3], tension[4]),
+                (fx * px.y + fy * py.y) * over - dvec3(tension[3], tension[1], tension[5]),
+                (fx * px.z + fy * py.z) * over - dvec3(tension[4], tension[5], tension[2]),
+            ];
+            for column in columns {
+                most[2] = most[2].max(column.length());
+            }
+        }
+    }
+    most
+}
+
+/// Hinge by hinge the angle of a sheet with small slopes is the jump of the slope: energy over the sum of D jump^2/2 times e^2/(A1 + A2).
+fn hinge_by_hinge() -> f64 {
+    let mesh = lattice(6, 6);
+    let mut law = law(Elasticity::Springs);
+    law.bending = Some(Bending {
+        stiffness: law.plate_stiffness(),
+        damping: 0.0,
+        rests_flat: true,
+    });
+    let sheet = sheet(&mesh, law);
+    // Slopes are below 1e-5, their squares below 1e-10.
+    let bent = |x: &DVec3| x.with_z(1e-6 * (0.5 * x.x * x.x + 0.3 * x.x * x.y));
+    let places: Vec<DVec3> = mesh.vertices.iter().map(bent).collect();
+    let slope = |triangle: u32| {
+        let [a, b, c] = mesh.triangles[triangle as usize].map(|k| places[k as usize]);
+        let normal = (b - a).cross(c - a);
+        -normal.truncate() / normal.z
+    };
+    let hinges = sheet.topology().hinges().iter();
+    let jumps = hinges.map(|edge| {
+        let [one, other] = edge.triangles.map(slope);
+        one.distance_squared(other)
+    });
+    // e^2/(A1 + A2) of equilateral triangles with edges of 1 m.
+    let shape = 1.0 / (0.5 * 3.0f64.sqrt());
+    let expected = 0.5 * law.plate_stiffness() * shape * jumps.sum::<f64>();
+    sheet.bending_energy(&places) / expected
+}
+
 /// A balloon of radius 1 m at rest under 0.06 Pa: 3 p V over the sum of A tr(n), and by the sheet's finite law the tension of its growth over p R/2.
 fn balloon(elasticity: Elasticity) -> [f64; 2] {
     const PRESSURE: f64 = 0.06;
@@ -262,6 +351,24 @@ pub(super) fn cases() -> Vec<Case> {
             move || sums()[index],
         ));
     }
+    for (index, what) in ["forces", "energy", "tension"].into_iter().enumerate() {
+        cases.push(Case::new(
+            format!(
+                "T24 law: continuum, any deformation of triangles, largest error of the {what}"
+            ),
+            0.0,
+            Absolute(1e-9),
+            "St. Venant and Kirchhoff by the deformation gradient",
+            move || any_deformation()[index],
+        ));
+    }
+    cases.push(Case::new(
+        "T24 law: hinge by hinge, energy over that of the jumps of the slope",
+        1.0,
+        Absolute(1e-9),
+        "small slopes: the angle of a hinge is the jump of the slope",
+        hinge_by_hinge,
+    ));
     type Bent = fn(DVec3) -> f64;
     let shapes: [(&str, Bent, f64); 4] = [
         ("a cylinder along the rows", |x| 0.5 * x.x * x.x, 1.0),
