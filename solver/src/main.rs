@@ -15,6 +15,7 @@ use mercury_common::cli::{self, Failure, Outcome, say};
 use mercury_common::within::Within;
 use mercury_engine::lanes::Width;
 use mercury_solver::output::folder::Earlier;
+use mercury_solver::plan::schema;
 use mercury_solver::results::NamedResult;
 use mercury_solver::run::checkpoint;
 
@@ -58,7 +59,7 @@ struct Arguments {
     command: Option<Command>,
 
     /// The scene file, in TOML or JSON; `-`: standard input
-    #[arg(value_name = "SCENE.toml", required_unless_present_any = ["completions", "inspect"])]
+    #[arg(value_name = "SCENE.toml", required_unless_present_any = ["completions", "inspect", "schema"])]
     scene: Option<PathBuf>,
 
     /// Folder for the files of the run [default: ./SCENE/]
@@ -149,6 +150,10 @@ struct Arguments {
     /// Print the summary (with --check: the plan; where something is wrong: the problems) as one JSON object on standard output
     #[arg(long)]
     json: bool,
+
+    /// Print the JSON schema of scenes, for editors, and exit
+    #[arg(long, conflicts_with_all = ["scene", "inspect"])]
+    schema: bool,
 
     /// Print completions for a shell and exit
     #[arg(long, value_name = "SHELL")]
@@ -242,6 +247,9 @@ fn execute(arguments: &Arguments) -> Outcome {
     if let Some(shell) = arguments.completions {
         return cli::say_completions::<Arguments>(shell);
     }
+    if arguments.schema {
+        return problems::say_object(&schema());
+    }
     let within = arguments.within()?;
     if let Some(file) = &arguments.inspect {
         lies_within(within.as_ref(), file)?;
@@ -252,7 +260,7 @@ fn execute(arguments: &Arguments) -> Outcome {
             false => say(&contents.to_string()),
         };
     }
-    // The argument is required without --completions and --inspect.
+    // The argument is required without --completions, --inspect and --schema.
     let path = arguments.scene.as_deref().unwrap_or(Path::new(""));
     command::scene::execute(arguments, path, within)
 }

@@ -34,6 +34,7 @@ mod refusal;
 mod regions;
 mod report;
 mod requests;
+mod schema;
 mod sprays;
 mod start_from_run;
 #[cfg(test)]
@@ -63,6 +64,7 @@ pub use passes::{Pass, passes};
 pub use reading::{parse_scene, read_scene};
 pub use refusal::refusal;
 pub use report::report;
+pub use schema::schema;
 pub use start_from_run::StartedFrom;
 pub use time_step::{Limit, Meeting, StepPlan};
 pub use workload::{Ahead, Here, Workload};

@@ -1,6 +1,7 @@
-//! Scenes: examples, frozen plans and messages, scenes that strain the numbers; the language of all texts.
+//! Scenes: examples, frozen plans and messages, the page and schema of the format, scenes that strain the numbers; the language of all texts.
 
 mod example_scenes;
 mod frozen_scenes;
 mod plain_english;
+mod schema;
 mod stress;
