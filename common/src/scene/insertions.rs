@@ -249,10 +249,11 @@ pub(super) fn read(item: &Item<'_>) -> Option<Insertion> {
 fn read_mixture(fields: &Fields<'_>) -> Option<Vec<Component>> {
     let film_volume: Located<f64> = fields.read("film_volume");
     if fields.variant()? != "mixture" {
+        let psd = fields.read("psd");
         return Some(vec![Component {
             place: fields.place().clone(),
             body: read_body(fields)?,
-            psd: fields.read("psd"),
+            psd,
             share: 1.0,
             stated_share: 1.0,
             film_volume,
@@ -282,10 +283,11 @@ impl FromItem for Component {
         let share = fields.read("share");
         let film_volume: Option<Located<f64>> = fields.read("film_volume");
         fields.variant()?;
+        let psd = fields.read("psd");
         Some(Component {
             place: item.place.clone(),
             body: read_body(&fields)?,
-            psd: fields.read("psd"),
+            psd,
             share,
             stated_share: share,
             // Not a number: that of the insertion.

@@ -266,12 +266,13 @@ fn read_source(fields: &Fields<'_>) -> Option<SpraySource> {
     let flow_rate: Option<SprayFlow> = fields.require("flow_rate");
     let droplets: Option<Located<Psd>> = fields.require("droplets");
     let position = fields.require("position");
+    let (orifice, carrier) = (fields.read("orifice"), fields.read("carrier"));
     let Speed { speed, spread } = speed?;
     Some(SpraySource::Nozzle(Box::new(Nozzle {
         position,
         axis,
-        orifice: fields.read("orifice"),
-        carrier: fields.read("carrier"),
+        orifice,
+        carrier,
         flow_rate: flow_rate?,
         speed,
         speed_spread: spread,
