@@ -39,6 +39,7 @@ use crate::neighbours::Images;
 use crate::plan::Plan;
 use crate::stage::{Event, OutputFile, Stage};
 use crate::state::{Encoder, Piece, Plain};
+use crate::step::Losses;
 
 /// The number of states that may wait to be written before the time loop has to wait.
 const QUEUE: usize = 4;
@@ -144,10 +145,7 @@ crate::state::plain!(EnergyRow {
     flows
 });
 crate::state::plain!(EnergyFlows {
-    dissipated_normal,
-    dissipated_tangential,
-    dissipated_rolling,
-    dissipated_liquid,
+    dissipated,
     wall_work,
     servo_work,
     inserted,
@@ -198,18 +196,19 @@ pub struct Written {
 }
 
 impl Writer {
-    /// Makes the files of the plan, or continues them `from` the positions of an interrupted run, and starts the thread.
+    /// Makes the files of the plan, or continues them `from` the positions of an interrupted run, and starts the thread. `history` and `losses`
+    /// name what contacts remember and what takes energy.
     ///
     /// # Errors
     /// If a file cannot be made or continued, or no thread started.
     pub fn start(
         folder: &Path,
         plan: &Plan,
-        history: &[HistoryNumber],
+        (history, losses): (&[HistoryNumber], &Losses),
         from: Option<Positions>,
         stage: &Arc<Stage>,
     ) -> Result<Self, OutputError> {
-        let streams = streams(folder, plan, history, from.as_ref())?;
+        let streams = streams(folder, plan, (history, losses), from.as_ref())?;
         let sums = from.map_or_else(RunningSums::default, |positions| positions.sums);
         let images = plan.physics().images();
         let accounting = Accounting {
@@ -299,7 +298,7 @@ impl Writer {
 fn streams(
     folder: &Path,
     plan: &Plan,
-    history: &[HistoryNumber],
+    (history, losses): (&[HistoryNumber], &Losses),
     from: Option<&Positions>,
 ) -> Result<Vec<Box<dyn Stream>>, OutputError> {
     let output = plan.outputs().files();
@@ -370,7 +369,7 @@ fn streams(
     }
     if plan.physics().energy_budget() {
         let at = begin(&streams);
-        streams.push(Box::new(BudgetFile::begin(folder, plan, at)?));
+        streams.push(Box::new(BudgetFile::begin(folder, plan, losses, at)?));
     }
     if !plan.physics().wear().is_empty() {
         let at = begin(&streams);
@@ -430,7 +429,7 @@ fn write_all(
                 drop(last.take());
                 let mut state = OrderedFrame::new(*moment, images);
                 let budget = sums.take_in(&state, &accounting);
-                state.budget = budget.energies.flows.is_some().then_some(budget);
+                state.budget = (budget.energies.flows.is_some()).then(|| budget.clone());
                 at_end = Some(budget);
                 for stream in &mut streams {
                     stream.write(&state)?;
@@ -568,7 +567,7 @@ impl Accounting {
             rotational: row.rotational_kinetic,
             gravitational: row.gravitational,
             elastic: row.elastic,
-            flows: state.flows,
+            flows: state.flows.clone(),
         }
     }
 }
@@ -579,18 +578,16 @@ impl RunningSums {
         self.initial
             .get_or_insert_with(|| state.mass_and_momentum().1);
         let row = accounting.row(state);
-        let first = *self.energies.first().unwrap_or(&row);
-        let largest = self.largest_energy.max(largest_term(&row, &first));
+        let first = self.energies.first().unwrap_or(&row);
+        let largest = self.largest_energy.max(largest_term(&row, first));
+        let gap = gap(&row, first, largest).filter(|_| accounting.is_closed);
         if state.due.frame {
-            self.energies.push(row);
+            self.energies.push(row.clone());
             self.largest_energy = largest;
             let depth = state.observation.largest_overlap;
             self.deep_frames += u64::from(depth > 0.1);
             self.deepest = self.deepest.max(depth);
         }
-        BudgetRow {
-            energies: row,
-            gap: gap(&row, &first, largest).filter(|_| accounting.is_closed),
-        }
+        BudgetRow { energies: row, gap }
     }
 }

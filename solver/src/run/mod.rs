@@ -396,7 +396,7 @@ impl Run {
             Ok(Writer::start(
                 folder,
                 &plan,
-                &engine.history_columns(),
+                (&engine.history_columns(), &engine.audit().losses),
                 from,
                 stage,
             )?)
