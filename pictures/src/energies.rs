@@ -1,9 +1,11 @@
 //! The chart of the energies that a run leaves behind.
 
+use std::borrow::Cow;
+
 use crate::charts::{Axis, Chart, ChartPage, Dash, Hue, Legend, Series};
 
 /// The energies of the system at one time.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct EnergyRow {
     /// Time (s).
     pub time: f64,
@@ -23,22 +25,16 @@ impl EnergyRow {
     /// What is stored in the system (J).
     #[must_use]
     pub fn stored(&self) -> f64 {
-        let sheets = self.flows.map_or(0.0, |flows| flows.sheets.stored());
+        let sheets = (self.flows.as_ref()).map_or(0.0, |flows| flows.sheets.stored());
         self.kinetic + self.rotational + self.gravitational + self.elastic + sheets
     }
 }
 
 /// The energy balance of a system since the start, J.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct EnergyFlows {
-    /// Dissipated by viscous and plastic normal forces.
-    pub dissipated_normal: f64,
-    /// Dissipated by sliding friction and tangential dashpots.
-    pub dissipated_tangential: f64,
-    /// Dissipated by rolling and torsion resistance.
-    pub dissipated_rolling: f64,
-    /// Dissipated by liquid.
-    pub dissipated_liquid: f64,
+    /// Dissipated, by the name of what took it; the names are the same in all rows of a run.
+    pub dissipated: Vec<(Cow<'static, str>, f64)>,
     /// Work of all walls on the particles.
     pub wall_work: f64,
     /// The part of it that walls with a servo did.
@@ -83,20 +79,17 @@ impl SheetEnergies {
 }
 
 impl EnergyFlows {
-    /// Dissipated by all mechanisms (J).
+    /// Dissipated by all of them and by sheets (J).
     #[must_use]
-    pub fn dissipated(&self) -> f64 {
-        self.dissipated_normal
-            + self.dissipated_tangential
-            + self.dissipated_rolling
-            + self.dissipated_liquid
-            + self.sheets.dissipated
+    pub fn all_dissipated(&self) -> f64 {
+        let losses = self.dissipated.iter().map(|(_, energy)| energy);
+        losses.sum::<f64>() + self.sheets.dissipated
     }
 
     /// Taken from the system by all of them (J); negative if more was given to it.
     #[must_use]
     pub fn taken(&self) -> f64 {
-        self.dissipated() + self.deleted + self.vanished_walls
+        self.all_dissipated() + self.deleted + self.vanished_walls
             - self.wall_work
             - self.inserted
             - self.sheets.pressure_work
@@ -165,8 +158,8 @@ pub fn energy_page(title: &str, rows: &[EnergyRow]) -> ChartPage {
 
 /// A line of the chart: its name, what it is, its look, its value in a row.
 type Kind<'a> = (
-    &'static str,
-    &'static str,
+    Cow<'static, str>,
+    Cow<'static, str>,
     Hue,
     Dash,
     Box<dyn Fn(&EnergyRow) -> f64 + 'a>,
@@ -174,10 +167,10 @@ type Kind<'a> = (
 
 fn line((name, about, hue, dash, pick): &Kind, rows: &[EnergyRow]) -> Series {
     let points = rows.iter().map(|row| (row.time, pick(row))).collect();
-    Series::line(name, points)
+    Series::line(name.as_ref(), points)
         .hue(*hue)
         .dash(*dash)
-        .about(about)
+        .about(about.as_ref())
 }
 
 /// Whether a kind has another value than zero anywhere.
@@ -194,29 +187,29 @@ fn kinds(rows: &[EnergyRow]) -> Vec<Series> {
         .fold(f64::MAX, f64::min);
     let all: [Kind; 4] = [
         (
-            "kinetic",
-            "of translation",
+            "kinetic".into(),
+            "of translation".into(),
             Hue::Blue,
             Dash::Solid,
             Box::new(|row| row.kinetic),
         ),
         (
-            "rotational",
-            "kinetic, of rotation",
+            "rotational".into(),
+            "kinetic, of rotation".into(),
             Hue::Orange,
             Dash::Dashed,
             Box::new(|row| row.rotational),
         ),
         (
-            "gravitational",
-            "above its lowest in this run",
+            "gravitational".into(),
+            "above its lowest in this run".into(),
             Hue::Green,
             Dash::DashDot,
             Box::new(move |row| row.gravitational - lowest),
         ),
         (
-            "elastic",
-            "stored in contacts",
+            "elastic".into(),
+            "stored in contacts".into(),
             Hue::Purple,
             Dash::Dotted,
             Box::new(|row| row.elastic),
@@ -232,7 +225,7 @@ fn kinds(rows: &[EnergyRow]) -> Vec<Series> {
         // Thin and first, so that it covers nothing.
         let sum = |row: &EnergyRow| {
             let stored: f64 = all.iter().map(|(.., pick)| pick(row)).sum();
-            stored + row.flows.map_or(0.0, |flows| flows.taken())
+            stored + (row.flows.as_ref()).map_or(0.0, EnergyFlows::taken)
         };
         let total = rows.iter().map(|row| (row.time, sum(row))).collect();
         let (name, about) = if is_audited {
@@ -252,75 +245,76 @@ fn flows(rows: &[EnergyRow]) -> Vec<Series> {
     fn of(pick: fn(&EnergyFlows) -> f64) -> Box<dyn Fn(&EnergyRow) -> f64> {
         Box::new(move |row| row.flows.as_ref().map_or(0.0, pick))
     }
-    let all: [Kind; 9] = [
+    let names = rows.iter().find_map(|row| row.flows.as_ref());
+    let names = names.map_or(&[][..], |flows| &flows.dissipated);
+    let losses = names.iter().enumerate().map(|(number, (name, _))| -> Kind {
+        let (about, hue, dash) = look_of_loss(name);
+        let energy = move |flows: &EnergyFlows| flows.dissipated.get(number).map_or(0.0, |it| it.1);
         (
-            "dissipated, normal",
-            "by normal forces",
-            Hue::Vermillion,
-            Dash::Long,
-            of(|flows| flows.dissipated_normal),
-        ),
+            format!("dissipated, {name}").into(),
+            about,
+            hue,
+            dash,
+            Box::new(move |row| row.flows.as_ref().map_or(0.0, energy)),
+        )
+    });
+    let others: [Kind; 5] = [
         (
-            "dissipated, tangential",
-            "by friction",
-            Hue::Vermillion,
-            Dash::Solid,
-            of(|flows| flows.dissipated_tangential),
-        ),
-        (
-            "dissipated, rolling",
-            "by rolling and torsion",
-            Hue::Vermillion,
-            Dash::Dotted,
-            of(|flows| flows.dissipated_rolling),
-        ),
-        (
-            "dissipated, liquid",
-            "by bridges",
-            Hue::Sky,
-            Dash::Long,
-            of(|flows| flows.dissipated_liquid),
-        ),
-        (
-            "work of walls",
-            "given, servos apart",
+            "work of walls".into(),
+            "given, servos apart".into(),
             Hue::Blue,
             Dash::Solid,
             of(|flows| flows.wall_work - flows.servo_work),
         ),
         (
-            "work of servos",
-            "given",
+            "work of servos".into(),
+            "given".into(),
             Hue::Blue,
             Dash::Dashed,
             of(|flows| flows.servo_work),
         ),
         (
-            "inserted",
-            "brought in",
+            "inserted".into(),
+            "brought in".into(),
             Hue::Green,
             Dash::Solid,
             of(|flows| flows.inserted),
         ),
         (
-            "deleted",
-            "taken out, with contacts",
+            "deleted".into(),
+            "taken out, with contacts".into(),
             Hue::Orange,
             Dash::Dashed,
             of(|flows| flows.deleted),
         ),
         (
-            "vanished walls",
-            "stored at them",
+            "vanished walls".into(),
+            "stored at them".into(),
             Hue::Purple,
             Dash::Dotted,
             of(|flows| flows.vanished_walls),
         ),
     ];
-    all.iter()
+    losses
+        .chain(others)
         .filter(|kind| is_there(kind, rows))
-        .map(|kind| line(kind, rows))
+        .map(|kind| line(&kind, rows))
         .collect()
+}
+
+/// What a loss is by, and the look of its line.
+fn look_of_loss(name: &str) -> (Cow<'static, str>, Hue, Dash) {
+    match name {
+        "normal" => ("by normal forces".into(), Hue::Vermillion, Dash::Long),
+        "tangential" => ("by friction".into(), Hue::Vermillion, Dash::Solid),
+        "rolling" => (
+            "by rolling and torsion".into(),
+            Hue::Vermillion,
+            Dash::Dotted,
+        ),
+        "liquid" => ("by bridges".into(), Hue::Sky, Dash::Long),
+        other => (format!("by {other}").into(), Hue::Grey, Dash::Solid),
+    }
 }
 
 #[cfg(test)]
@@ -369,7 +363,11 @@ mod tests {
             ..row(0.0, 1.0, 0.0)
         };
         let flows = EnergyFlows {
-            dissipated_tangential: 2.0,
+            dissipated: vec![
+                ("normal".into(), 0.0),
+                ("tangential".into(), 1.5),
+                ("drag".into(), 0.5),
+            ],
             wall_work: 3.0,
             servo_work: 1.0,
             ..EnergyFlows::default()
@@ -387,10 +385,15 @@ mod tests {
         let names: Vec<_> = since.iter().map(|s| s.name.as_str()).collect();
         assert_eq!(
             names,
-            ["dissipated, tangential", "work of walls", "work of servos"]
+            [
+                "dissipated, tangential",
+                "dissipated, drag",
+                "work of walls",
+                "work of servos"
+            ]
         );
         let ends: Vec<_> = since.iter().map(|series| points(series)[1].1).collect();
-        assert_eq!(ends, [2.0, 2.0, 1.0]);
+        assert_eq!(ends, [1.5, 0.5, 2.0, 1.0]);
         assert_eq!(energy_page("", &rows).charts.len(), 3);
     }
 
@@ -465,8 +468,9 @@ mod tests {
         fn no_energies_break_the_chart(bits in prop::collection::vec(any::<[u64; 8]>(), 1..6)) {
             let rows: Vec<_> = (bits.iter())
                 .map(|bits| {
-                    let [time, kinetic, rotational, gravitational, elastic, dissipated_normal, wall_work, deleted] = bits.map(f64::from_bits);
-                    let flows = EnergyFlows { dissipated_normal, wall_work, deleted, ..EnergyFlows::default() };
+                    let [time, kinetic, rotational, gravitational, elastic, lost, wall_work, deleted] = bits.map(f64::from_bits);
+                    let dissipated = vec![("normal".into(), lost)];
+                    let flows = EnergyFlows { dissipated, wall_work, deleted, ..EnergyFlows::default() };
                     let flows = (bits[5] % 2 == 0).then_some(flows);
                     EnergyRow { time, kinetic, rotational, gravitational, elastic, flows }
                 })

@@ -67,6 +67,11 @@ impl Part for Liquids {
         }
     }
 
+    /// Energy that bridges have set free.
+    fn dissipated(&self) -> Option<f64> {
+        Some(self.balance.set_free)
+    }
+
     fn put(&self, core: &Core, pieces: &mut Pieces) {
         self.save(&core.wall_films).put(pieces.end());
     }
@@ -107,11 +112,5 @@ impl Engine {
             [balance.mass.value(), balance.energy]
         });
         [liquid, sprays]
-    }
-
-    /// Energy that bridges have set free, J.
-    pub(crate) fn set_free(&self) -> f64 {
-        let liquid = self.part::<Liquids>();
-        liquid.map_or(0.0, |liquid| liquid.balance.set_free)
     }
 }

@@ -3,6 +3,7 @@
 //! Numbers are little-endian, floating-point numbers bit by bit, so that a run goes on from them with the same bytes. Values are
 //! collected in sections, each with a name, its length and a checksum, behind a head with a version.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, VecDeque};
 
 use glam::{DQuat, DVec3};
@@ -189,6 +190,17 @@ impl Plain for String {
         let count = usize::take(bytes)?;
         let text = front(bytes, count)?.to_vec();
         Self::from_utf8(text).map_err(|error| error.to_string())
+    }
+}
+
+impl Plain for Cow<'static, str> {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        self.len().put(bytes);
+        bytes.extend_from_slice(self.as_bytes());
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        String::take(bytes).map(Self::from)
     }
 }
 

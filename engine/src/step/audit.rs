@@ -6,23 +6,17 @@
 
 use glam::DVec3;
 
-use super::{Core, Engine, Exchanged, Part};
+use super::{Core, Engine, Exchanged, Losses, Part};
 use crate::bodies::{angular_velocity, constrained_spin};
 use crate::forces::{Exchange, FIRST_VERTEX, Needs, Observation, Partner, SpringEnergy};
 use crate::state::{Body, FIXED, Load, Pieces, Plain, PrescribedBody, Row};
 use crate::walls::{RigidVelocity, ServoState, WallNow};
 
 /// What happened to the energy since the start, J; filled only in audited runs.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Audit {
-    /// By viscous and plastic normal forces.
-    pub dissipated_normal: f64,
-    /// By sliding friction and tangential dashpots.
-    pub dissipated_tangential: f64,
-    /// By rolling and torsion resistance.
-    pub dissipated_rolling: f64,
-    /// By adhesion: by viscous liquid, and as bridges form, grow and break.
-    pub dissipated_adhesion: f64,
+    /// Dissipated, by what took it.
+    pub losses: Losses,
     /// Done by the walls on the particles.
     pub wall_work: f64,
     /// The part of it that walls with a servo did.
@@ -31,6 +25,27 @@ pub struct Audit {
     pub left: SpringEnergy,
     /// Stored in contacts with walls that vanished, when they vanished.
     pub vanished: SpringEnergy,
+}
+
+/// What contacts did since the start, J.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Sums {
+    /// By viscous and plastic normal forces.
+    dissipated_normal: f64,
+    /// By sliding friction and tangential dashpots.
+    dissipated_tangential: f64,
+    /// By rolling and torsion resistance.
+    dissipated_rolling: f64,
+    /// By adhesion: by viscous liquid, and as bridges form, grow and break.
+    dissipated_adhesion: f64,
+    /// Done by the walls on the particles.
+    wall_work: f64,
+    /// The part of it that walls with a servo did.
+    servo_work: f64,
+    /// Stored in the contacts of particles that left, when they left.
+    left: SpringEnergy,
+    /// Stored in contacts with walls that vanished, when they vanished.
+    vanished: SpringEnergy,
     /// Power of each at the time of the last forces.
     last: Powers,
     /// What is stored then of the energy that each takes, J.
@@ -93,16 +108,7 @@ struct Powers {
     servos: f64,
 }
 
-impl Audit {
-    /// Dissipated by all mechanisms, J.
-    #[must_use]
-    pub fn dissipated(&self) -> f64 {
-        self.dissipated_normal
-            + self.dissipated_tangential
-            + self.dissipated_rolling
-            + self.dissipated_adhesion
-    }
-
+impl Sums {
     /// Takes in the time of `dt` (s) since the last forces, over which powers count by the trapezoidal rule. What springs store
     /// more than then is not lost.
     fn take_in(&mut self, observation: &Observation, now: Powers, dt: f64) {
@@ -148,8 +154,7 @@ struct Moving {
 /// The part that audits the energy.
 #[derive(Debug, Default)]
 pub(super) struct Auditor {
-    /// Running sums.
-    audit: Audit,
+    sums: Sums,
     /// The contacts of the last forces.
     contacts: Vec<AuditedContact>,
 }
@@ -181,12 +186,12 @@ impl Part for Auditor {
     }
 
     fn put(&self, _: &Core, pieces: &mut Pieces) {
-        self.audit.put(pieces.end());
+        self.sums.put(pieces.end());
         self.contacts.put(pieces.end());
     }
 
     fn take(&mut self, core: &mut Core, bytes: &mut &[u8]) -> Result<(), String> {
-        self.audit = Plain::take(bytes)?;
+        self.sums = Plain::take(bytes)?;
         self.contacts = Plain::take(bytes)?;
         let (rows, walls) = (core.particles.len(), core.walls.len());
         let leads_somewhere = |contact: &AuditedContact| contact.leads_somewhere(rows, walls);
@@ -203,9 +208,25 @@ impl Engine {
     #[must_use]
     pub fn audit(&self) -> Audit {
         let auditor = self.part::<Auditor>();
-        let mut audit = auditor.map_or_else(Audit::default, |auditor| auditor.audit);
-        audit.dissipated_adhesion += self.set_free();
-        audit
+        let sums = auditor.map_or_else(Sums::default, |auditor| auditor.sums);
+        let mut losses = Losses::of_laws([
+            sums.dissipated_normal,
+            sums.dissipated_tangential,
+            sums.dissipated_rolling,
+            sums.dissipated_adhesion,
+        ]);
+        for part in &self.parts {
+            if let Some(energy) = part.dissipated() {
+                losses.add(part.name(), energy);
+            }
+        }
+        Audit {
+            losses,
+            wall_work: sums.wall_work,
+            servo_work: sums.servo_work,
+            left: sums.left,
+            vanished: sums.vanished,
+        }
     }
 }
 
@@ -268,7 +289,7 @@ impl Auditor {
             powers.rolling -= couple.dot(spin);
         }
         self.note_vanished_walls(core);
-        self.audit.take_in(observation, powers, dt);
+        self.sums.take_in(observation, powers, dt);
         self.contacts.clear();
         let contacts = observation.exchanges.iter().map(AuditedContact::of);
         self.contacts.extend(contacts);
@@ -276,13 +297,13 @@ impl Auditor {
 
     /// Particles were removed since the last forces, and no list was built yet: what their contacts stored leaves with them.
     fn note_leavers(&mut self, core: &Core) {
-        let Self { audit, contacts } = self;
+        let Self { sums, contacts } = self;
         let boundaries = &core.boundaries;
         contacts.retain(|contact| {
             let is_gone = contact.row < FIRST_VERTEX && boundaries.is_removed(contact.row)
                 || !contact.is_wall && boundaries.is_removed(contact.partner);
             if is_gone {
-                audit.let_go(&contact.stored, false);
+                sums.let_go(&contact.stored, false);
             }
             !is_gone
         });
@@ -292,7 +313,7 @@ impl Auditor {
     fn note_vanished_walls(&mut self, core: &Core) {
         for contact in &self.contacts {
             if contact.is_wall && !core.walls[contact.partner as usize].state.present {
-                self.audit.let_go(&contact.stored, true);
+                self.sums.let_go(&contact.stored, true);
             }
         }
     }
@@ -441,7 +462,7 @@ crate::state::plain!(AuditedContact {
     stored
 });
 
-crate::state::plain!(Audit {
+crate::state::plain!(Sums {
     dissipated_normal,
     dissipated_tangential,
     dissipated_rolling,

@@ -103,9 +103,15 @@ pub trait Part: Any + Send {
         Ok(())
     }
 
-    /// Adds its share of the present state to an observation of the contacts: energy stored and lost, loads on walls.
+    /// Adds its share of the present state to an observation of the contacts: energy stored, loads on walls.
     fn observe(&self, observation: &mut Observation) {
         let _ = observation;
+    }
+
+    /// The energy that it has taken from the particles since the start, J; negative if it gave some; `None` if it takes none. The audit
+    /// counts it among the losses, by the name of the part.
+    fn dissipated(&self) -> Option<f64> {
+        None
     }
 
     /// Whether the run has come to where this part ends it.

@@ -60,10 +60,7 @@ pub fn energy_flows(engine: &Engine, at_start: &Exchanged) -> Option<EnergyFlows
     };
     let now = Exchanged::by_now(engine);
     Some(EnergyFlows {
-        dissipated_normal: audit.dissipated_normal,
-        dissipated_tangential: audit.dissipated_tangential,
-        dissipated_rolling: audit.dissipated_rolling,
-        dissipated_liquid: audit.dissipated_adhesion,
+        dissipated: audit.losses.into_list(),
         wall_work: audit.wall_work,
         servo_work: audit.servo_work,
         inserted: carried(&now.inserted) - carried(&at_start.inserted)
@@ -88,7 +85,7 @@ pub fn is_closed(physics: &Physics) -> bool {
 }
 
 /// The budget at one time.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct BudgetRow {
     /// Energies, and the balance of all gains and losses.
     pub energies: EnergyRow,
@@ -107,8 +104,9 @@ pub struct Gap {
 
 /// The largest term of a budget, J; of gravitational energy the change since `first`, as it has no zero of its own.
 pub(super) fn largest_term(row: &EnergyRow, first: &EnergyRow) -> f64 {
-    let flows = row.flows.unwrap_or_default();
-    let of_first = first.flows.unwrap_or_default();
+    let none = EnergyFlows::default();
+    let flows = row.flows.as_ref().unwrap_or(&none);
+    let of_first = first.flows.as_ref().unwrap_or(&none);
     [
         row.kinetic,
         row.rotational,
@@ -118,7 +116,7 @@ pub(super) fn largest_term(row: &EnergyRow, first: &EnergyRow) -> f64 {
         flows.inserted,
         flows.deleted,
         flows.vanished_walls,
-        flows.dissipated(),
+        flows.all_dissipated(),
         flows.sheets.kinetic,
         flows.sheets.stretching,
         flows.sheets.bending,
@@ -132,7 +130,7 @@ pub(super) fn largest_term(row: &EnergyRow, first: &EnergyRow) -> f64 {
 
 /// The gap of a budget whose largest term so far is `largest` (J).
 pub(super) fn gap(row: &EnergyRow, first: &EnergyRow, largest: f64) -> Option<Gap> {
-    let error = first.stored() - row.stored() - row.flows?.taken();
+    let error = first.stored() - row.stored() - row.flows.as_ref()?.taken();
     let relative = if largest > 0.0 { error / largest } else { 0.0 };
     Some(Gap { error, relative })
 }

@@ -3,14 +3,17 @@
 use std::path::Path;
 
 use mercury_common::formats::number::{NumberStyle, push_number};
+use mercury_pictures::EnergyFlows;
 
 use super::stream::{Begin, Sink, Stream, TextFile};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
+use mercury_engine::step::Losses;
 
-const HEAD: &[u8] = b"time,kinetic,rotational,gravitational,elastic,dissipated_normal,dissipated_tangential,dissipated_rolling,dissipated_liquid,wall_work,servo_work,inserted,deleted,deleted_elastic,vanished_walls,error,closure\n";
-/// How it ends.
-const END: &[u8] = b"error,closure\n";
+/// Columns before the losses.
+const ENERGIES: &str = "time,kinetic,rotational,gravitational,elastic,";
+/// Columns behind the losses.
+const FLOWS: &str = "wall_work,servo_work,inserted,deleted,deleted_elastic,vanished_walls,";
 
 /// A row for each output interval; energies in J.
 pub(super) struct BudgetFile {
@@ -19,21 +22,32 @@ pub(super) struct BudgetFile {
     has_sheets: bool,
 }
 
-/// Columns of runs with elastic sheets, before the error.
+/// Columns of runs with elastic sheets.
 const OF_SHEETS: &str = "membrane_kinetic,membrane_gravitational,membrane_stretching,membrane_bending,membrane_dissipated,pressure_work,hold_work,";
 
 impl BudgetFile {
-    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
+    /// `losses`: with the names of all that takes energy.
+    pub(super) fn begin(
+        folder: &Path,
+        plan: &Plan,
+        losses: &Losses,
+        begin: Begin,
+    ) -> Result<Self, OutputError> {
         let name = format!("{}.budget.csv", plan.outputs().prefix());
         let has_sheets = !plan.physics().membranes().is_empty();
-        let mut head = HEAD.to_vec();
-        if has_sheets {
-            let at = HEAD.len() - END.len();
-            head.splice(at..at, OF_SHEETS.bytes());
-        }
-        let file = TextFile::begin(folder, &name, &head, begin)?;
+        let losses: String = losses.iter().map(|(name, _)| column(name)).collect();
+        let of_sheets = if has_sheets { OF_SHEETS } else { "" };
+        let head = format!("{ENERGIES}{losses}{FLOWS}{of_sheets}error,closure\n");
+        let file = TextFile::begin(folder, &name, head.as_bytes(), begin)?;
         Ok(Self { file, has_sheets })
     }
+}
+
+/// The column of a loss: `dissipated_` and its name, in which all but letters and digits is an underscore.
+fn column(name: &str) -> String {
+    let letter = |c: char| if c.is_alphanumeric() { c } else { '_' };
+    let name: String = name.chars().map(letter).collect();
+    format!("dissipated_{name},")
 }
 
 impl Stream for BudgetFile {
@@ -42,25 +56,21 @@ impl Stream for BudgetFile {
             return Ok(());
         };
         let row = &budget.energies;
-        let flows = row.flows.unwrap_or_default();
+        let none = EnergyFlows::default();
+        let flows = row.flows.as_ref().unwrap_or(&none);
         let out = &mut self.file.buffer;
         push_number(out, row.time, NumberStyle::Shortest);
-        for energy in [
-            row.kinetic,
-            row.rotational,
-            row.gravitational,
-            row.elastic,
-            flows.dissipated_normal,
-            flows.dissipated_tangential,
-            flows.dissipated_rolling,
-            flows.dissipated_liquid,
+        let stored = [row.kinetic, row.rotational, row.gravitational, row.elastic];
+        let losses = flows.dissipated.iter().map(|(_, energy)| *energy);
+        let others = [
             flows.wall_work,
             flows.servo_work,
             flows.inserted,
             flows.deleted,
             flows.deleted_elastic,
             flows.vanished_walls,
-        ] {
+        ];
+        for energy in stored.into_iter().chain(losses).chain(others) {
             out.push(b',');
             push_number(out, energy, NumberStyle::Shortest);
         }

@@ -3,6 +3,7 @@
 use serde::{Serialize, Serializer};
 
 use mercury_engine::liquid::LiquidRow;
+use mercury_engine::step::Losses;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -86,7 +87,7 @@ fn by_name<S: Serializer>(
 }
 
 /// Energies at the end of a run, J; fixed particles do not count. The budget is there only if the scene enables it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EnergySummary {
     /// Of translation.
     pub kinetic: f64,
@@ -96,8 +97,9 @@ pub struct EnergySummary {
     pub gravitational: f64,
     /// Stored in contacts.
     pub elastic: f64,
-    /// Dissipated since the start.
-    pub dissipated: Option<Dissipated>,
+    /// Dissipated since the start, by what took it.
+    #[serde(serialize_with = "losses_by_name")]
+    pub dissipated: Option<Losses>,
     /// Work that the walls did on the particles.
     pub wall_work: Option<f64>,
     /// The part of it that walls with a servo did.
@@ -115,24 +117,13 @@ pub struct EnergySummary {
     pub closure_error: Option<f64>,
 }
 
-/// Dissipated energy by mechanism, J.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Dissipated {
-    /// Viscous and plastic normal forces.
-    pub normal: f64,
-    /// Sliding friction and tangential dashpots.
-    pub tangential: f64,
-    /// Rolling and torsion resistance.
-    pub rolling: f64,
-    /// Liquid: viscous forces, and what bridges set free as they form, grow and break.
-    pub liquid: f64,
-}
-
-impl Dissipated {
-    /// By all mechanisms, J.
-    #[must_use]
-    pub fn total(&self) -> f64 {
-        self.normal + self.tangential + self.rolling + self.liquid
+fn losses_by_name<S: Serializer>(
+    losses: &Option<Losses>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    match losses {
+        Some(losses) => serializer.collect_map(losses.iter()),
+        None => serializer.serialize_none(),
     }
 }
 

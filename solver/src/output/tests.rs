@@ -460,7 +460,17 @@ fn outputs_continued_are_the_same_bytes() {
     let place = tempfile::tempdir().unwrap();
     let mut engine = Engine::new(Arc::clone(&plan), 1).unwrap();
     let columns = engine.history_columns();
-    let begin = |from| Writer::start(place.path(), &plan, &columns, from, &Arc::default()).unwrap();
+    let losses = engine.audit().losses;
+    let begin = |from| {
+        Writer::start(
+            place.path(),
+            &plan,
+            (&columns, &losses),
+            from,
+            &Arc::default(),
+        )
+        .unwrap()
+    };
     let writer = begin(None);
     let time_step = plan.physics().time_step();
     let mut schedule = Schedule::behind(plan.outputs().files(), time_step, 0);
@@ -505,7 +515,7 @@ fn outputs_continued_are_the_same_bytes() {
     let refused = Writer::start(
         place.path(),
         &plan,
-        &columns,
+        (&columns, &losses),
         Some(positions),
         &Arc::default(),
     );

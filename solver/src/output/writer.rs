@@ -39,6 +39,7 @@ use mercury_engine::membrane::MembranePlan;
 use mercury_engine::neighbours::Images;
 use mercury_engine::stage::{Event, OutputFile, Stage};
 use mercury_engine::state::{Encoder, Piece, Plain};
+use mercury_engine::step::Losses;
 
 /// The number of states that may wait to be written before the time loop has to wait.
 const QUEUE: usize = 4;
@@ -130,7 +131,7 @@ struct RunningSums {
 
 impl Plain for RunningSums {
     fn put(&self, bytes: &mut Vec<u8>) {
-        let energies: Vec<Saved<EnergyRow>> = self.energies.iter().copied().map(Saved).collect();
+        let energies: Vec<Saved<EnergyRow>> = self.energies.iter().cloned().map(Saved).collect();
         energies.put(bytes);
         self.largest_energy.put(bytes);
         self.initial.put(bytes);
@@ -160,7 +161,7 @@ macro_rules! saved {
         impl Plain for Saved<$name> {
             fn put(&self, bytes: &mut Vec<u8>) {
                 $(self.0.$field.put(bytes);)*
-                $(self.0.$maybe.map(Saved).put(bytes);)?
+                $(self.0.$maybe.clone().map(Saved).put(bytes);)?
                 $(Saved(self.0.$nested).put(bytes);)?
             }
 
@@ -176,10 +177,7 @@ macro_rules! saved {
 }
 
 saved!(EnergyRow { time, kinetic, rotational, gravitational, elastic } maybe flows);
-saved!(EnergyFlows {
-    dissipated_normal, dissipated_tangential, dissipated_rolling, dissipated_liquid, wall_work, servo_work, inserted, deleted,
-    deleted_elastic, vanished_walls
-} and sheets);
+saved!(EnergyFlows { dissipated, wall_work, servo_work, inserted, deleted, deleted_elastic, vanished_walls } and sheets);
 saved!(SheetEnergies {
     kinetic,
     gravitational,
@@ -222,18 +220,19 @@ pub struct Written {
 }
 
 impl Writer {
-    /// Makes the files of the plan, or continues them `from` the positions of an interrupted run, and starts the thread.
+    /// Makes the files of the plan, or continues them `from` the positions of an interrupted run, and starts the thread. `history` and `losses`
+    /// name what contacts remember and what takes energy.
     ///
     /// # Errors
     /// If a file cannot be made or continued, or no thread started.
     pub fn start(
         folder: &Path,
         plan: &Plan,
-        history: &[HistoryNumber],
+        (history, losses): (&[HistoryNumber], &Losses),
         from: Option<Positions>,
         stage: &Arc<Stage>,
     ) -> Result<Self, OutputError> {
-        let streams = streams(folder, plan, history, from.as_ref())?;
+        let streams = streams(folder, plan, (history, losses), from.as_ref())?;
         let sums = from.map_or_else(RunningSums::default, |positions| positions.sums);
         let images = plan.physics().images();
         let accounting = Accounting {
@@ -323,7 +322,7 @@ impl Writer {
 fn streams(
     folder: &Path,
     plan: &Plan,
-    history: &[HistoryNumber],
+    (history, losses): (&[HistoryNumber], &Losses),
     from: Option<&Positions>,
 ) -> Result<Vec<Box<dyn Stream>>, OutputError> {
     let output = plan.outputs().files();
@@ -394,7 +393,7 @@ fn streams(
     }
     if plan.physics().energy_budget() {
         let at = begin(&streams);
-        streams.push(Box::new(BudgetFile::begin(folder, plan, at)?));
+        streams.push(Box::new(BudgetFile::begin(folder, plan, losses, at)?));
     }
     if !plan.physics().wear().is_empty() {
         let at = begin(&streams);
@@ -454,7 +453,7 @@ fn write_all(
                 drop(last.take());
                 let mut state = OrderedFrame::new(*moment, images);
                 let budget = sums.take_in(&state, &accounting);
-                state.budget = budget.energies.flows.is_some().then_some(budget);
+                state.budget = (budget.energies.flows.is_some()).then(|| budget.clone());
                 at_end = Some(budget);
                 for stream in &mut streams {
                     stream.write(&state)?;
@@ -592,7 +591,7 @@ impl Accounting {
             rotational: row.rotational_kinetic,
             gravitational: row.gravitational,
             elastic: row.elastic,
-            flows: state.flows,
+            flows: state.flows.clone(),
         }
     }
 }
@@ -603,18 +602,16 @@ impl RunningSums {
         self.initial
             .get_or_insert_with(|| state.mass_and_momentum().1);
         let row = accounting.row(state);
-        let first = *self.energies.first().unwrap_or(&row);
-        let largest = self.largest_energy.max(largest_term(&row, &first));
+        let first = self.energies.first().unwrap_or(&row);
+        let largest = self.largest_energy.max(largest_term(&row, first));
+        let gap = gap(&row, first, largest).filter(|_| accounting.is_closed);
         if state.due.frame {
-            self.energies.push(row);
+            self.energies.push(row.clone());
             self.largest_energy = largest;
             let depth = state.observation.largest_overlap;
             self.deep_frames += u64::from(depth > 0.1);
             self.deepest = self.deepest.max(depth);
         }
-        BudgetRow {
-            energies: row,
-            gap: gap(&row, &first, largest).filter(|_| accounting.is_closed),
-        }
+        BudgetRow { energies: row, gap }
     }
 }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use mercury_pictures::{EnergyFlows, EnergyRow};
 
-use crate::output::summary::{Dissipated, EnergySummary, Springs};
+use crate::output::summary::{EnergySummary, Springs};
 use crate::output::{Exchanged, Written};
 use mercury_engine::step::Engine;
 
@@ -67,20 +67,16 @@ impl Budget {
 pub(super) fn energy_summary(engine: &Engine, written: &Written) -> EnergySummary {
     let at_end = written.at_end.as_ref();
     let energy = |pick: fn(&EnergyRow) -> f64| at_end.map_or(0.0, |budget| pick(&budget.energies));
-    let flows = at_end.and_then(|budget| budget.energies.flows);
-    let flow = |pick: fn(&EnergyFlows) -> f64| flows.as_ref().map(pick);
-    let left = engine.audit().left;
+    let flows = at_end.and_then(|budget| budget.energies.flows.as_ref());
+    let flow = |pick: fn(&EnergyFlows) -> f64| flows.map(pick);
+    let audit = engine.audit();
+    let left = audit.left;
     EnergySummary {
         kinetic: energy(|row| row.kinetic),
         rotational: energy(|row| row.rotational),
         gravitational: energy(|row| row.gravitational),
         elastic: energy(|row| row.elastic),
-        dissipated: flows.map(|flows| Dissipated {
-            normal: flows.dissipated_normal,
-            tangential: flows.dissipated_tangential,
-            rolling: flows.dissipated_rolling,
-            liquid: flows.dissipated_liquid,
-        }),
+        dissipated: flows.map(|_| audit.losses),
         wall_work: flow(|flows| flows.wall_work),
         servo_work: flow(|flows| flows.servo_work),
         inserted: flow(|flows| flows.inserted),

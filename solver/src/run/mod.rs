@@ -399,7 +399,7 @@ impl Run {
             Ok(Writer::start(
                 folder,
                 &plan,
-                &engine.history_columns(),
+                (&engine.history_columns(), &engine.audit().losses),
                 from,
                 stage,
             )?)

@@ -93,14 +93,14 @@ impl fmt::Display for Report {
             "  energy     kinetic {:.4e}, rotational {:.4e}, gravitational {:.4e}, elastic {:.4e} J",
             e.kinetic, e.rotational, e.gravitational, e.elastic
         )?;
-        if let (Some(lost), Some(work)) = (e.dissipated, e.wall_work) {
+        if let (Some(lost), Some(work)) = (&e.dissipated, e.wall_work) {
+            let lost = lost
+                .iter()
+                .map(|(name, energy)| format!("{name} {energy:.4e}"));
+            let lost = lost.collect::<Vec<_>>().join(", ");
             writeln!(
                 f,
-                "  dissipated normal {:.4e}, tangential {:.4e}, rolling {:.4e}, liquid {:.4e} J; work of walls {work:.4e} J{}",
-                lost.normal,
-                lost.tangential,
-                lost.rolling,
-                lost.liquid,
+                "  dissipated {lost} J; work of walls {work:.4e} J{}",
                 match e.servo_work {
                     Some(servos) if servos != 0.0 => format!(", of it of servos {servos:.4e} J"),
                     _ => String::new(),

@@ -441,7 +441,7 @@ fn plastic_and_wet_contacts_join() {
                 let off = now.0.distance(first.0);
                 assert!(off < 1e-11 * size, "{name}, {step}: {off:e} of {size:e}");
             }
-            let lacks = energy(&engine, &seen) + engine.audit().dissipated() - start;
+            let lacks = energy(&engine, &seen) + engine.audit().losses.total() - start;
             most = most.max((lacks / start).abs());
         }
         assert!(most_contacts > 3, "{name}: {most_contacts}");
@@ -622,9 +622,9 @@ fn the_audit_closes_with_losses() {
         let seen = engine.take_observation();
         engine.complete_step().unwrap();
         let audit = engine.audit();
-        assert!(audit.dissipated() > 0.05 * start, "{audit:?}");
+        assert!(audit.losses.total() > 0.05 * start, "{audit:?}");
         assert!(audit.wall_work.abs() < 1e-12 * start, "{audit:?}");
-        (energy(&engine, &seen) + audit.dissipated() - start).abs() / start
+        (energy(&engine, &seen) + audit.losses.total() - start).abs() / start
     };
     let [coarse, fine] = [lacks(4e-6), lacks(1e-6)];
     assert!(coarse < 2e-3 && fine < 1e-3, "{coarse:e}, {fine:e}");

@@ -314,7 +314,7 @@ fn liquid_with_mass_keeps_momentum_mass_and_energy() {
         let kinetic: f64 = (particles.records.iter().zip(&particles.masses))
             .map(|(record, mass)| 0.5 * mass * record.velocity.length_squared())
             .sum();
-        kinetic + engine.observation().elastic_energy + engine.audit().dissipated()
+        kinetic + engine.observation().elastic_energy + engine.audit().losses.total()
             - engine.liquid_brought().iter().map(|it| it[1]).sum::<f64>()
     };
     let watched = |engine: &mut Engine| {

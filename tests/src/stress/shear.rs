@@ -139,7 +139,7 @@ impl Look {
         let mass = stage.free().map(|(_, mass)| mass).sum();
         Self {
             work: audit.wall_work,
-            lost: audit.dissipated(),
+            lost: audit.losses.total(),
             energy: stage.energies().total(),
             mass,
         }

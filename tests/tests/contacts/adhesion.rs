@@ -257,7 +257,7 @@ fn a_bridge_forms_on_contact_and_is_torn_at_its_range() {
     let (mut met, mut torn) = (false, false);
     let watch = Some(Watch::default());
     let energy = |engine: &Engine| {
-        kinetic(engine) + engine.observation().elastic_energy + engine.audit().dissipated()
+        kinetic(engine) + engine.observation().elastic_energy + engine.audit().losses.total()
     };
     let before = energy(&engine);
     assert_eq!(before, MASS * speed * speed);
@@ -312,7 +312,7 @@ fn a_bridge_forms_on_contact_and_is_torn_at_its_range() {
     let tolerance =
         2.0 * BRIDGE.pull * 2.0 * speed * dt + before * 2.0 * STIFFNESS / MASS * dt * dt;
     assert!((before - kinetic(&engine) - WORK).abs() < tolerance);
-    assert!((engine.audit().dissipated() - WORK).abs() < tolerance);
+    assert!((engine.audit().losses.total() - WORK).abs() < tolerance);
 }
 
 #[test]

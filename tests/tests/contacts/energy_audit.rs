@@ -200,7 +200,7 @@ fn closes(name: &str, scene: impl Fn() -> Draft) {
     }
     let energy = budget(scene(), 400);
     let lost = energy.dissipated.unwrap();
-    assert!(lost.normal > 0.0, "{name}: {lost:?}");
+    assert!(lost.of("normal") > 0.0, "{name}: {lost:?}");
 }
 
 #[test]
@@ -545,10 +545,10 @@ fn every_row_of_the_file_closes() {
         ("rotational", summary.rotational),
         ("gravitational", summary.gravitational),
         ("elastic", summary.elastic),
-        ("dissipated_normal", lost.normal),
-        ("dissipated_tangential", lost.tangential),
-        ("dissipated_rolling", lost.rolling),
-        ("dissipated_liquid", lost.liquid),
+        ("dissipated_normal", lost.of("normal")),
+        ("dissipated_tangential", lost.of("tangential")),
+        ("dissipated_rolling", lost.of("rolling")),
+        ("dissipated_liquid", lost.of("liquid")),
         ("wall_work", summary.wall_work.unwrap()),
         ("servo_work", summary.servo_work.unwrap()),
         ("inserted", summary.inserted.unwrap()),
@@ -701,12 +701,8 @@ fn at_a_body_that_moves_as_prescribed() {
             };
             let mut engine = start(plan);
             advance(&mut engine, 600);
-            let audit = engine.audit();
-            [
-                audit.dissipated_normal,
-                audit.dissipated_tangential,
-                audit.dissipated_rolling,
-            ]
+            let losses = engine.audit().losses;
+            ["normal", "tangential", "rolling"].map(|name| losses.of(name))
         };
         let (of_ball, of_body) = (audit(false), audit(true));
         let all: f64 = of_ball.iter().map(|part| part.abs()).sum();
@@ -779,7 +775,7 @@ fn of_a_damped_rolling_spring_in_closed_form() {
                 let speed = swing * (cosine - decay / damped * sine);
                 let left =
                     0.5 * inertia * speed * speed + 0.5 * stiffness * (RADIUS * angle).powi(2);
-                let (lost, expected) = (engine.audit().dissipated_rolling, start - left);
+                let (lost, expected) = (engine.audit().losses.of("rolling"), start - left);
                 // The dashpot sees the speed of half a step before, which changes frequency and damping by zeta w dt each: within 1e-4 of
                 // the energy for each radian.
                 let allowed = 1e-5 * (1.0 + frequency * time);

@@ -346,11 +346,11 @@ fn the_energy_of_a_wet_collision_closes() {
         while engine.time() < 2.9e-3 {
             observed_step(&mut engine);
             let stored = engine.observation().elastic_energy;
-            let now = kinetic(&engine) + stored + engine.audit().dissipated();
+            let now = kinetic(&engine) + stored + engine.audit().losses.total();
             worst = worst.max((now - first).abs() / first);
         }
         assert!(engine.liquid().unwrap().balance.ruptured == 1);
-        assert!(engine.audit().dissipated_adhesion > 0.01 * first);
+        assert!(engine.audit().losses.of("liquid") > 0.01 * first);
         worst
     };
     for (law, form) in [

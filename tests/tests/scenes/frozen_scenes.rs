@@ -169,7 +169,7 @@ fn good_scenes_run_to_their_end() {
         assert_eq!(summary.deleted > 0, deletes, "{name}");
         // What a scene is for happens in it: bodies that touch lose energy.
         if !WITHOUT_CONTACT.contains(&&*name) {
-            let lost = energy.dissipated.map_or(0.0, |lost| lost.normal);
+            let lost = (energy.dissipated.as_ref()).map_or(0.0, |lost| lost.of("normal"));
             assert!(lost > 0.0, "{name}: nothing has touched anything");
         }
     }

@@ -289,7 +289,7 @@ fn means_are_those_of_the_whole_wall() {
     let dt = plan.time_step;
     let mut engine = engine(plan);
     take(&mut engine);
-    let audited = engine.audit().dissipated_tangential;
+    let audited = engine.audit().losses.of("tangential");
     let (mut force, mut slip, mut slip_of_parts) = (DVec3::ZERO, 0.0, 0.0);
     for steps in [1u64, 7, 300] {
         let mut felt = DVec3::ZERO;
@@ -307,7 +307,7 @@ fn means_are_those_of_the_whole_wall() {
         );
         force += mean.abs();
         slip_of_parts += totals.2 * dt * steps as f64;
-        slip = engine.audit().dissipated_tangential - audited;
+        slip = engine.audit().losses.of("tangential") - audited;
     }
     // Balls far apart touch the floor only.
     assert_eq!(engine.observation().particle_contacts, 0);
