@@ -9,5 +9,8 @@ pub struct AddAWall;
 #[doc = include_str!("../../docs/how-to/add-an-output.md")]
 pub struct AddAnOutput;
 
+#[doc = include_str!("../../docs/how-to/add-a-column.md")]
+mod add_a_column {}
+
 #[doc = include_str!("../../docs/how-to/add-a-force.md")]
 pub struct AddAForce;

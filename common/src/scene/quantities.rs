@@ -40,9 +40,15 @@ impl Scope {
                 let Some(laws) = laws else {
                     return Some(Self::Any);
                 };
-                let of_part = laws.iter().filter(|law| law.parts.contains(part));
-                let unit = of_part.filter_map(|law| law.key(key)).next()?.unit;
-                Some(Self::Units(vec![unit]))
+                let mut of_part = laws.iter().filter(|law| law.parts.contains(part));
+                let own = match table.get("law").map(|entry| &entry.node.value) {
+                    Some(Value::String(name)) => of_part.clone().find(|law| law.name == *name),
+                    _ => None,
+                };
+                // A table of [[contacts]] may change single keys without the name of the law.
+                let own = own.and_then(|law| law.key(key));
+                let key = own.or_else(|| of_part.find_map(|law| law.key(key)))?;
+                Some(Self::Units(vec![key.unit]))
             }
             Self::Units(_) | Self::Any => None,
         }
@@ -261,7 +267,10 @@ fn si(text: &str, dimensions: &[Dimension]) -> Result<f64, (String, Option<Strin
 mod tests {
     use std::path::Path;
 
+    use super::super::laws::{Key, LawKeys, Part, Range};
+    use super::super::source::Source;
     use super::super::{Files, MotionKind, Scene, SceneErrors, Shape, parse_scene};
+    use super::*;
 
     const SCENE: &str = r#"
 gravity = [0, 0, "-981 cm/s2"]
@@ -354,6 +363,39 @@ motion = [
         found.sort_unstable();
         expected.sort_unstable();
         assert_eq!(found, expected);
+    }
+
+    /// Two laws of a part may have a key of one name in different units.
+    #[test]
+    fn a_key_of_a_law_has_the_unit_of_that_law() {
+        const ONE: [Key; 1] = [Key::new("dissipation", "kg/s", Range::NonNegative, "")];
+        const OTHER: [Key; 1] = [Key::new("dissipation", "Pa s", Range::NonNegative, "")];
+        const fn law(name: &'static str, keys: &'static [Key]) -> LawKeys {
+            LawKeys {
+                parts: &[Part::Normal],
+                name,
+                keys,
+                ..LawKeys::NONE
+            }
+        }
+        static LAWS: [LawKeys; 2] = [law("one", &ONE), law("other", &OTHER)];
+        let [one, other] = LAWS.each_ref();
+        let found = |name: &str| {
+            let text = format!("law = \"{name}\"\ndissipation = 1");
+            let source = Source::file("laws.toml".to_owned(), &text, &Files::Unchecked);
+            let document = super::super::tree::parse_document(&source, &text).unwrap();
+            let Value::Table(table) = &document.value else {
+                panic!("a table");
+            };
+            let scope = Scope::Law(Part::Normal);
+            let laws = [one, other];
+            let of = scope.at_key(table, "dissipation", Some(&laws));
+            of.unwrap().dimensions().unwrap()
+        };
+        let dimension = |unit| Dimension::of_unit(unit).unwrap();
+        assert_eq!(found("one"), [dimension("kg/s")]);
+        assert_eq!(found("other"), [dimension("Pa s")]);
+        assert_eq!(found("neither"), [dimension("kg/s")]);
     }
 
     /// Units and numbers state the same scene.

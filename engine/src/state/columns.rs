@@ -1,7 +1,7 @@
 //! Numbers of particles beyond the record, each in a column that exists only where the plan has it.
 //!
 //! A part of the step that needs a number for each particle adds a column here, and the rest follows: new particles get the
-//! default, the sort moves it along, checkpoints hold it, and outputs find it by its name.
+//! default, the sort moves it along, and checkpoints hold it. Frames name the columns that they write (`docs/how-to/add-a-column.md`).
 
 use super::Plain;
 

@@ -65,27 +65,16 @@ fn plan(steps: u64, interval: f64, friction: f64) -> Draft {
     plan.gravity = DVec3::new(0.0, 0.0, -10.0);
     plan.orientations = friction > 0.0;
     plan.output = crate::plan::OutputPlan {
-        liquid: false,
-        droplets: false,
         interval,
         fstat_interval: interval,
-        vtk_interval: f64::INFINITY,
-        restart_interval: None,
         data: true,
         ene: true,
         fstat: true,
-        vtk: false,
         frames: true,
         walls: true,
-        triangle_loads: false,
-        pictures: false,
-        pebbles: false,
         track: vec![("first, of all".to_owned(), 0)],
-        track_insertions: Vec::new(),
-        track_every: 1,
         track_interval: interval,
-        digits: None,
-        fields: Vec::new(),
+        ..crate::plan::OutputPlan::default()
     };
     plan
 }

@@ -35,6 +35,29 @@ fn frictionless() -> AnyPairLaw {
     }
 }
 
+/// Materials that never meet anything have no laws in the loop.
+#[test]
+fn a_sphere_alone_flies_on() {
+    let text = r#"
+        time = { end = 0.1, step = 1e-3 }
+        domain = { min = [0, 0, 0], max = [1, 1, 1] }
+        output = { interval = 0.1 }
+        [materials.m]
+        density = 2000.0
+        normal = { law = "linear", stiffness = 200.0, restitution = 0.7 }
+        [[particles]]
+        material = "m"
+        radius = 1e-2
+        position = [0.1, 0.5, 0.5]
+        velocity = [1.0, 0.0, 0.0]
+    "#;
+    let scene = parse_scene(Path::new("alone.toml"), text, &[], Files::Unchecked).unwrap();
+    let mut engine = Engine::new(Arc::new(plan(&scene).unwrap()), 1).unwrap();
+    engine.steps_at_once(100, None).unwrap();
+    // Sums of a hundred steps.
+    assert!((engine.particles.records[0].position.x - 0.2).abs() < 1e-14);
+}
+
 /// The named particle is no longer finite, and in a few digits: its speed is finite, but not the square of it.
 #[test]
 fn what_cannot_be_squared_is_named() {
