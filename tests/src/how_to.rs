@@ -10,7 +10,7 @@ pub struct AddAWall;
 pub struct AddAnOutput;
 
 #[doc = include_str!("../../docs/how-to/add-a-column.md")]
-mod add_a_column {}
+pub struct AddAColumn;
 
 #[doc = include_str!("../../docs/how-to/add-a-force.md")]
 pub struct AddAForce;
