@@ -1,7 +1,7 @@
 //! The keys of the scene's sections as data: what may stand at a key, its unit, its default, an example and its meaning.
 //!
-//! The table of a section stands above its reader. Reading ([`Fields`](super::cursor::Fields)), units, messages, the users' page and
-//! the JSON schema follow from it. Contact laws have [tables of their own](super::laws).
+//! The table of a section stands above its reader. Reading (`cursor::Fields`), units, messages, the users' page and
+//! the JSON schema follow from it. Contact laws have tables of their own (`laws`).
 
 use super::laws::{Part, Range};
 use super::source::Place;
