@@ -245,7 +245,9 @@ fn flows(rows: &[EnergyRow]) -> Vec<Series> {
     fn of(pick: fn(&EnergyFlows) -> f64) -> Box<dyn Fn(&EnergyRow) -> f64> {
         Box::new(move |row| row.flows.as_ref().map_or(0.0, pick))
     }
-    let names = rows.iter().find_map(|row| row.flows.as_ref());
+    // A row without losses may name none.
+    let names = (rows.iter().filter_map(|row| row.flows.as_ref()))
+        .max_by_key(|flows| flows.dissipated.len());
     let names = names.map_or(&[][..], |flows| &flows.dissipated);
     let losses = names.iter().enumerate().map(|(number, (name, _))| -> Kind {
         let (about, hue, dash) = look_of_loss(name);
