@@ -359,7 +359,10 @@ fn mistakes_are_reported_with_their_place() {
             "name = \"a\"\nsince = \"start\"",
             "there are: first, previous",
         ),
-        ("name = \"a\"\nsmooth = [0.1, 0.0]", "must be [width, step]"),
+        (
+            "name = \"a\"\nsmooth = [0.1, 0.0]",
+            "must be > 0 in each component",
+        ),
         (
             "name = \"a\"\nsmooth = [0.1, 1e-5]",
             "the step must be at least 0.01 of the width",
