@@ -196,10 +196,10 @@ pub fn useful_threads(plan: &Plan, available: usize) -> usize {
     let pebbles: usize = pebbles
         .map(|body| body.clump(plan.physics().clumps()).pebbles.len())
         .sum();
-    let particles = plan.physics().particles().len() + pebbles;
-    particles
-        .div_ceil(block_size(particles))
-        .clamp(1, available.max(1))
+    let sheets = plan.physics().surfaces().iter();
+    let vertices: usize = sheets.map(|sheet| sheet.vertices.len()).sum();
+    let rows = (plan.physics().particles().len() + pebbles).max(vertices);
+    rows.div_ceil(block_size(rows)).clamp(1, available.max(1))
 }
 
 /// Runs a plan to its end and writes its files; `observe` is called from time to time.
