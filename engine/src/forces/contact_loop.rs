@@ -75,13 +75,6 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
         }
     }
 
-    /// Gap up to which adhesion acts between any pair of materials, m.
-    #[must_use]
-    pub fn range(&self) -> f64 {
-        let ranges = self.laws.iter().map(|law| law.adhesion.range());
-        ranges.fold(0.0, f64::max)
-    }
-
     /// Cuts `rows` rows into empty blocks.
     fn cut(&mut self, rows: usize) {
         for block in &self.blocks {
@@ -114,7 +107,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
 {
     fn needs(&self) -> Needs {
         Needs {
-            range: self.range(),
+            range: self.ranges().into_iter().fold(0.0, f64::max),
             ..Needs::default()
         }
     }

@@ -44,7 +44,7 @@ impl Needs {
 pub struct NewList<'a> {
     /// Particles in their new order.
     pub particles: &'a Particles,
-    /// All pairs closer than their radii, the skin and the range of what reaches farthest.
+    /// All pairs closer than their radii, the skin, and the range of the forces between their materials or of a part that reaches farther.
     pub pairs: &'a CandidateList,
     /// All particles that are near a wall by the same measure.
     pub near_walls: &'a [NearWall],

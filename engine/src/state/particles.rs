@@ -211,13 +211,6 @@ impl Particles {
         self.records[row].flags & PRESCRIBED != 0
     }
 
-    /// Whether the motion of some particle is prescribed.
-    #[must_use]
-    pub fn has_prescribed(&self) -> bool {
-        let of_bodies = |bodies: &Bodies| !bodies.prescribed.is_empty();
-        !self.prescribed.is_empty() || self.bodies.as_ref().is_some_and(of_bodies)
-    }
-
     /// Whether the row is a pebble of a body.
     #[must_use]
     pub fn is_pebble(&self, row: usize) -> bool {

@@ -342,18 +342,6 @@ impl Worn {
         })
     }
 
-    /// Depths of the corners of the mesh, as those of vertices, m.
-    pub fn corner_depths(&self) -> impl Iterator<Item = f64> + '_ {
-        let depth = |&node: &u32| {
-            if (node as usize) < self.skin.nodes() {
-                self.depth(node)
-            } else {
-                0.0
-            }
-        };
-        self.skin.node_of.iter().map(depth)
-    }
-
     /// Places of the corners of the mesh where the surface is now, m.
     #[must_use]
     pub fn corners(&self) -> Vec<DVec3> {

@@ -79,6 +79,43 @@ fn plan(steps: u64, interval: f64, friction: f64) -> Draft {
     plan
 }
 
+/// A sheet of ten thousand vertices has work for two threads, one particle has not.
+#[test]
+fn vertices_of_sheets_keep_threads_busy() {
+    let scene = |edge: f64| {
+        format!(
+            r#"
+            time = {{ end = 1e-6, step = 1e-7 }}
+            domain = {{ min = [0, 0, 0], max = [1, 1, 1] }}
+            output = {{ interval = 1.0 }}
+            [materials.m]
+            density = 1000.0
+            normal = {{ law = "linear", stiffness = 1000.0, restitution = 0.5 }}
+            [[membranes]]
+            name = "sheet"
+            shape = "rectangle"
+            corner = [0.1, 0.1, 0.5]
+            along = [0.8, 0.0, 0.0]
+            across = [0.0, 0.8, 0.0]
+            edge = {edge}
+            material = "m"
+            thickness = 1e-3
+            youngs_modulus = 1e5
+            "#
+        )
+    };
+    let threads = |edge| {
+        let scene = crate::plan::parse_scene(
+            std::path::Path::new("sheet.toml"),
+            &scene(edge),
+            &[],
+            mercury_common::scene::Files::Unchecked,
+        );
+        useful_threads(&crate::plan::plan(&scene.unwrap()).unwrap(), 2)
+    };
+    assert_eq!([threads(8e-3), threads(0.2)], [2, 1]);
+}
+
 fn floor() -> Wall {
     Wall {
         name: "floor".to_owned(),
