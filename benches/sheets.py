@@ -3,11 +3,13 @@
 grains near it.
 
     cargo build --release --bin mercury-solve && benches/sheets.py
+    benches/sheets.py --count [--solver PROGRAM]      # instructions, which do not depend on other programs: a sheet of 6,000 triangles
 
 Processor time on one thread and wall time, ns for each vertex (particle) and step: the difference of a long and a short run, the least of
 three. Wall times need a machine that has nothing else to do.
 """
 
+import argparse
 import pathlib
 import re
 import resource
@@ -45,7 +47,7 @@ shape          = "rectangle"
 corner         = [-0.5, -0.43, 0.0]
 along          = [1.0, 0.0, 0.0]
 across         = [0.0, 0.86, 0.0]
-edge           = 4.45e-3
+edge           = {edge}
 material       = "rubber"
 thickness      = 1e-3
 youngs_modulus = 1e6
@@ -62,6 +64,23 @@ SHEETS = {
     "and hinges with dashpots": 'damping_ratio = 0.1\nbending = { law = "bridson", stiffness = 1e-5, damping = 1e-8 }',
     "continuum with dashpots": 'elasticity = "continuum"\ndamping_ratio = 0.1',
 }
+
+
+def counted(solver, scene, folder, end):
+    """Instructions of a run on one thread."""
+    command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", solver, scene, "--output", folder / "run", "--quiet", "--force",
+               "--threads", "1", "--set", f"time.end={end:.9g}"]
+    log = subprocess.run(command, check=True, capture_output=True, text=True).stderr
+    return int(re.search(r"Collected : (\d+)", log)[1])
+
+
+def sheets(folder, edge):
+    """Name, scene and number of vertices of each kind of sheet."""
+    for name, keys in SHEETS.items():
+        scene = folder / "sheet.toml"
+        scene.write_text(SCENE.format(step=STEP, keys=keys, edge=edge))
+        plan = subprocess.run([SOLVER, scene, "--check"], check=True, capture_output=True, text=True).stdout
+        yield name, scene, int(re.search(r"(\d[\d,]*) vertices", plan)[1].replace(",", ""))
 
 
 def run(scene, folder, end, threads):
@@ -82,16 +101,23 @@ def cost(scene, folder, step, short, long, rows, threads=1):
 
 
 def main():
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    arguments.add_argument("--count", action="store_true")
+    arguments.add_argument("--solver", default=SOLVER, type=pathlib.Path, help="for --count")
+    arguments = arguments.parse_args()
+    if arguments.count:
+        with tempfile.TemporaryDirectory() as folder:
+            folder = pathlib.Path(folder)
+            for name, scene, vertices in sheets(folder, 1.8e-2):
+                first, second = (counted(arguments.solver, scene, folder, steps * STEP) for steps in (20, 120))
+                print(f"{name}: {(second - first) / 100 / vertices:.0f} instructions for each vertex and step")
+        return
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
         dense = cost(ROOT / "scenes/bench/dense-2k.toml", folder, 3e-5, 200, 2200, 2000)
         print("| | processor time, one thread | over dense-2k | wall, one thread | wall, two threads |\n|---|---|---|---|---|")
         print(f"| dense-2k | {dense[0]:.1f} | 1 | {dense[1]:.1f} | |")
-        for name, keys in SHEETS.items():
-            scene = folder / "sheet.toml"
-            scene.write_text(SCENE.format(step=STEP, keys=keys))
-            plan = subprocess.run([SOLVER, scene, "--check"], check=True, capture_output=True, text=True).stdout
-            vertices = int(re.search(r"(\d[\d,]*) vertices", plan)[1].replace(",", ""))
+        for name, scene, vertices in sheets(folder, 4.45e-3):
             one = cost(scene, folder, STEP, 20, 420, vertices)
             two = cost(scene, folder, STEP, 20, 420, vertices, 2)
             print(f"| {name} | {one[0]:.1f} | {one[0] / dense[0]:.2f} | {one[1]:.1f} | {two[1]:.1f} |")
