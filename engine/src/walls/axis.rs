@@ -1,8 +1,8 @@
 //! The frame of an axisymmetric wall.
 
 use super::error::{WallError, direction, finite_vector};
-use super::outline::Outline;
 use glam::{DVec2, DVec3};
+use mercury_common::surfaces::Surface;
 
 /// An axis with two directions normal to it, so that a point near the axis still gets a radial
 /// direction that is exactly normal to the axis.
@@ -68,8 +68,8 @@ impl Axis {
     }
 
     /// The outline of a profile turned about the axis.
-    pub(super) fn outline(&self, profile: Vec<DVec2>, endless: bool) -> Outline {
-        Outline::Turned {
+    pub(super) fn outline(&self, profile: Vec<DVec2>, endless: bool) -> Surface {
+        Surface::Turned {
             origin: self.origin,
             direction: self.direction,
             across: self.across,

@@ -2,13 +2,13 @@
 
 use super::axis::Axis;
 use super::error::{WallError, interval, positive};
-use super::outline::Outline;
 use super::pose::Pose;
 use super::revolved::Revolved;
 use super::side::Side;
 use super::symmetry;
 use super::touch::{Touch, Touches, Turning};
 use glam::{DVec2, DVec3};
+use mercury_common::surfaces::Surface;
 
 /// A cylindrical shell, endless or cut off. Features of an endless one: 0 the face, 1 the outer face
 /// of [`Side::Both`]; of a bounded one: 0 the face, 1 and 2 the rims at its beginning and end, 3 the
@@ -167,7 +167,7 @@ impl Cylinder {
         }
     }
 
-    pub(super) fn outline(&self) -> Outline {
+    pub(super) fn outline(&self) -> Surface {
         match &self.0 {
             Extent::Bounded(revolved) => revolved.outline(),
             Extent::Endless { axis, radius, .. } => {

@@ -47,7 +47,6 @@ mod motion;
 mod motion_table;
 mod near_box;
 mod now;
-mod outline;
 mod plane;
 mod pose;
 mod profile;
@@ -74,7 +73,6 @@ pub use mesh::{Base, Facing, Feature, Mesh, NearMeshes, Period, SMOOTH_ANGLE, Sa
 pub use motion::{Component, Motion};
 pub use motion_table::{MotionTable, Row};
 pub use now::{SavedWall, WallNow};
-pub use outline::Outline;
 pub use plane::Plane;
 pub use pose::{Pose, RigidVelocity};
 pub use ramp::{Area, Ramp, Target};

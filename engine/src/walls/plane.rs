@@ -1,11 +1,11 @@
 //! The plane: the boundary of a solid half-space.
 
 use super::error::{WallError, direction, finite_vector};
-use super::outline::Outline;
 use super::pose::Pose;
 use super::symmetry;
 use super::touch::{Touch, Touches, Turning};
 use glam::DVec3;
+use mercury_common::surfaces::Surface;
 
 /// A half-space of wall. It pushes back however deep a centre has sunk in.
 #[derive(Debug, Clone, PartialEq)]
@@ -86,8 +86,8 @@ impl Plane {
         self.point.abs().max_element()
     }
 
-    pub(super) fn outline(&self) -> Outline {
-        Outline::Plane {
+    pub(super) fn outline(&self) -> Surface {
+        Surface::Plane {
             point: self.point,
             normal: self.normal,
         }

@@ -2,13 +2,13 @@
 
 use super::axis::Axis;
 use super::error::WallError;
-use super::outline::Outline;
 use super::pose::Pose;
 use super::profile::Profile;
 use super::side::Side;
 use super::symmetry;
 use super::touch::{Touch, Touches, Turning};
 use glam::DVec3;
+use mercury_common::surfaces::Surface;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Revolved {
@@ -105,7 +105,7 @@ impl Revolved {
         self.axis.origin.abs().max_element() + self.profile.scale()
     }
 
-    pub(super) fn outline(&self) -> Outline {
+    pub(super) fn outline(&self) -> Surface {
         let mut corners: Vec<_> = self.profile.points().collect();
         if self.profile.is_closed() {
             corners.extend(corners.first().copied());

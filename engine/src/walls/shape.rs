@@ -5,13 +5,13 @@ use super::cylinder::Cylinder;
 use super::disc::Disc;
 use super::error::WallError;
 use super::mesh::{Mesh, Scratch};
-use super::outline::Outline;
 use super::plane::Plane;
 use super::pose::Pose;
 use super::revolution::Revolution;
 use super::sphere::SphereShell;
 use super::touch::Touches;
 use glam::DVec3;
+use mercury_common::surfaces::Surface;
 use std::sync::Arc;
 
 /// The shape of a wall, in the frame in which the scene describes it.
@@ -212,7 +212,7 @@ impl Shape {
 
     /// What a picture of the surface needs to know, in its own frame.
     #[must_use]
-    pub fn outline(&self) -> Outline {
+    pub fn outline(&self) -> Surface {
         match self {
             Self::Plane(plane) => plane.outline(),
             Self::Disc(disc) => disc.0.outline(),

@@ -1,12 +1,12 @@
 //! The sphere, as a wall.
 
 use super::error::{WallError, finite_vector, positive};
-use super::outline::Outline;
 use super::pose::Pose;
 use super::side::Side;
 use super::symmetry;
 use super::touch::{Touch, Touches, Turning};
 use glam::DVec3;
+use mercury_common::surfaces::Surface;
 
 /// A spherical shell. Features: 0 the inside (or the only side), 1 the outside of [`Side::Both`].
 #[derive(Debug, Clone, PartialEq)]
@@ -94,8 +94,8 @@ impl SphereShell {
         self.centre.abs().max_element() + self.radius
     }
 
-    pub(super) fn outline(&self) -> Outline {
-        Outline::Sphere {
+    pub(super) fn outline(&self) -> Surface {
+        Surface::Sphere {
             centre: self.centre,
             radius: self.radius,
         }

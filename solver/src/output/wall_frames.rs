@@ -9,7 +9,6 @@ use super::particle_frames::frames_header;
 use super::stream::{Begin, Sink, Stream, begin_frames};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
-use mercury_engine::walls::{Outline, Shape};
 
 pub(super) struct WallFrames {
     writer: WallWriter,
@@ -42,7 +41,7 @@ pub(super) fn surfaces(plan: &Plan) -> Vec<Surface> {
     plan.physics()
         .walls()
         .iter()
-        .map(|wall| surface(&wall.shape))
+        .map(|wall| wall.shape.outline())
         .collect()
 }
 
@@ -62,26 +61,5 @@ pub(super) fn wall_frame(state: &OrderedFrame) -> WallFrame {
         step: state.step,
         present,
         placement,
-    }
-}
-
-fn surface(shape: &Shape) -> Surface {
-    match shape.outline() {
-        Outline::Plane { point, normal } => Surface::Plane { point, normal },
-        Outline::Mesh { triangles, .. } => Surface::Mesh(triangles),
-        Outline::Sphere { centre, radius } => Surface::Sphere { centre, radius },
-        Outline::Turned {
-            origin,
-            direction,
-            across,
-            profile,
-            endless,
-        } => Surface::Turned {
-            origin,
-            direction,
-            across,
-            profile,
-            endless,
-        },
     }
 }

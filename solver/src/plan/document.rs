@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use mercury_common::scene::Total;
+use mercury_common::surfaces::Surface;
 use serde::Serialize;
 
 use super::passes::passes;
 use super::{Disk, Limit, Memory, PairPlan, Plan, Value, expected};
 use mercury_engine::boundaries::expected_number;
-use mercury_engine::walls::{Outline, Shape as WallShape, Wall as PlannedWall};
+use mercury_engine::walls::{Shape as WallShape, Wall as PlannedWall};
 
 /// The plan as a TOML document, with the memory that its run is expected to take.
 ///
@@ -404,15 +405,15 @@ impl<'a> Document<'a> {
 
 fn shape(shape: &WallShape) -> Shape {
     match shape.outline() {
-        Outline::Plane { point, normal } => Shape::Plane {
+        Surface::Plane { point, normal } => Shape::Plane {
             point: point.to_array(),
             normal: normal.to_array(),
         },
-        Outline::Sphere { centre, radius } => Shape::Sphere {
+        Surface::Sphere { centre, radius } => Shape::Sphere {
             centre: centre.to_array(),
             radius,
         },
-        Outline::Turned {
+        Surface::Turned {
             origin,
             direction,
             across: [across, beside],
@@ -426,7 +427,7 @@ fn shape(shape: &WallShape) -> Shape {
             endless,
             profile: profile.iter().map(|corner| corner.to_array()).collect(),
         },
-        Outline::Mesh { triangles, .. } => {
+        Surface::Mesh(triangles) => {
             let (min, max) = shape.bounds();
             Shape::Mesh {
                 triangles: triangles.triangles.len(),

@@ -21,9 +21,9 @@ mod worn;
 
 use glam::DVec3;
 use mercury_common::formats::mesh::TriangleMesh;
+use mercury_common::surfaces::Surface;
 
 use super::error::WallError;
-use super::outline::Outline;
 use super::pose::Pose;
 use super::touch::{Touch, Touches};
 use crate::memory::in_large_pages;
@@ -54,9 +54,6 @@ const SAME_PLACE: f64 = 1e-9;
 
 /// Normals that are known worse than this are compared with those of neighbours.
 const STEADY: f64 = 1e-10;
-
-/// Edges that bend more than this are drawn, degrees.
-const DRAWN_ANGLE: f64 = 20.0;
 
 /// A triangle mesh in its own frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -396,16 +393,7 @@ impl Mesh {
 
     /// What pictures and files of the surface need: the triangles in the order of the file, without those that have no area.
     #[must_use]
-    pub fn outline(&self) -> Outline {
-        let least = libm::cos(DRAWN_ANGLE.to_radians());
-        let faces = self.facets.len() as u32;
-        let edges = self
-            .topology
-            .drawn_edges(&self.facets, least)
-            .filter(|&edge| self.continuation.known_as(faces + edge) == faces + edge)
-            .map(|edge| self.topology.ends(edge))
-            .map(|ends| ends.map(|k| self.vertices[k as usize]))
-            .collect();
+    pub fn outline(&self) -> Surface {
         let mut triangles: Vec<(u32, [u32; 3])> = self
             .file_order
             .iter()
@@ -415,14 +403,11 @@ impl Mesh {
             .map(|(_, (&index, facet))| (index, facet.vertices))
             .collect();
         triangles.sort_unstable_by_key(|&(index, _)| index);
-        Outline::Mesh {
-            edges,
-            triangles: TriangleMesh {
-                vertices: self.vertices.clone(),
-                triangles: triangles.into_iter().map(|(_, corners)| corners).collect(),
-                welded: 0,
-            },
-        }
+        Surface::Mesh(TriangleMesh {
+            vertices: self.vertices.clone(),
+            triangles: triangles.into_iter().map(|(_, corners)| corners).collect(),
+            welded: 0,
+        })
     }
 
     /// Smallest and largest coordinates, m.

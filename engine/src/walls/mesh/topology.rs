@@ -3,8 +3,6 @@
 use glam::DVec3;
 use mercury_common::turns::angle_between;
 
-use super::facet::Facet;
-
 /// Edges and corners with what surrounds them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Topology {
@@ -194,20 +192,5 @@ impl Topology {
             counts[self.triangles_at(edge).len().min(3) - 1] += 1;
         }
         counts
-    }
-
-    /// Rims, seams, and edges whose triangles' normals have a cosine below `least`.
-    pub(super) fn drawn_edges<'a>(
-        &'a self,
-        facets: &'a [Facet],
-        least: f64,
-    ) -> impl Iterator<Item = u32> + 'a {
-        (0..self.edges.len() as u32).filter(move |&edge| match self.triangles_at(edge) {
-            [(a, _), (b, _)] => {
-                let cosine = facets[*a as usize].normal.dot(facets[*b as usize].normal);
-                cosine.abs() < least
-            }
-            _ => true,
-        })
     }
 }
