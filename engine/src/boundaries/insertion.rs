@@ -213,7 +213,12 @@ impl Insertion {
                 self.state.pending = Some(pending);
                 self.state.failed_attempts += 1;
                 failed += 1;
-                if failed >= insertion.attempts || !self.may_fit(pending, around.setting) {
+                let clump = pending
+                    .clump
+                    .map(|index| &around.setting.clumps[index as usize]);
+                let pebbles = clump.map_or(1, |clump| clump.pebbles.len());
+                let tries = (self.state.wait).tries(insertion.attempts, before, pebbles);
+                if failed >= tries || !self.may_fit(pending, around.setting) {
                     self.state.wait.failed();
                     break match insertion.total {
                         Some(Total::Full) => Limit::Total,
@@ -399,9 +404,6 @@ impl Insertion {
         around: &Surroundings<'_>,
     ) -> Option<DVec3> {
         let images = around.images;
-        if !self.room.has_space(extent) {
-            return None;
-        }
         let centre = (self.room).draw(spheres, extent, &mut self.places, images)?;
         let at = |offset: DVec3| images.wrap(centre + offset);
         // Particles before walls: walls take longer to test and seldom block a position that is free of particles.

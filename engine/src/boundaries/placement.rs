@@ -88,10 +88,15 @@ impl Room {
         (low, high)
     }
 
-    /// Whether something of this extent fits between the bounds at all, which must be finite.
-    pub(super) fn has_space(&self, extent: Extent) -> bool {
+    /// Lowest and highest centre as above, if something of this extent fits between the bounds at all, which must be finite.
+    fn space(&self, extent: Extent) -> Option<(DVec3, DVec3)> {
         let (low, high) = self.centres(extent);
-        low.is_finite() && high.is_finite() && low.cmple(high).all()
+        (low.is_finite() && high.is_finite() && low.cmple(high).all()).then_some((low, high))
+    }
+
+    /// Whether something of this extent fits between the bounds at all.
+    pub(super) fn has_space(&self, extent: Extent) -> bool {
+        self.space(extent).is_some()
     }
 
     /// Whether there may be a place for a sphere of this radius (m): `false` only where it is certain that there is none.
@@ -100,10 +105,9 @@ impl Room {
     /// fast as the place, a box whose middle misses by more than its half diagonal holds no place and is dropped.
     pub(super) fn may_hold(&self, radius: f64) -> bool {
         let extent = of_sphere(radius);
-        if !self.has_space(extent) {
+        let Some((low, high)) = self.space(extent) else {
             return false;
-        }
-        let (low, high) = self.centres(extent);
+        };
         let mut boxes = vec![(0.5 * (low + high), 0.5 * (high - low))];
         let mut looks = 0;
         while let Some((centre, half)) = boxes.pop() {
@@ -131,7 +135,7 @@ impl Room {
     }
 
     /// A centre uniform among those whose spheres, `offset` (m) from it, lie wholly inside the region, wrapped into the domain;
-    /// `None` if the trials missed. Two words per trial in two dimensions, three in three.
+    /// `None` if there is no space for the extent, or if the trials missed. Two words per trial in two dimensions, three in three.
     pub(super) fn draw(
         &self,
         spheres: &[(DVec3, f64)],
@@ -139,7 +143,7 @@ impl Room {
         stream: &mut Stream,
         images: &Images,
     ) -> Option<DVec3> {
-        let (low, high) = self.centres(extent);
+        let (low, high) = self.space(extent)?;
         for _ in 0..DRAWS {
             let x = stream.uniform_in(low.x, high.x);
             let y = stream.uniform_in(low.y, high.y);

@@ -1,13 +1,24 @@
 //! The wait of an insertion before its next round of attempts while its region is full.
 //!
 //! A round of tries ends when `attempts` consecutive places have failed. While rounds fail as a whole, the waits between them double,
-//! up to [`LONGEST`] steps, so that a full region costs little. A success ends that: the next waits are short again. Waits are counted
-//! in steps, which do not depend on clocks or threads.
+//! up to [`LONGEST`] steps; from then on a scene of few particles makes shorter rounds ([`Wait::tries`]), so that a full region costs
+//! little. A success ends that: the next waits are short and the rounds whole again. Waits are counted in steps, which do not
+//! depend on clocks or threads.
 
 use crate::state::Plain;
 
 /// Longest wait, steps.
 const LONGEST: u32 = 64;
+
+/// Tries per particle of the scene in a round after the longest wait. A try costs about as much as 1.6 particle-steps, so that one
+/// round in [`LONGEST`] steps costs 8 % of them (`benches/insertion.py`).
+const TRIES_PER_PARTICLE: u64 = 3;
+
+/// Particles that the rest of a step costs as much as; they count as well.
+const OVERHEAD: u64 = 10;
+
+/// Pebbles of a clump that make its try as costly as another one of a sphere.
+const PEBBLES_PER_TRY: u64 = 4;
 
 /// The time of the next round of attempts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,6 +40,17 @@ impl Wait {
     pub(super) fn step(&mut self) -> bool {
         self.left = self.left.saturating_sub(1);
         self.left == 0
+    }
+
+    /// The failed tries in a row that end a round, in a scene of so many particles: `attempts`, or fewer where the rounds before have
+    /// shown that the region stays full. `pebbles`: those of the clump that waits, 1 for a sphere.
+    pub(super) fn tries(&self, attempts: u64, particles: usize, pebbles: usize) -> u64 {
+        if self.next < LONGEST {
+            return attempts;
+        }
+        let particles = (particles as u64).saturating_add(OVERHEAD);
+        let affordable = TRIES_PER_PARTICLE.saturating_mul(particles);
+        attempts.min(affordable.div_ceil(1 + pebbles as u64 / PEBBLES_PER_TRY))
     }
 
     /// A particle was placed.
@@ -83,6 +105,23 @@ mod tests {
         wait.succeeded();
         assert_eq!(wait, Wait::default());
         assert_eq!(rounds(&mut wait, 9), [0, 1, 3, 7]);
+    }
+
+    #[test]
+    fn a_round_is_short_only_after_the_longest_wait_and_among_few_particles() {
+        let mut wait = Wait::default();
+        for _ in 0..6 {
+            assert_eq!(wait.tries(1000, 0, 1), 1000);
+            wait.failed();
+        }
+        assert_eq!(wait.tries(1000, 0, 1), 30);
+        assert_eq!(wait.tries(1000, 106, 1), 348);
+        assert_eq!(wait.tries(1000, 324, 1), 1000);
+        assert_eq!(wait.tries(1000, 106, 50), 27);
+        assert_eq!(wait.tries(7, 106, 1), 7);
+        assert_eq!(wait.tries(u64::MAX, usize::MAX, 1), u64::MAX);
+        wait.succeeded();
+        assert_eq!(wait.tries(1000, 0, 1), 1000);
     }
 
     #[test]

@@ -736,8 +736,8 @@ fn a_feed_that_was_choked_once_is_not_thinned_for_ever() {
         still.exchange(0.1 + 1e-6 * f64::from(step));
     }
     assert_eq!(still.inserted().number, 0);
-    // Rounds at steps 0, 1, 3, ... 63 and from there every 64 steps: 7 + 14.
-    assert_eq!(failed(&still), 1000 * (7 + 14));
+    // Rounds at steps 0, 1, 3, ... 63 and from there every 64 steps: 7 + 14. The first six are whole, the others are worth 3 (1 + 10) tries.
+    assert_eq!(failed(&still), 6 * 1000 + 33 * (1 + 14));
     // It leaves the domain.
     still.particles.records[0].position = DVec3::splat(5.0);
     let steps = (1000..2000).take_while(|&step| {
@@ -750,12 +750,14 @@ fn a_feed_that_was_choked_once_is_not_thinned_for_ever() {
 }
 
 /// Grains fall out of a region that is kept filled. How many come in a time does not depend on the step: with steps of 2e-4 s a round is made every
-/// 0.2 ms, in which grains at the bottom, at 1 m/s, move by 0.2 mm; shorter steps wait for up to 64 of them.
+/// 0.2 ms, in which grains at the bottom, at 1 m/s, move by 0.2 mm, a 25th of their diameter; shorter steps wait for up to 64 of them.
+/// Random places alone scatter one ratio by 2 %.
 #[test]
 fn a_region_that_empties_is_kept_filled_at_any_step() {
-    let inserted = [2e-4, 1e-5].map(|step: f64| {
+    let inserted = |step: f64, seed: u64| {
         let steps = (0.12 / step).round() as u64;
         let mut draft = plan();
+        draft.seed = seed;
         draft.time_step = step;
         draft.gravity = DVec3::new(0.0, 0.0, -9.81);
         draft.domain_max = DVec3::new(0.03, 0.03, 0.15);
@@ -771,9 +773,10 @@ fn a_region_that_empties_is_kept_filled_at_any_step() {
         )];
         let mut engine = Engine::new(draft.setup().unwrap(), 1).unwrap();
         engine.steps_at_once(steps, None).unwrap();
-        engine.boundaries().inserted().number as f64
-    });
-    let [coarse, fine] = inserted;
+        engine.boundaries().inserted().number
+    };
+    let of_all = |step: f64| (0..4).map(|seed| inserted(step, seed)).sum::<u64>() as f64;
+    let (coarse, fine) = (of_all(2e-4), of_all(1e-5));
     let ratio = fine / coarse;
     assert!((0.95..1.05).contains(&ratio), "{coarse} {fine}");
 }
