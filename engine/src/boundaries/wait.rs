@@ -11,7 +11,7 @@ use crate::state::Plain;
 const LONGEST: u32 = 64;
 
 /// Tries per particle of the scene in a round after the longest wait. A try costs about as much as 1.6 particle-steps, so that one
-/// round in [`LONGEST`] steps costs 8 % of them (`benches/insertion.py`).
+/// round in [`LONGEST`] steps costs 7 to 9 % of them (`benches/insertion.py`).
 const TRIES_PER_PARTICLE: u64 = 3;
 
 /// Particles that the rest of a step costs as much as; they count as well.
