@@ -1,0 +1,155 @@
+//! Routes that follow what happens: live events, and counts for Prometheus.
+
+use std::convert::Infallible;
+
+use std::time::Duration;
+
+use axum::extract::State;
+use axum::http::HeaderMap;
+use axum::response::sse::{Event as Sse, KeepAlive};
+use axum::response::{IntoResponse, Response};
+use serde::Deserialize;
+
+use super::{Asked, Shared};
+use crate::access::{Fail, LoggedIn};
+use crate::db::MOST_ROWS;
+use crate::runs::mine;
+use crate::{accounts, downloads};
+
+/// How often a stream of events without any says that it lives.
+const KEEP_ALIVE: Duration = Duration::from_secs(15);
+
+#[derive(Deserialize)]
+pub(crate) struct EventsQuery {
+    #[serde(default)]
+    runs: String,
+    after: Option<i64>,
+}
+
+/// Live events: first what happened since `Last-Event-ID`, then what happens.
+#[utoipa::path(get, path = "/api/v1/events", params(("runs" = Option<String>, Query), ("after" = Option<i64>, Query), ("Last-Event-ID" = Option<String>, Header)),
+    responses((status = 200, content_type = "text/event-stream")))]
+pub(crate) async fn events(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Asked(query): Asked<EventsQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Fail> {
+    let mut wanted: Vec<String> = query
+        .runs
+        .split(',')
+        .filter(|run| !run.is_empty())
+        .map(str::to_owned)
+        .collect();
+    if wanted.len() > MOST_ROWS {
+        return Err(Fail::bad(
+            "too many runs",
+            "At most 200 at once; none: all of yours.",
+        ));
+    }
+    for run in &wanted {
+        mine(&app, &user, run)?;
+    }
+    if wanted.is_empty() {
+        wanted.extend(user.share.clone());
+    }
+    // Heard from now on, so that nothing falls between the replay and the news.
+    let mut news = app.news.subscribe();
+    let last = headers
+        .get("last-event-id")
+        .and_then(|id| id.to_str().ok()?.parse::<i64>().ok())
+        .or(query.after);
+    let newest = app.db.newest_event()?;
+    let (send, receive) = tokio::sync::mpsc::channel::<Result<Sse, Infallible>>(64);
+    let mut closing = app.closing();
+    tokio::spawn(async move {
+        let hears = |run: &String| wanted.is_empty() || wanted.contains(run);
+        // So that a listener that comes back later knows from where on.
+        let mut at = last.unwrap_or(newest).min(newest);
+        let hello = Sse::default().event("hello").id(at.to_string()).data("{}");
+        if send.send(Ok(hello)).await.is_err() {
+            return;
+        }
+        loop {
+            let rows = match app
+                .db
+                .events(wanted.is_empty().then_some(user.id), None, at)
+            {
+                Ok(rows) => rows,
+                Err(error) => return eprintln!("{error}"),
+            };
+            let Some(end) = rows.last().map(|row| row.id) else {
+                break;
+            };
+            for row in rows.iter().filter(|row| hears(&row.run)) {
+                let text = serde_json::to_string(row).unwrap_or_default();
+                if send
+                    .send(Ok(Sse::default().id(row.id.to_string()).data(text)))
+                    .await
+                    .is_err()
+                {
+                    return;
+                }
+            }
+            at = end;
+        }
+        loop {
+            let message = tokio::select! {
+                message = news.recv() => message,
+                () = send.closed() => return,
+                _ = closing.changed() => return,
+            };
+            let event = match message {
+                Ok(message) if !wanted.is_empty() && !wanted.contains(&message.run) => continue,
+                Ok(message) if wanted.is_empty() && !message.audience.contains(&user.id) => {
+                    continue;
+                }
+                Ok(message) => match message.id {
+                    // Part of the replay already.
+                    Some(id) if id <= at => continue,
+                    Some(id) => Sse::default().id(id.to_string()).data(&message.text),
+                    None => Sse::default().data(&message.text),
+                },
+                Err(tokio::sync::broadcast::error::RecvError::Lagged(_)) => {
+                    Sse::default().event("lagged").data("{}")
+                }
+                Err(tokio::sync::broadcast::error::RecvError::Closed) => return,
+            };
+            // A listener that does not read is not waited for: it misses some, and hears so.
+            match send.try_send(Ok(event)) {
+                Ok(()) => {}
+                Err(tokio::sync::mpsc::error::TrySendError::Closed(_)) => return,
+                Err(tokio::sync::mpsc::error::TrySendError::Full(_)) => {
+                    let lagged = Sse::default().event("lagged").data("{}");
+                    tokio::select! {
+                        sent = send.send(Ok(lagged)) => if sent.is_err() { return },
+                        _ = closing.changed() => return,
+                    }
+                }
+            }
+        }
+    });
+    let sse = axum::response::Sse::new(downloads::receiver(receive))
+        .keep_alive(KeepAlive::new().interval(KEEP_ALIVE));
+    Ok(([("x-accel-buffering", "no")], sse).into_response())
+}
+
+/// Counts for Prometheus. No names of runs or users.
+pub(super) async fn metrics(State(app): Shared, LoggedIn(user): LoggedIn) -> Result<String, Fail> {
+    accounts::admin(&user)?;
+    let connection = app.db.lock();
+    let mut query = connection.prepare("SELECT state, count(*) FROM runs GROUP BY state")?;
+    let rows = query.query_map([], |row| {
+        Ok((row.get::<_, String>(0)?, row.get::<_, i64>(1)?))
+    })?;
+    let mut text = String::from("# TYPE mercury_runs gauge\n");
+    for row in rows {
+        let (state, count) = row?;
+        text += &format!("mercury_runs{{state=\"{state}\"}} {count}\n");
+    }
+    text += &format!(
+        "# TYPE mercury_listeners gauge\nmercury_listeners {}\n",
+        app.news.receiver_count()
+    );
+    Ok(text)
+}

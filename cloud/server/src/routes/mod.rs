@@ -1,0 +1,148 @@
+//! The API: its paths, and by subject what they take and answer. What they do is in `runs`, `studies`, `check`, `frames` and `charts`;
+//! accounts, projects and downloads have files of their own.
+
+mod live;
+mod results;
+mod runs;
+mod scenes;
+mod studies;
+
+use std::sync::Arc;
+
+use axum::extract::{DefaultBodyLimit, FromRequest, Query, Request, State};
+use axum::http::StatusCode;
+use axum::routing::{delete, get, post, put};
+use axum::{Json, Router, middleware};
+use tower_http::compression::CompressionLayer;
+
+use crate::access::{Fail, guard};
+use crate::state::App;
+use crate::{accounts, downloads, openapi, projects, web};
+
+pub(crate) use live::*;
+pub(crate) use results::*;
+pub(crate) use runs::*;
+pub(crate) use scenes::*;
+pub(crate) use studies::*;
+
+/// The largest body that is taken as JSON, in bytes: a scene of 1 MB, with its escapes.
+const LARGEST_BODY: usize = 4 << 20;
+
+pub(crate) type Shared = State<Arc<App>>;
+pub(crate) type Answer<T> = Result<Json<T>, Fail>;
+
+/// A body of JSON; what is wrong with it is said as a problem.
+pub(crate) struct Of<T>(pub(crate) T);
+
+impl<T: serde::de::DeserializeOwned, S: Send + Sync> FromRequest<S> for Of<T> {
+    type Rejection = Fail;
+
+    async fn from_request(request: Request, state: &S) -> Result<Self, Fail> {
+        match Json::<T>::from_request(request, state).await {
+            Ok(Json(body)) => Ok(Self(body)),
+            Err(rejected) => {
+                // Unprocessable is what a scene is that cannot run; a body that is not understood is a bad request.
+                let status = match rejected.status() {
+                    StatusCode::UNPROCESSABLE_ENTITY => StatusCode::BAD_REQUEST,
+                    status => status,
+                };
+                Err(Fail::new(
+                    status,
+                    "the body is not taken",
+                    rejected.body_text(),
+                ))
+            }
+        }
+    }
+}
+
+/// Parameters of a query; what is wrong with them is said as a problem.
+pub(crate) struct Asked<T>(pub(crate) T);
+
+impl<T: serde::de::DeserializeOwned, S: Send + Sync> axum::extract::FromRequestParts<S>
+    for Asked<T>
+{
+    type Rejection = Fail;
+
+    async fn from_request_parts(
+        parts: &mut axum::http::request::Parts,
+        state: &S,
+    ) -> Result<Self, Fail> {
+        match Query::<T>::from_request_parts(parts, state).await {
+            Ok(Query(query)) => Ok(Self(query)),
+            Err(rejected) => Err(Fail::bad("the query is not taken", rejected.body_text())),
+        }
+    }
+}
+
+/// All paths.
+pub(crate) fn router(app: Arc<App>) -> Router {
+    let run = Router::new()
+        .route("/", get(run_get).patch(run_patch).delete(run_delete))
+        .route("/stop", post(run_stop))
+        .route("/kill", post(run_kill))
+        .route("/resume", post(run_resume))
+        .route("/extend", post(run_extend))
+        .route("/clone", post(run_clone))
+        .route("/share", post(run_share))
+        .route("/attempts", get(run_attempts))
+        .route("/events", get(run_events))
+        .route("/log", get(run_log))
+        .route("/tables", get(run_tables))
+        .route("/charts", get(run_charts))
+        .route("/frames", get(run_frames))
+        .route("/frames/{k}", get(run_frame))
+        .route("/frames/{k}/grains/{id}", get(run_grain))
+        .route("/frames/{k}/walls", get(run_walls))
+        .route("/files", get(downloads::run_files))
+        .route("/files/{*name}", get(downloads::run_file))
+        .route("/archive", get(downloads::run_archive));
+    let api = Router::new()
+        .route("/check", post(check_scene))
+        .route("/preview", post(preview_scene))
+        .route("/runs", get(runs_list).post(runs_submit))
+        .nest("/runs/{run}", run)
+        .route("/studies", get(study_list).post(study_submit))
+        .route("/studies/check", post(study_check))
+        .route("/studies/{study}", get(study_table))
+        .route("/studies/{study}/table.csv", get(study_csv))
+        .route(
+            "/projects",
+            get(projects::project_list).post(projects::project_add),
+        )
+        .route("/projects/{project}", delete(projects::project_remove))
+        .route(
+            "/projects/{project}/members/{name}",
+            put(projects::member_set).delete(projects::member_remove),
+        )
+        .route("/templates", get(template_list))
+        .route("/events", get(events))
+        .route(
+            "/session",
+            get(accounts::session_get)
+                .post(accounts::session_begin)
+                .delete(accounts::session_end),
+        )
+        .route("/users", get(accounts::user_list).post(accounts::user_set))
+        .route(
+            "/tokens",
+            get(accounts::token_list).post(accounts::token_add),
+        )
+        .route("/tokens/{id}", delete(accounts::token_remove))
+        .route("/openapi.json", get(|| async { Json(openapi::document()) }))
+        .layer(DefaultBodyLimit::max(LARGEST_BODY))
+        // Streams its body to the disk and counts what comes, whatever the header says.
+        .route(
+            "/inputs/{sha256}",
+            put(input_put).layer(DefaultBodyLimit::disable()),
+        )
+        .fallback(|| async { Fail::missing() })
+        .layer(CompressionLayer::new().gzip(true));
+    Router::new()
+        .nest("/api/v1", api)
+        .route("/healthz", get(|| async { "ok\n" }))
+        .route("/metrics", get(live::metrics))
+        .fallback(web::page)
+        .layer(middleware::from_fn_with_state(app.clone(), guard))
+        .with_state(app)
+}

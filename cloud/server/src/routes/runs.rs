@@ -1,0 +1,355 @@
+//! Routes of runs: lists, submission, state, and what can be done to a run.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use axum::Json;
+use axum::extract::{Path, State};
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::{IntoResponse, Response};
+use cloud_api::RunState;
+use cloud_api::answers::{Attempt, RunAnswer, RunList};
+use cloud_api::lifecycle::Event;
+use cloud_api::requests::{Extend, NewShare, Patch, Role, Scene, Submit};
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use super::{Answer, Asked, Of, Shared};
+use crate::access::{Fail, LoggedIn};
+use crate::db::MOST_ROWS;
+use crate::runs::{blocking, mine, with_life};
+use crate::secrets::Kind;
+use crate::state::App;
+use crate::{projects, runs, secrets};
+
+#[derive(Deserialize)]
+pub(crate) struct ListQuery {
+    state: Option<String>,
+    label: Option<String>,
+    text: Option<String>,
+    project: Option<String>,
+    after: Option<String>,
+}
+
+/// A page of runs, newest first.
+#[utoipa::path(get, path = "/api/v1/runs", responses((status = 200, body = RunList)),
+    params(("state" = Option<String>, Query), ("label" = Option<String>, Query), ("text" = Option<String>, Query),
+        ("project" = Option<String>, Query, description = "runs of a project, of all its members; without it those of this user"),
+        ("after" = Option<String>, Query, description = "`after` of the page before")))]
+pub(crate) async fn runs_list(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Asked(query): Asked<ListQuery>,
+) -> Answer<RunList> {
+    if let Some(state) = &query.state
+        && RunState::of(state).is_none()
+    {
+        return Err(Fail::bad(
+            "there is no such state",
+            RunState::ALL.map(RunState::word).join(", "),
+        ));
+    }
+    if user.share.is_some() {
+        return Ok(Json(RunList {
+            runs: Vec::new(),
+            after: None,
+            states: BTreeMap::new(),
+        }));
+    }
+    blocking(move || {
+        let [state, label, text, after] =
+            [&query.state, &query.label, &query.text, &query.after].map(Option::as_deref);
+        let project = query.project.as_deref();
+        if let Some(project) = project {
+            projects::need(&app, &user, project, Role::Viewer)?;
+        }
+        let of = projects::of(project, &user);
+        let mut runs = app.db.list(of, state, label, text, after)?;
+        let after = (runs.len() > MOST_ROWS).then(|| runs[MOST_ROWS - 1].id.clone());
+        runs.truncate(MOST_ROWS);
+        let runs = runs.into_iter().map(|row| with_life(&app, row)).collect();
+        Ok(Json(RunList {
+            runs,
+            after,
+            states: app.db.states(of)?,
+        }))
+    })
+    .await
+}
+
+/// Submits a run. The same `Idempotency-Key` with the same body is the same run; with another body it is a 409.
+#[utoipa::path(post, path = "/api/v1/runs", request_body = Submit,
+    params(("Idempotency-Key" = Option<String>, Header)), responses((status = 201, body = RunAnswer)))]
+pub(crate) async fn runs_submit(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    headers: HeaderMap,
+    Of(body): Of<Submit>,
+) -> Result<Response, Fail> {
+    let key = key_of(&headers)?;
+    let id = runs::submit(&app, &user, body, key.as_deref()).await?;
+    let answer = blocking(move || answer(&app, &user, &id)).await?;
+    Ok((StatusCode::CREATED, Json(answer)).into_response())
+}
+
+/// The idempotency key of a request.
+pub(super) fn key_of(headers: &HeaderMap) -> Result<Option<String>, Fail> {
+    let Some(key) = headers.get("idempotency-key") else {
+        return Ok(None);
+    };
+    let refused = |why| Fail::bad("Idempotency-Key is not taken", why);
+    let key = key.to_str().map_err(|_| refused("It is plain text."))?;
+    if key.is_empty() || key.len() > 200 {
+        return Err(refused("It has 1 to 200 characters."));
+    }
+    Ok(Some(key.to_owned()))
+}
+
+/// All of a run.
+fn answer(app: &App, user: &secrets::User, id: &str) -> Result<RunAnswer, Fail> {
+    let (id, owner, _, row, spec) = mine(app, user, id)?;
+    let writable = !user.read_only && runs::may_change(app, user, owner, &row).is_ok();
+    let head = app.head(&id)?.unwrap_or_default();
+    let scene = runs::scene(app, &spec)?.text;
+    let seen = app
+        .lives
+        .get(id.as_str())
+        .filter(|_| row.state.has_attempt());
+    let silent = seen
+        .as_ref()
+        .map(|seen| seen.changed.elapsed().as_secs_f64());
+    let late = app.db.policy().lost_when_gone();
+    let mut row = with_life(app, row);
+    if user.share.is_some() {
+        // A link shows a run, not the users of the server.
+        row.owner.clear();
+    }
+    Ok(RunAnswer {
+        row,
+        spec,
+        scene,
+        beat: seen.and_then(|seen| seen.beat),
+        notes: head.notes,
+        unseen: silent.filter(|&silent| silent > late),
+        writable,
+    })
+}
+
+/// All of a run: state, spec, text of the scene, last sign of life, notes.
+#[utoipa::path(get, path = "/api/v1/runs/{run}", params(("run" = String, Path)), responses((status = 200, body = RunAnswer)))]
+pub(crate) async fn run_get(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Path(id): Path<String>,
+) -> Answer<RunAnswer> {
+    blocking(move || Ok(Json(answer(&app, &user, &id)?))).await
+}
+
+/// Changes title or label of a run.
+#[utoipa::path(patch, path = "/api/v1/runs/{run}", params(("run" = String, Path)), request_body = Patch, responses((status = 200, body = RunAnswer)))]
+pub(crate) async fn run_patch(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Path(id): Path<String>,
+    Of(body): Of<Patch>,
+) -> Answer<RunAnswer> {
+    blocking(move || {
+        let (_, owner, _, row, _) = mine(&app, &user, &id)?;
+        runs::may_change(&app, &user, owner, &row)?;
+        if let Some(project) = &body.project {
+            if owner != user.id {
+                return Err(Fail::new(
+                    StatusCode::FORBIDDEN,
+                    "not allowed",
+                    "The owner of a run puts it into a project, and takes it out.",
+                ));
+            }
+            if !project.is_empty() {
+                projects::need(&app, &user, project, Role::Member)?;
+            }
+        }
+        if [&body.title, &body.label]
+            .into_iter()
+            .flatten()
+            .any(|text| text.len() > 200)
+        {
+            return Err(Fail::bad(
+                "too long",
+                "Titles and labels have at most 200 bytes.",
+            ));
+        }
+        app.db.patch(
+            &id,
+            body.title.as_deref(),
+            body.label.as_deref(),
+            body.project.as_deref(),
+        )?;
+        Ok(Json(answer(&app, &user, &id)?))
+    })
+    .await
+}
+
+/// Removes a run with all its files. One that is not over has to be stopped first.
+#[utoipa::path(delete, path = "/api/v1/runs/{run}", params(("run" = String, Path)), responses((status = 204)))]
+pub(crate) async fn run_delete(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Path(id): Path<String>,
+) -> Result<StatusCode, Fail> {
+    blocking(move || runs::delete(&app, &user, &id).map(|()| StatusCode::NO_CONTENT)).await
+}
+
+async fn changed(
+    app: Arc<App>,
+    user: secrets::User,
+    id: String,
+    event: Event,
+) -> Answer<RunAnswer> {
+    blocking(move || {
+        runs::change(&app, &user, &id, &event)?;
+        Ok(Json(answer(&app, &user, &id)?))
+    })
+    .await
+}
+
+/// Stops a run: the solver writes a checkpoint and ends.
+#[utoipa::path(post, path = "/api/v1/runs/{run}/stop", params(("run" = String, Path)), responses((status = 200, body = RunAnswer)))]
+pub(crate) async fn run_stop(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Path(id): Path<String>,
+) -> Answer<RunAnswer> {
+    changed(app, user, id, Event::Stop).await
+}
+
+/// Ends a run at once; what was made since the last commit is lost.
+#[utoipa::path(post, path = "/api/v1/runs/{run}/kill", params(("run" = String, Path)), responses((status = 200, body = RunAnswer)))]
+pub(crate) async fn run_kill(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Path(id): Path<String>,
+) -> Answer<RunAnswer> {
+    changed(app, user, id, Event::Kill).await
+}
+
+/// Goes on with a run that was stopped or has failed, from its last checkpoint.
+#[utoipa::path(post, path = "/api/v1/runs/{run}/resume", params(("run" = String, Path)), responses((status = 200, body = RunAnswer)))]
+pub(crate) async fn run_resume(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Path(id): Path<String>,
+) -> Answer<RunAnswer> {
+    changed(app, user, id, Event::Resume).await
+}
+
+/// Goes on with a run to a later end.
+#[utoipa::path(post, path = "/api/v1/runs/{run}/extend", params(("run" = String, Path)), request_body = Extend, responses((status = 200, body = RunAnswer)))]
+pub(crate) async fn run_extend(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Path(id): Path<String>,
+    Of(body): Of<Extend>,
+) -> Answer<RunAnswer> {
+    runs::extend(&app, &user, &id, body.end).await?;
+    blocking(move || Ok(Json(answer(&app, &user, &id)?))).await
+}
+
+/// What a new run is made of, to be changed and submitted.
+#[utoipa::path(post, path = "/api/v1/runs/{run}/clone", params(("run" = String, Path)), responses((status = 200, body = Submit)))]
+pub(crate) async fn run_clone(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Path(id): Path<String>,
+) -> Answer<Submit> {
+    blocking(move || {
+        let (_, _, _, row, spec) = mine(&app, &user, &id)?;
+        let scene: Scene = runs::scene(&app, &spec)?;
+        // Files of a run that one may see are files that one may use.
+        for file in spec.files.values() {
+            app.db.add_input(&file.sha256, user.id, file.bytes)?;
+        }
+        let label = (!row.label.is_empty()).then_some(row.label);
+        Ok(Json(Submit {
+            scene,
+            title: Some(row.title),
+            label,
+            threads: spec.threads,
+            result: spec.result,
+            project: row
+                .project
+                .filter(|project| projects::need(&app, &user, project, Role::Member).is_ok()),
+        }))
+    })
+    .await
+}
+
+/// A link with which others look at this run, until it expires.
+#[utoipa::path(post, path = "/api/v1/runs/{run}/share", params(("run" = String, Path)), request_body = NewShare, responses((status = 200, body = Object)))]
+pub(crate) async fn run_share(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Path(id): Path<String>,
+    Of(body): Of<NewShare>,
+) -> Answer<Value> {
+    let days = days(body.days)?;
+    blocking(move || {
+        let (id, owner, _, row, _) = mine(&app, &user, &id)?;
+        runs::may_change(&app, &user, owner, &row)?;
+        let (_, secret, expires) = secrets::issue(
+            &app.db,
+            Kind::Share,
+            owner,
+            "share",
+            Some(id.as_str()),
+            days,
+            true,
+        )?;
+        Ok(Json(json!({"token": secret, "expires": expires})))
+    })
+    .await
+}
+
+pub(crate) fn days(days: u32) -> Result<f64, Fail> {
+    if (1..=366).contains(&days) {
+        Ok(f64::from(days))
+    } else {
+        Err(Fail::bad("days are not taken", "1 to 366 days."))
+    }
+}
+
+/// The attempts of a run, each with its cause.
+#[utoipa::path(get, path = "/api/v1/runs/{run}/attempts", params(("run" = String, Path)), responses((status = 200, body = Vec<Attempt>)))]
+pub(crate) async fn run_attempts(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Path(id): Path<String>,
+) -> Answer<Vec<Attempt>> {
+    blocking(move || {
+        mine(&app, &user, &id)?;
+        Ok(Json(app.db.attempts(&id)?))
+    })
+    .await
+}
+
+#[derive(Deserialize)]
+pub(crate) struct AfterQuery {
+    #[serde(default)]
+    after: i64,
+}
+
+/// What happened to a run, behind number `after`; at most 200 events.
+#[utoipa::path(get, path = "/api/v1/runs/{run}/events", params(("run" = String, Path), ("after" = Option<i64>, Query)), responses((status = 200, body = Object)))]
+pub(crate) async fn run_events(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Path(id): Path<String>,
+    Asked(query): Asked<AfterQuery>,
+) -> Answer<Value> {
+    blocking(move || {
+        mine(&app, &user, &id)?;
+        Ok(Json(
+            json!({"events": app.db.events(None, Some(&id), query.after)?}),
+        ))
+    })
+    .await
+}

@@ -1,0 +1,119 @@
+//! Routes of scenes: checks, previews, files that scenes name, and scenes to start from.
+
+use std::io::Write;
+use std::sync::Arc;
+
+use axum::Json;
+use axum::body::Body;
+use axum::extract::{Path, State};
+use axum::http::StatusCode;
+use cloud_api::answers::{Checked, Template};
+use cloud_api::requests::Check;
+use cloud_store::Hashing;
+use serde_json::Value;
+use tokio_stream::StreamExt;
+
+use super::{Answer, Of, Shared};
+use crate::access::{Fail, LoggedIn};
+use crate::check;
+use crate::runs::blocking;
+
+/// The largest input, in bytes.
+const LARGEST_INPUT: u64 = 2 << 30;
+
+/// What is wrong with a scene, or what it will take: memory, disk, steps, and with `trial` time.
+#[utoipa::path(post, path = "/api/v1/check", request_body = Check, responses((status = 200, body = Checked)))]
+pub(crate) async fn check_scene(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Of(body): Of<Check>,
+) -> Answer<Checked> {
+    Ok(Json(
+        check::check(&app, user.id, body.scene, body.trial).await?,
+    ))
+}
+
+/// Walls and first particles of a scene.
+#[utoipa::path(post, path = "/api/v1/preview", request_body = Check, responses((status = 200, body = Object)))]
+pub(crate) async fn preview_scene(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Of(body): Of<Check>,
+) -> Answer<Value> {
+    Ok(Json(check::preview(&app, user.id, body.scene).await?))
+}
+
+/// Sends a content that scenes can name by its SHA-256; at most 2 GB.
+#[utoipa::path(put, path = "/api/v1/inputs/{sha256}", params(("sha256" = String, Path)), request_body(content_type = "application/octet-stream"), responses((status = 201)))]
+pub(crate) async fn input_put(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Path(sha256): Path<String>,
+    body: Body,
+) -> Result<StatusCode, Fail> {
+    let digits = sha256.len() == 64
+        && sha256
+            .bytes()
+            .all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b));
+    if !digits {
+        return Err(Fail::bad(
+            "the path is not taken",
+            "SHA256 has 64 hexadecimal digits in lower case.",
+        ));
+    }
+    let left = {
+        let (app, user) = (Arc::clone(&app), user.clone());
+        let usage = blocking(move || Ok(app.db.usage(user.id)?)).await?;
+        usage
+            .most_disk
+            .map_or(u64::MAX, |most| most.saturating_sub(usage.disk))
+    };
+    let file = tempfile::tempfile_in(app.options.data.join("checks"))?;
+    let mut hashing = Hashing::new(file);
+    let mut bytes = 0;
+    let mut pieces = body.into_data_stream();
+    while let Some(piece) = pieces.next().await {
+        let piece = piece.map_err(|error| Fail::bad("the body was cut off", error.to_string()))?;
+        bytes += piece.len() as u64;
+        if bytes > LARGEST_INPUT {
+            return Err(Fail::new(
+                StatusCode::PAYLOAD_TOO_LARGE,
+                "the file is too large",
+                "A file has at most 2 GB.",
+            ));
+        }
+        if bytes > left {
+            return Err(Fail::new(
+                StatusCode::FORBIDDEN,
+                "too little disk is left",
+                "Your runs and inputs take what they may already. Delete runs.",
+            ));
+        }
+        hashing.write_all(&piece)?;
+    }
+    let (got, mut file) = hashing.finish();
+    if got != sha256 {
+        return Err(Fail::bad(
+            "the content is another",
+            format!("Its SHA-256 is {got}."),
+        ));
+    }
+    blocking(move || {
+        let key = format!("inputs/{sha256}");
+        if app.store.bytes(&key)?.is_none() {
+            app.store.put_file(&key, &mut file, 0..bytes)?;
+        }
+        app.db.add_input(&sha256, user.id, bytes)?;
+        Ok(StatusCode::CREATED)
+    })
+    .await
+}
+
+/// Scenes to start from.
+#[utoipa::path(get, path = "/api/v1/templates", responses((status = 200, body = Vec<Template>)))]
+pub(crate) async fn template_list(
+    State(app): Shared,
+    LoggedIn(_): LoggedIn,
+) -> Answer<Vec<Template>> {
+    Ok(Json(app.templates.clone()))
+}

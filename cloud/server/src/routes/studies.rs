@@ -1,0 +1,95 @@
+//! Routes of studies: checks, submission, lists and tables.
+
+use axum::Json;
+use axum::extract::{Path, State};
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use cloud_api::answers::{StudyChecked, StudyList, StudySubmitted, StudyTable};
+use cloud_api::requests::{Role, Study};
+use serde::Deserialize;
+
+use super::runs::key_of;
+use super::{Answer, Asked, Of, Shared};
+use crate::access::{Fail, LoggedIn};
+use crate::runs::blocking;
+use crate::{projects, studies};
+
+/// Which runs a study would have, or what is wrong with it.
+#[utoipa::path(post, path = "/api/v1/studies/check", request_body = Study, responses((status = 200, body = StudyChecked)))]
+pub(crate) async fn study_check(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Of(body): Of<Study>,
+) -> Answer<StudyChecked> {
+    Ok(Json(studies::check(&app, &user, body).await?))
+}
+
+/// Submits a study: all of its runs, or none.
+#[utoipa::path(post, path = "/api/v1/studies", request_body = Study,
+    params(("Idempotency-Key" = Option<String>, Header)), responses((status = 201, body = StudySubmitted)))]
+pub(crate) async fn study_submit(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    headers: HeaderMap,
+    Of(body): Of<Study>,
+) -> Result<Response, Fail> {
+    let submitted = studies::submit(&app, &user, body, key_of(&headers)?).await?;
+    Ok((StatusCode::CREATED, Json(submitted)).into_response())
+}
+
+#[derive(Deserialize)]
+pub(crate) struct StudiesQuery {
+    project: Option<String>,
+    after: Option<String>,
+}
+
+/// A page of studies, newest first.
+#[utoipa::path(get, path = "/api/v1/studies", params(("project" = Option<String>, Query), ("after" = Option<String>, Query)),
+    responses((status = 200, body = StudyList)))]
+pub(crate) async fn study_list(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Asked(query): Asked<StudiesQuery>,
+) -> Answer<StudyList> {
+    if user.share.is_some() {
+        return Ok(Json(StudyList {
+            studies: Vec::new(),
+            after: None,
+        }));
+    }
+    blocking(move || {
+        let project = query.project.as_deref();
+        if let Some(project) = project {
+            projects::need(&app, &user, project, Role::Viewer)?;
+        }
+        let of = projects::of(project, &user);
+        Ok(Json(studies::list(&app, of, query.after.as_deref())?))
+    })
+    .await
+}
+
+/// The table of a study: what differs between its runs, and what came out.
+#[utoipa::path(get, path = "/api/v1/studies/{study}", params(("study" = String, Path)), responses((status = 200, body = StudyTable)))]
+pub(crate) async fn study_table(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Path(study): Path<String>,
+) -> Answer<StudyTable> {
+    blocking(move || Ok(Json(studies::table(&app, &user, &study)?))).await
+}
+
+/// The same as comma-separated values.
+#[utoipa::path(get, path = "/api/v1/studies/{study}/table.csv", params(("study" = String, Path)), responses((status = 200, content_type = "text/csv")))]
+pub(crate) async fn study_csv(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Path(study): Path<String>,
+) -> Result<Response, Fail> {
+    let table = blocking(move || studies::table(&app, &user, &study)).await?;
+    let name = "attachment; filename=\"study.csv\"";
+    let head = [
+        (header::CONTENT_TYPE, "text/csv; charset=utf-8"),
+        (header::CONTENT_DISPOSITION, name),
+    ];
+    Ok((head, studies::csv(&table)).into_response())
+}
