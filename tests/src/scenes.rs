@@ -1,5 +1,7 @@
 //! Small scenes for the engine, put together by hand.
 
+use std::collections::HashSet;
+use std::mem::discriminant;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -29,6 +31,23 @@ pub fn frictionless(normal: AnyNormal) -> AnyPairLaw {
         rolling: AnyRolling::None,
         adhesion: AnyAdhesion::None,
     }
+}
+
+/// Fails where some normal, tangential or rolling law is in none of these.
+pub fn assert_every_law(laws: impl Iterator<Item = AnyPairLaw>) {
+    let (mut normal, mut tangential, mut rolling) =
+        <(HashSet<_>, HashSet<_>, HashSet<_>)>::default();
+    for law in laws {
+        normal.insert(discriminant(&law.normal));
+        tangential.insert(discriminant(&law.tangential));
+        rolling.insert(discriminant(&law.rolling));
+    }
+    let found = [normal.len(), tangential.len(), rolling.len()];
+    let all = [AnyNormal::COUNT, AnyTangential::COUNT, AnyRolling::COUNT];
+    assert_eq!(
+        found, all,
+        "normal, tangential and rolling laws: some are left out"
+    );
 }
 
 /// A plan in a domain of 2 km about the origin, which no particle leaves.

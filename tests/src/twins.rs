@@ -3,15 +3,17 @@
 use glam::{DMat3, DVec3};
 use mercury_engine::contact::registry::AnyPairLaw;
 use mercury_engine::contact::rolling::FrictionSpring;
-use mercury_engine::contact::{self, AnyNormal, AnyRolling, AnyTangential, Luding, SpringRotation};
+use mercury_engine::contact::{
+    self, AnyRolling, AnyTangential, Luding, NormalLaw as _, SpringRotation,
+};
 use mercury_engine::step::Engine;
 use mercury_engine::walls as fast;
 use mercury_solver::plan::{Draft, NewParticle};
 
 use crate::reference::bodies::Body;
 use crate::reference::laws::{
-    ContactLaw, Conventions, CoulombLimits, LinearDamping, LoadHistory, Normal, Resistance,
-    ResistanceStiffness, RollingLever, SlidingNormal, Tangential, TangentialHistory,
+    ContactLaw, Conventions, CoulombLimits, LoadHistory, Normal, Resistance, ResistanceStiffness,
+    RollingLever, SlidingNormal, Tangential, TangentialHistory,
 };
 use crate::reference::state::{Particle, PeriodicBox};
 use crate::reference::{Simulation, walls as plain};
@@ -28,36 +30,9 @@ pub struct TwinWall {
 
 /// The law and the conventions of the reference path that mean the same as a law of the engine.
 pub fn reference_law(law: &AnyPairLaw) -> (ContactLaw, Conventions) {
-    let mut conventions = Conventions::default();
-    let normal = match law.normal {
-        AnyNormal::Linear(law) => {
-            conventions.clamp_tension = law.clamp_tension;
-            Normal::Linear {
-                stiffness: law.stiffness,
-                damping: if law.damping_ratio > 0.0 {
-                    LinearDamping::Ratio(law.damping_ratio)
-                } else {
-                    LinearDamping::Dissipation(law.dissipation)
-                },
-            }
-        }
-        AnyNormal::Hertz(law) => {
-            conventions.clamp_tension = law.clamp_tension;
-            Normal::Hertz {
-                effective_modulus: law.effective_modulus,
-                damping: law.damping,
-            }
-        }
-        AnyNormal::Plastic(law) => {
-            conventions.clamp_tension = law.clamp_tension;
-            Normal::Plastic {
-                loading_stiffness: law.loading_stiffness,
-                unloading_stiffness: law.unloading_stiffness,
-                cohesion_stiffness: law.cohesion_stiffness,
-                penetration_depth: law.penetration_depth,
-                dissipation: law.dissipation,
-            }
-        }
+    let mut conventions = Conventions {
+        clamp_tension: law.normal.clamps_tension(),
+        ..Conventions::default()
     };
     let limits = |limits| match limits {
         contact::CoulombLimits::Bounded => CoulombLimits::Bounded,
@@ -116,7 +91,7 @@ pub fn reference_law(law: &AnyPairLaw) -> (ContactLaw, Conventions) {
         }
     }
     let law = ContactLaw {
-        normal,
+        normal: Normal::of(&law.normal),
         tangential,
         rolling,
         torsion,

@@ -68,7 +68,7 @@ pub use membranes::{
     MembraneShape, Pick,
 };
 pub use motion::{Load, Motion, MotionKind, ServoTarget};
-pub use output::{ClumpsAs, Output};
+pub use output::{ClumpsAs, Output, Switches};
 pub use particles::{
     Clump, ClumpPlace, Lattice, Orientation, ParticleSource, ParticleValues, Particles, Prescribed,
     Start,

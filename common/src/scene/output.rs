@@ -6,35 +6,43 @@ use super::keys::{Absent, Kind, TableKeys, Word, key, positive, word};
 use super::particles::{ClumpPlace, ParticleSource, Particles};
 use super::source::Located;
 
+/// Which files a run writes: the flags of `[output]`, which plans take over as they are. By [`Default`] nothing is written; the
+/// defaults of a scene stand in its table of keys.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Switches {
+    /// `.data`.
+    pub data: bool,
+    /// `.ene`.
+    pub ene: bool,
+    /// `.fstat`, and `.contacts.arrow` with frames.
+    pub fstat: bool,
+    /// `vtk/<prefix>.*.vtu` and their lists.
+    pub vtk: bool,
+    /// `.particles.arrow` and `.walls.arrow`.
+    pub frames: bool,
+    /// `.walls.csv`.
+    pub walls: bool,
+    /// `.triangle_loads.arrow`, and arrays of the walls in `vtk/`: loads on the triangles of meshes.
+    pub triangle_loads: bool,
+    /// `.liquid.csv`, in scenes with liquid.
+    pub liquid: bool,
+    /// `.droplets.arrow`, in scenes with sprays.
+    pub droplets: bool,
+    /// Pictures at the end.
+    pub pictures: bool,
+}
+
 /// `[output]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Output {
+    /// Which files are written.
+    pub switches: Switches,
     /// Between frames and rows, s.
     pub interval: Located<f64>,
-    /// `.data`; default true.
-    pub data: bool,
-    /// `.ene`; default true.
-    pub ene: bool,
-    /// `.fstat` (and `.contacts.arrow` with frames); default false.
-    pub fstat: bool,
     /// Between frames of `.fstat`, s; default `interval`.
     pub fstat_interval: Located<f64>,
-    /// VTK files; default false.
-    pub vtk: Located<bool>,
     /// Between VTK files, s; default `interval`.
     pub vtk_interval: Located<f64>,
-    /// `.particles.arrow`; default true.
-    pub frames: bool,
-    /// `.walls.csv`; default true.
-    pub walls: bool,
-    /// Loads on the triangles of mesh walls; default false.
-    pub triangle_loads: bool,
-    /// `.liquid.csv` where there is liquid; default true.
-    pub liquid: bool,
-    /// `.droplets.arrow` where there are sprays; default true.
-    pub droplets: bool,
-    /// Pictures at the end; default true.
-    pub pictures: bool,
     /// Names of particles, clumps (each a single one) or insertions with rows in `.track.csv`; default none.
     pub track: Vec<Located<String>>,
     /// Between rows of `.track.csv`, s; default `interval`.
@@ -114,18 +122,20 @@ pub(super) fn read(fields: &Fields<'_>, names: &[(String, Trackable)]) -> Output
     let tracked = tracked.unwrap_or_default();
     let track = tracked.iter().filter_map(|item| read_tracked(item, names));
     Output {
-        data: fields.read("data"),
-        ene: fields.read("ene"),
-        fstat: fields.read("fstat"),
+        switches: Switches {
+            data: fields.read("data"),
+            ene: fields.read("ene"),
+            fstat: fields.read("fstat"),
+            vtk: fields.read("vtk"),
+            frames: fields.read("frames"),
+            walls: fields.read("walls"),
+            triangle_loads: fields.read("triangle_loads"),
+            liquid: fields.read("liquid"),
+            droplets: fields.read("droplets"),
+            pictures: fields.read("pictures"),
+        },
         fstat_interval: other_interval("fstat_interval"),
-        vtk: fields.read("vtk"),
         vtk_interval: other_interval("vtk_interval"),
-        frames: fields.read("frames"),
-        walls: fields.read("walls"),
-        triangle_loads: fields.read("triangle_loads"),
-        liquid: fields.read("liquid"),
-        droplets: fields.read("droplets"),
-        pictures: fields.read("pictures"),
         track: track.collect(),
         track_interval: other_interval("track_interval"),
         track_every: fields.read("track_every"),

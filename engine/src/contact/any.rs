@@ -30,6 +30,11 @@ macro_rules! any_law {
             $($variant($law),)*
         }
 
+        impl $any {
+            /// How many laws it is one of.
+            pub const COUNT: usize = [$(stringify!($none),)? $(stringify!($variant)),*].len();
+        }
+
         #[doc = concat!("What the law of an [`", stringify!($any), "`] remembers.")]
         #[derive(Debug, Clone, Copy, PartialEq, Default)]
         #[allow(missing_docs)]

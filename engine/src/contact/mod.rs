@@ -33,7 +33,7 @@ pub use evaluation::{Action, Histories, PairLaw};
 pub use history::{History, HistoryNumber, TangentialSpring};
 pub use normal::{AnyNormal, Hertz, Linear, NormalForce, NormalLaw, Plastic};
 pub use planned::{
-    PlannedNormal, PlannedRolling, PlannedTangential, SpringAndDashpot, StiffestTangential,
+    PlannedNormal, PlannedRolling, PlannedTangential, Scale, SpringAndDashpot, StiffestTangential,
 };
 pub use rolling::{AnyRolling, Luding, NoRolling, RollingLaw};
 pub use tangential::{

@@ -14,6 +14,25 @@ pub struct SpringAndDashpot {
     pub dissipation: f64,
 }
 
+/// The contact for which [`PlannedNormal::examples`] are made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scale {
+    /// Stiffness of the laws where they are stiffest, at an overlap of a tenth of the radius, N/m.
+    pub stiffness: f64,
+    /// R*, m.
+    pub radius: f64,
+    /// m*, kg.
+    pub mass: f64,
+}
+
+impl Scale {
+    /// Of a dashpot with which a spring of this stiffness is critically damped, 2 sqrt(m* k), kg/s.
+    #[must_use]
+    pub fn critical_dissipation(&self) -> f64 {
+        2.0 * (self.mass * self.stiffness).sqrt()
+    }
+}
+
 /// A normal law that scenes can name.
 pub trait PlannedNormal: NormalLaw {
     /// What scenes say to name it and to give its parameters.
@@ -43,6 +62,9 @@ pub trait PlannedNormal: NormalLaw {
     fn beta(&self) -> Option<f64> {
         None
     }
+
+    /// Laws of this kind, damped, such that each of its branches is taken by one of them: those that all tests of laws run.
+    fn examples(scale: &Scale) -> Vec<Self>;
 }
 
 /// A tangential law where it is stiffest.

@@ -1,11 +1,9 @@
 //! `<prefix>.bodies.arrow`: the native frames of rigid bodies, and beside it the surfaces of their clumps.
 
-use std::path::Path;
-
 use mercury_common::frames::{BodyFrame, BodyWriter, ClumpKind};
 
-use super::particle_frames::{frame_flags, frames_header};
-use super::stream::{Begin, Sink, Stream, begin_frames};
+use super::particle_frames::frame_flags;
+use super::stream::{Beginning, Sink, Stream, StreamKind};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 
@@ -14,16 +12,22 @@ pub(super) struct BodyFrames {
     table: BodyTable,
 }
 
-impl BodyFrames {
-    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
+impl StreamKind for BodyFrames {
+    const NAME: &'static str = "bodies.arrow";
+
+    fn is_wanted(plan: &Plan) -> bool {
+        plan.outputs().files().frames && plan.physics().has_bodies()
+    }
+
+    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
+        let plan = run.plan;
         let kinds = plan.physics().clumps().iter().map(|clump| ClumpKind {
             name: clump.name.clone(),
             surface: clump.surface.clone(),
         });
         let kinds: Vec<ClumpKind> = kinds.collect();
-        let path = folder.join(format!("{}.bodies.arrow", plan.outputs().prefix()));
         Ok(Self {
-            writer: begin_frames(path, &frames_header(plan), &kinds, begin)?,
+            writer: run.frames(Self::NAME, &kinds)?,
             table: BodyTable::new(plan),
         })
     }

@@ -1,14 +1,11 @@
 //! `<prefix>.budget.csv`: the energy budget.
 
-use std::path::Path;
-
 use mercury_common::formats::number::{NumberStyle, push_number};
 use mercury_pictures::EnergyFlows;
 
-use super::stream::{Begin, Sink, Stream, TextFile};
+use super::stream::{Beginning, Sink, Stream, StreamKind, TextFile};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
-use mercury_engine::step::Losses;
 
 /// Columns before the losses.
 const ENERGIES: &str = "time,kinetic,rotational,gravitational,elastic,";
@@ -25,20 +22,21 @@ pub(super) struct BudgetFile {
 /// Columns of runs with elastic sheets.
 const OF_SHEETS: &str = "membrane_kinetic,membrane_gravitational,membrane_stretching,membrane_bending,membrane_dissipated,pressure_work,hold_work,";
 
-impl BudgetFile {
+impl StreamKind for BudgetFile {
+    const NAME: &'static str = "budget.csv";
+
+    fn is_wanted(plan: &Plan) -> bool {
+        plan.physics().energy_budget()
+    }
+
     /// `losses`: with the names of all that takes energy.
-    pub(super) fn begin(
-        folder: &Path,
-        plan: &Plan,
-        losses: &Losses,
-        begin: Begin,
-    ) -> Result<Self, OutputError> {
-        let name = format!("{}.budget.csv", plan.outputs().prefix());
+    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
+        let plan = run.plan;
         let has_sheets = !plan.physics().membranes().is_empty();
-        let losses: String = losses.iter().map(|(name, _)| column(name)).collect();
+        let losses: String = run.losses.iter().map(|(name, _)| column(name)).collect();
         let of_sheets = if has_sheets { OF_SHEETS } else { "" };
         let head = format!("{ENERGIES}{losses}{FLOWS}{of_sheets}error,closure\n");
-        let file = TextFile::begin(folder, &name, head.as_bytes(), begin)?;
+        let file = run.text(Self::NAME, head.as_bytes())?;
         Ok(Self { file, has_sheets })
     }
 }

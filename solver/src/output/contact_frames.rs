@@ -1,11 +1,8 @@
 //! `<prefix>.contacts.arrow`: the native frames of contacts.
 
-use std::path::Path;
-
 use mercury_common::frames::{ContactColumns, ContactFrame, ContactWriter, HistoryColumn};
 
-use super::particle_frames::frames_header;
-use super::stream::{Begin, Sink, Stream, begin_frames};
+use super::stream::{Beginning, Sink, Stream, StreamKind};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 use mercury_engine::contact::{AnyRolling, HistoryNumber};
@@ -16,17 +13,17 @@ pub(super) struct ContactFrames {
     columns: ContactColumns,
 }
 
-impl ContactFrames {
-    pub(super) fn begin(
-        folder: &Path,
-        plan: &Plan,
-        history: &[HistoryNumber],
-        begin: Begin,
-    ) -> Result<Self, OutputError> {
-        let columns = contact_columns(plan, history);
-        let path = folder.join(format!("{}.contacts.arrow", plan.outputs().prefix()));
+impl StreamKind for ContactFrames {
+    const NAME: &'static str = "contacts.arrow";
+
+    fn is_wanted(plan: &Plan) -> bool {
+        plan.outputs().files().frames && plan.outputs().files().fstat
+    }
+
+    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
+        let columns = contact_columns(run.plan, run.history);
         Ok(Self {
-            writer: begin_frames(path, &frames_header(plan), &columns, begin)?,
+            writer: run.frames(Self::NAME, &columns)?,
             columns,
         })
     }

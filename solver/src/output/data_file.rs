@@ -1,14 +1,12 @@
 //! `<prefix>.data`: the particles in MercuryDPM's layout.
 
-use std::path::Path;
-
 use glam::DVec3;
 use mercury_common::formats::data::{DataFrame, DataRow, write_frame};
 use mercury_common::formats::number::NumberStyle;
 use mercury_common::formats::orientation::euler_from_quaternion;
 
 use super::data_rows::{DataRows, Row};
-use super::stream::{Begin, Sink, Stream, TextFile};
+use super::stream::{Beginning, Sink, Stream, StreamKind, TextFile};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 
@@ -20,15 +18,17 @@ pub(super) struct DataFile {
     pebbles: bool,
 }
 
-impl DataFile {
-    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
+impl StreamKind for DataFile {
+    const NAME: &'static str = "data";
+
+    fn is_wanted(plan: &Plan) -> bool {
+        plan.outputs().files().data
+    }
+
+    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
+        let plan = run.plan;
         Ok(Self {
-            file: TextFile::begin(
-                folder,
-                &format!("{}.data", plan.outputs().prefix()),
-                b"",
-                begin,
-            )?,
+            file: run.text(Self::NAME, b"")?,
             style: plan.outputs().files().number_style(),
             dimensions: plan.physics().dimensions(),
             domain: (plan.physics().domain_min(), plan.physics().domain_max()),

@@ -1,11 +1,8 @@
 //! `<prefix>.droplets.arrow`: droplets in flight.
 
-use std::path::Path;
-
 use mercury_common::frames::{DropletFrame, DropletWriter};
 
-use super::particle_frames::frames_header;
-use super::stream::{Begin, Sink, Stream, begin_frames};
+use super::stream::{Beginning, Sink, Stream, StreamKind};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 
@@ -14,11 +11,17 @@ pub(super) struct DropletFrames {
     writer: DropletWriter,
 }
 
-impl DropletFrames {
-    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
-        let path = folder.join(format!("{}.droplets.arrow", plan.outputs().prefix()));
+impl StreamKind for DropletFrames {
+    const NAME: &'static str = "droplets.arrow";
+
+    fn is_wanted(plan: &Plan) -> bool {
+        let files = plan.outputs().files();
+        files.frames && files.droplets && plan.physics().sprays().is_some()
+    }
+
+    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
         Ok(Self {
-            writer: begin_frames(path, &frames_header(plan), &(), begin)?,
+            writer: run.frames(Self::NAME, &())?,
         })
     }
 }

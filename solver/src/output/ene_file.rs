@@ -1,12 +1,10 @@
 //! `<prefix>.ene`: the energies in MercuryDPM's layout.
 
-use std::path::Path;
-
 use glam::DVec3;
 use mercury_common::formats::ene::{write_header, write_row};
 use mercury_common::formats::number::NumberStyle;
 
-use super::stream::{Begin, Sink, Stream, TextFile};
+use super::stream::{Beginning, Sink, Stream, StreamKind, TextFile};
 use super::{OrderedFrame, OutputError, energies};
 use crate::plan::Plan;
 
@@ -17,13 +15,19 @@ pub(super) struct EneFile {
     dimensions: u8,
 }
 
-impl EneFile {
-    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
+impl StreamKind for EneFile {
+    const NAME: &'static str = "ene";
+
+    fn is_wanted(plan: &Plan) -> bool {
+        plan.outputs().files().ene
+    }
+
+    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
+        let plan = run.plan;
         let style = plan.outputs().files().number_style();
         let mut head = Vec::new();
         write_header(style, &mut head);
-        let name = format!("{}.ene", plan.outputs().prefix());
-        let file = TextFile::begin(folder, &name, &head, begin)?;
+        let file = run.text(Self::NAME, &head)?;
         Ok(Self {
             file,
             style,

@@ -1,7 +1,7 @@
 //! `<prefix>.fields.NAME.csv`: fields of the continuum, by the code of `mercury-cg`, without frames being stored.
 
 use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -16,10 +16,9 @@ use rayon::ThreadPool;
 use super::body_frames::BodyTable;
 use super::contact_frames::{contact_columns, contact_frame};
 use super::particle_frames::{ParticleTable, frames_header};
-use super::stream::{Begin, Sink, Stream, TextFile};
+use super::stream::{Beginning, Sink, Stream, TextFile};
 use super::{OrderedFrame, OutputError};
-use crate::plan::{FieldPlan, Plan};
-use mercury_engine::contact::HistoryNumber;
+use crate::plan::FieldPlan;
 
 /// The interval between two files of a growing mean, by the clock, for users who watch it. The last one is written at the end.
 const PAUSE: Duration = Duration::from_secs(10);
@@ -55,18 +54,21 @@ enum Table {
 }
 
 impl FieldTable {
+    /// Ending of the file of an entry; by this name checkpoints store how far it has come.
+    pub(super) fn ending(fields: &FieldPlan) -> String {
+        format!("fields.{}.csv", fields.name)
+    }
+
     /// The table of the plan's `index`-th entry; continues from the memory of an interrupted run.
     pub(super) fn begin(
-        folder: &Path,
-        plan: &Plan,
-        history: &[HistoryNumber],
+        run: &Beginning<'_>,
         index: usize,
-        begin: Begin,
         memory: Option<&[u64]>,
         pool: &Arc<ThreadPool>,
     ) -> Result<Self, OutputError> {
+        let plan = run.plan;
         let fields = &plan.outputs().files().fields[index];
-        let name = format!("{}.fields.{}.csv", plan.outputs().prefix(), fields.name);
+        let ending = Self::ending(fields);
         let course = match memory {
             None => Course::default(),
             Some(memory) => Course::remembering(&fields.analysis, memory).ok_or_else(|| {
@@ -78,7 +80,7 @@ impl FieldTable {
             })?,
         };
         let file = if fields.is_mean() {
-            let path = folder.join(name);
+            let path = run.folder.join(run.name(&ending));
             if course.frames() == 0 {
                 // Of samples after the checkpoint, which may not come again.
                 let removed = std::fs::remove_file(&path);
@@ -94,7 +96,7 @@ impl FieldTable {
                 is_behind: course.frames() > 0,
             }
         } else {
-            Table::Blocks(TextFile::begin(folder, &name, b"", begin)?)
+            Table::Blocks(run.text(&ending, b"")?)
         };
         Ok(Self {
             plan: fields.clone(),
@@ -103,7 +105,7 @@ impl FieldTable {
             header: frames_header(plan),
             particles: ParticleTable::new(plan),
             bodies: plan.physics().has_bodies().then(|| BodyTable::new(plan)),
-            contacts: (fields.needs_contacts()).then(|| contact_columns(plan, history)),
+            contacts: (fields.needs_contacts()).then(|| contact_columns(plan, run.history)),
             time_step: plan.physics().time_step(),
             pool: Arc::clone(pool),
             course,

@@ -1,11 +1,9 @@
 //! `<prefix>.flux.csv`: the particles that crossed each flux plane since the last row, material by material.
 
-use std::path::Path;
-
 use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
 
 use super::region_counts::materials;
-use super::stream::{Begin, Sink, Stream, TextFile, push_csv_name};
+use super::stream::{Beginning, Sink, Stream, StreamKind, TextFile, push_csv_name};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 use mercury_engine::state::MaterialIndex;
@@ -19,11 +17,17 @@ pub(super) struct FluxCounts {
     columns: usize,
 }
 
-impl FluxCounts {
-    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
-        let name = format!("{}.flux.csv", plan.outputs().prefix());
+impl StreamKind for FluxCounts {
+    const NAME: &'static str = "flux.csv";
+
+    fn is_wanted(plan: &Plan) -> bool {
+        !plan.outputs().fluxes().is_empty()
+    }
+
+    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
+        let plan = run.plan;
         let head = b"time,name,material,forward,backward,mass,volume,px,py,pz,d10,d32,d43\n";
-        let file = TextFile::begin(folder, &name, head, begin)?;
+        let file = run.text(Self::NAME, head)?;
         let planes = plan.outputs().fluxes().iter();
         Ok(Self {
             file,

@@ -11,6 +11,7 @@ use mercury_common::paraview::Series;
 use mercury_common::scene::is_json;
 use mercury_common::whole_file::{FileError, TEMPORARY, write_whole};
 
+use super::STREAMS;
 pub use lock::FolderLock;
 pub use mercury_common::folder_owner::{LOCK, Owner};
 
@@ -89,34 +90,13 @@ pub enum FolderError {
     },
 }
 
-/// Endings of the files that a run writes behind its prefix.
+/// Endings of files of a run behind its prefix, beside those of its [`STREAMS`].
 const ENDINGS: &[&str] = &[
     "scene.toml",
     "scene.json",
-    "data",
-    "ene",
-    "fstat",
-    "particles.arrow",
-    "contacts.arrow",
-    "walls.arrow",
+    // Earlier versions wrote these two.
     "surfaces.arrow",
-    "bodies.arrow",
     "clumps.arrow",
-    "triangle_loads.arrow",
-    "droplets.arrow",
-    "track.csv",
-    "walls.csv",
-    "regions.csv",
-    "flux.csv",
-    "liquid.csv",
-    "budget.csv",
-    "wear.csv",
-    "wear.arrow",
-    "wear_triangles.arrow",
-    "membranes.csv",
-    "holds.csv",
-    "membranes.arrow",
-    "membrane_triangles.arrow",
     "0.restart",
     "1.restart",
     "final.png",
@@ -163,11 +143,10 @@ pub fn is_of_earlier_run(folder: &Path, file: &Path) -> bool {
 /// All names that a run with this prefix may write, but for the files for ParaView.
 pub fn names(prefix: &str) -> impl Iterator<Item = String> + '_ {
     let fixed = FIXED_NAMES.iter().map(|&name| name.to_owned());
-    fixed.chain(
-        ENDINGS
-            .iter()
-            .map(move |ending| format!("{prefix}.{ending}")),
-    )
+    let of_streams = STREAMS.iter().map(|kind| &kind.name);
+    let of_streams = of_streams.filter(|&&name| name != VTK);
+    let endings = of_streams.chain(ENDINGS);
+    fixed.chain(endings.map(move |ending| format!("{prefix}.{ending}")))
 }
 
 /// The names of a run with this prefix that are in the folder.

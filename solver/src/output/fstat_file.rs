@@ -1,13 +1,11 @@
 //! `<prefix>.fstat`: the contacts in MercuryDPM's layout.
 
-use std::path::Path;
-
 use glam::DVec3;
 use mercury_common::formats::fstat::{ContactRow, FstatFrame, write_frame};
 use mercury_common::formats::number::NumberStyle;
 
 use super::data_rows::DataRows;
-use super::stream::{Begin, Sink, Stream, TextFile};
+use super::stream::{Beginning, Sink, Stream, StreamKind, TextFile};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 use mercury_engine::forces::Partner;
@@ -19,15 +17,17 @@ pub(super) struct FstatFile {
     pebbles: bool,
 }
 
-impl FstatFile {
-    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
+impl StreamKind for FstatFile {
+    const NAME: &'static str = "fstat";
+
+    fn is_wanted(plan: &Plan) -> bool {
+        plan.outputs().files().fstat
+    }
+
+    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
+        let plan = run.plan;
         Ok(Self {
-            file: TextFile::begin(
-                folder,
-                &format!("{}.fstat", plan.outputs().prefix()),
-                b"",
-                begin,
-            )?,
+            file: run.text(Self::NAME, b"")?,
             style: plan.outputs().files().number_style(),
             domain: (plan.physics().domain_min(), plan.physics().domain_max()),
             pebbles: plan.outputs().files().pebbles,

@@ -1,10 +1,8 @@
 //! `<prefix>.liquid.csv`: where the liquid is, and how it left.
 
-use std::path::Path;
-
 use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
 
-use super::stream::{Begin, Sink, Stream, TextFile};
+use super::stream::{Beginning, Sink, Stream, StreamKind, TextFile};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 
@@ -15,10 +13,15 @@ pub(super) struct LiquidFile {
     file: TextFile,
 }
 
-impl LiquidFile {
-    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
-        let name = format!("{}.liquid.csv", plan.outputs().prefix());
-        let file = TextFile::begin(folder, &name, HEAD, begin)?;
+impl StreamKind for LiquidFile {
+    const NAME: &'static str = "liquid.csv";
+
+    fn is_wanted(plan: &Plan) -> bool {
+        plan.outputs().files().liquid && plan.physics().liquid().is_some()
+    }
+
+    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
+        let file = run.text(Self::NAME, HEAD)?;
         Ok(Self { file })
     }
 }

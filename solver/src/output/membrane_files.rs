@@ -1,8 +1,6 @@
 //! `<prefix>.membranes.csv`, `.holds.csv`, `.membranes.arrow` and `.membrane_triangles.arrow`: elastic sheets in all, by holds, by vertices and by
 //! triangles.
 
-use std::path::Path;
-
 use glam::DVec3;
 use mercury_common::formats::number::{NumberStyle, push_number};
 use mercury_common::frames::{
@@ -10,8 +8,7 @@ use mercury_common::frames::{
 };
 use mercury_pictures::SheetEnergies;
 
-use super::particle_frames::frames_header;
-use super::stream::{Begin, Sink, Stream, TextFile, begin_frames, push_csv_name};
+use super::stream::{Beginning, Sink, Stream, StreamKind, TextFile, push_csv_name};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 use mercury_engine::membrane::{HoldLoad, MembraneNow, MembranePlan};
@@ -203,12 +200,18 @@ pub(super) struct MembraneCsv {
     names: Vec<String>,
 }
 
-impl MembraneCsv {
-    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
-        let name = format!("{}.membranes.csv", plan.outputs().prefix());
+impl StreamKind for MembraneCsv {
+    const NAME: &'static str = "membranes.csv";
+
+    fn is_wanted(plan: &Plan) -> bool {
+        !plan.physics().membranes().is_empty()
+    }
+
+    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
+        let plan = run.plan;
         let surfaces = plan.physics().surfaces().iter();
         Ok(Self {
-            file: TextFile::begin(folder, &name, HEAD, begin)?,
+            file: run.text(Self::NAME, HEAD)?,
             names: surfaces.map(|surface| surface.name.clone()).collect(),
         })
     }
@@ -250,9 +253,16 @@ pub(super) struct HoldCsv {
     names: Vec<(String, Vec<String>)>,
 }
 
-impl HoldCsv {
-    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
-        let name = format!("{}.holds.csv", plan.outputs().prefix());
+impl StreamKind for HoldCsv {
+    const NAME: &'static str = "holds.csv";
+
+    fn is_wanted(plan: &Plan) -> bool {
+        let mut membranes = plan.physics().membranes().iter();
+        membranes.any(|membrane| !membrane.holds.is_empty())
+    }
+
+    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
+        let plan = run.plan;
         let sheets = plan.physics().surfaces().iter();
         let sheets = sheets.zip(plan.physics().membranes());
         let names = sheets.map(|(surface, membrane)| {
@@ -263,7 +273,7 @@ impl HoldCsv {
             )
         });
         Ok(Self {
-            file: TextFile::begin(folder, &name, HOLDS_HEAD, begin)?,
+            file: run.text(Self::NAME, HOLDS_HEAD)?,
             names: names.collect(),
         })
     }
@@ -298,10 +308,15 @@ pub(super) struct MembraneFrames {
     writer: MembraneWriter,
 }
 
-impl MembraneFrames {
-    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
-        let path = folder.join(format!("{}.membranes.arrow", plan.outputs().prefix()));
-        let writer = begin_frames(path, &frames_header(plan), &(), begin)?;
+impl StreamKind for MembraneFrames {
+    const NAME: &'static str = "membranes.arrow";
+
+    fn is_wanted(plan: &Plan) -> bool {
+        plan.outputs().files().frames && !plan.physics().membranes().is_empty()
+    }
+
+    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
+        let writer = run.frames(Self::NAME, &())?;
         Ok(Self { writer })
     }
 }
@@ -323,11 +338,15 @@ pub(super) struct MembraneTriangles {
     writer: MembraneTriangleWriter,
 }
 
-impl MembraneTriangles {
-    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
-        let prefix = plan.outputs().prefix();
-        let path = folder.join(format!("{prefix}.membrane_triangles.arrow"));
-        let writer = begin_frames(path, &frames_header(plan), &(), begin)?;
+impl StreamKind for MembraneTriangles {
+    const NAME: &'static str = "membrane_triangles.arrow";
+
+    fn is_wanted(plan: &Plan) -> bool {
+        plan.outputs().files().frames && !plan.physics().membranes().is_empty()
+    }
+
+    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
+        let writer = run.frames(Self::NAME, &())?;
         Ok(Self { writer })
     }
 }

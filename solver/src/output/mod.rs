@@ -51,3 +51,32 @@ pub use schedule::{Due, Schedule};
 pub use stream::OutputError;
 pub use wear_files::WearState;
 pub use writer::{POSITIONS, Positions, ToWrite, Writer, Written};
+
+use stream::{StreamEntry, entry};
+
+/// All streams but tables of fields, of which a scene has as many as it names. States are passed to them in this order.
+const STREAMS: &[StreamEntry] = &[
+    entry::<data_file::DataFile>(),
+    entry::<ene_file::EneFile>(),
+    entry::<fstat_file::FstatFile>(),
+    entry::<particle_frames::ParticleFrames>(),
+    entry::<wall_frames::WallFrames>(),
+    entry::<body_frames::BodyFrames>(),
+    entry::<triangle_loads::TriangleLoads>(),
+    entry::<droplet_frames::DropletFrames>(),
+    entry::<vtk_files::VtkFiles>(),
+    entry::<contact_frames::ContactFrames>(),
+    entry::<track_file::TrackFile>(),
+    entry::<wall_loads::WallLoads>(),
+    entry::<region_counts::RegionCounts>(),
+    entry::<flux_counts::FluxCounts>(),
+    entry::<liquid_file::LiquidFile>(),
+    entry::<budget_file::BudgetFile>(),
+    entry::<wear_files::WearCsv>(),
+    entry::<wear_files::WearFrames>(),
+    entry::<wear_files::WearTriangles>(),
+    entry::<membrane_files::MembraneCsv>(),
+    entry::<membrane_files::HoldCsv>(),
+    entry::<membrane_files::MembraneFrames>(),
+    entry::<membrane_files::MembraneTriangles>(),
+];

@@ -1,13 +1,11 @@
 //! `<prefix>.particles.arrow`: the native frames of particles.
 
-use std::path::Path;
-
 use mercury_common::frames::{
     ColumnSpec, FLAG_FIXED, FLAG_PRESCRIBED, FramesHeader, ParticleColumns, ParticleFrame,
     ParticleWriter, Table as _,
 };
 
-use super::stream::{Begin, Sink, Stream, begin_frames};
+use super::stream::{Beginning, Sink, Stream, StreamKind};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 use mercury_engine::state::{FIXED, PRESCRIBED, volume};
@@ -17,12 +15,18 @@ pub(super) struct ParticleFrames {
     table: ParticleTable,
 }
 
-impl ParticleFrames {
-    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
+impl StreamKind for ParticleFrames {
+    const NAME: &'static str = "particles.arrow";
+
+    fn is_wanted(plan: &Plan) -> bool {
+        plan.outputs().files().frames
+    }
+
+    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
+        let plan = run.plan;
         let table = ParticleTable::new(plan);
-        let path = folder.join(format!("{}.particles.arrow", plan.outputs().prefix()));
         Ok(Self {
-            writer: begin_frames(path, &frames_header(plan), &table.columns, begin)?,
+            writer: run.frames(Self::NAME, &table.columns)?,
             table,
         })
     }

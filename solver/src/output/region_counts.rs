@@ -1,11 +1,9 @@
 //! `<prefix>.regions.csv`: the content of each counted region, material by material.
 
-use std::path::Path;
-
 use glam::DVec3;
 use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
 
-use super::stream::{Begin, Sink, Stream, TextFile, push_csv_name};
+use super::stream::{Beginning, Sink, Stream, StreamKind, TextFile, push_csv_name};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 use mercury_engine::boundaries::CountedRegion;
@@ -19,11 +17,17 @@ pub(super) struct RegionCounts {
     dimensions: u8,
 }
 
-impl RegionCounts {
-    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
-        let name = format!("{}.regions.csv", plan.outputs().prefix());
+impl StreamKind for RegionCounts {
+    const NAME: &'static str = "regions.csv";
+
+    fn is_wanted(plan: &Plan) -> bool {
+        !plan.outputs().regions().is_empty()
+    }
+
+    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
+        let plan = run.plan;
         let head = b"time,name,material,number,mass,vx,vy,vz,kinetic,solid_fraction\n";
-        let file = TextFile::begin(folder, &name, head, begin)?;
+        let file = run.text(Self::NAME, head)?;
         Ok(Self {
             file,
             regions: plan.outputs().regions().to_vec(),

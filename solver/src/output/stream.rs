@@ -6,12 +6,16 @@ use std::path::{Path, PathBuf};
 
 use mercury_cg::CgError;
 use mercury_common::formats::vtu::VtuError;
-use mercury_common::frames::{FrameWriteError, FrameWriter, FramesHeader, Table, TableWriter};
+use mercury_common::frames::{FrameWriteError, FrameWriter, Table, TableWriter};
 use mercury_common::whole_file::FileError;
 use mercury_pictures::PictureError;
 
 use super::OrderedFrame;
+use super::particle_frames::frames_header;
+use crate::plan::Plan;
+use mercury_engine::contact::HistoryNumber;
 use mercury_engine::stage::OutputFile;
+use mercury_engine::step::Losses;
 
 /// Why the outputs of a run could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -85,6 +89,78 @@ pub(super) trait Stream: Send {
     }
 }
 
+/// What makes the stream of a run. It lies in the file of the stream, and has a line in the list of [`STREAMS`](super::STREAMS).
+pub(super) trait StreamKind: Stream + Sized + 'static {
+    /// Ending of its file behind the prefix, or the folder of its files. By this name checkpoints store how far it has come.
+    const NAME: &'static str;
+
+    /// Whether the run of this plan has it.
+    fn is_wanted(plan: &Plan) -> bool;
+
+    /// Makes its file, or continues it from the position of an interrupted run.
+    ///
+    /// # Errors
+    /// If the file cannot be made or continued.
+    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError>;
+}
+
+/// A kind of stream as a line of a list.
+pub(super) struct StreamEntry {
+    pub(super) name: &'static str,
+    pub(super) is_wanted: fn(&Plan) -> bool,
+    pub(super) begin: fn(&Beginning<'_>) -> Result<Box<dyn Stream>, OutputError>,
+}
+
+/// The line of a kind of stream.
+pub(super) const fn entry<S: StreamKind>() -> StreamEntry {
+    StreamEntry {
+        name: S::NAME,
+        is_wanted: S::is_wanted,
+        begin: |run| Ok(Box::new(S::begin(run)?)),
+    }
+}
+
+/// What a stream begins from.
+pub(super) struct Beginning<'a> {
+    /// Of the run.
+    pub(super) folder: &'a Path,
+    pub(super) plan: &'a Plan,
+    /// What contacts remember.
+    pub(super) history: &'a [HistoryNumber],
+    /// What takes energy.
+    pub(super) losses: &'a Losses,
+    /// Where it begins.
+    pub(super) at: Begin,
+}
+
+impl Beginning<'_> {
+    /// The text file with this ending, which begins with `head`.
+    pub(super) fn text(&self, ending: &str, head: &[u8]) -> Result<TextFile, OutputError> {
+        TextFile::begin(self.folder, &self.name(ending), head, self.at)
+    }
+
+    /// The file of frames with this ending.
+    pub(super) fn frames<T: Table<Layout: Clone>>(
+        &self,
+        ending: &str,
+        layout: &T::Layout,
+    ) -> Result<TableWriter<T>, OutputError> {
+        let (path, header) = (
+            self.folder.join(self.name(ending)),
+            frames_header(self.plan),
+        );
+        Ok(match self.at {
+            None => TableWriter::create(path, &header, layout)?,
+            Some(frames) => TableWriter::resume(path, &header, layout, frames as usize)?,
+        })
+    }
+
+    /// The name of the file with this ending.
+    pub(super) fn name(&self, ending: &str) -> String {
+        format!("{}.{ending}", self.plan.outputs().prefix())
+    }
+}
+
 /// Where the bytes of a stream go.
 pub(super) enum Sink<'a> {
     /// A text file that grows.
@@ -127,19 +203,6 @@ impl Sink<'_> {
             bytes,
         })
     }
-}
-
-/// A file of frames.
-pub(super) fn begin_frames<T: Table<Layout: Clone>>(
-    path: PathBuf,
-    header: &FramesHeader,
-    layout: &T::Layout,
-    begin: Begin,
-) -> Result<TableWriter<T>, OutputError> {
-    Ok(match begin {
-        None => TableWriter::create(path, header, layout)?,
-        Some(frames) => TableWriter::resume(path, header, layout, frames as usize)?,
-    })
 }
 
 /// A text file to which whole frames are appended.

@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::contact_frames::contact_frame;
 use super::fstat_file::contact_rows;
 use super::region_counts::{Content, contents};
-use super::{Due, Exchanged, FrameCopy, OrderedFrame, Schedule, Writer, energies, folder};
+use super::{Due, Exchanged, FrameCopy, OrderedFrame, STREAMS, Schedule, Writer, energies, folder};
 use crate::plan::Plan;
 use mercury_common::formats::clump::Pebble;
 use mercury_common::frames::ContactColumns;
@@ -524,4 +524,15 @@ fn outputs_continued_are_the_same_bytes() {
         refused.contains(".data: the file has 6 bytes, the run had written"),
         "{refused}"
     );
+}
+
+/// Checkpoints store positions by name.
+#[test]
+fn names_of_streams_differ() {
+    let mut names: Vec<&str> = STREAMS.iter().map(|kind| kind.name).collect();
+    names.sort_unstable();
+    let count = names.len();
+    names.dedup();
+    assert_eq!(names.len(), count);
+    assert!(!names.iter().any(|name| name.starts_with("fields.")));
 }

@@ -1,11 +1,9 @@
 //! `<prefix>.track.csv`: the motion of named particles and bodies, and of grains that insertions bring.
 
-use std::path::Path;
-
 use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
 
 use super::frame_copy::TrackPoint;
-use super::stream::{Begin, Sink, Stream, TextFile, push_csv_name};
+use super::stream::{Beginning, Sink, Stream, StreamKind, TextFile, push_csv_name};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 
@@ -14,11 +12,17 @@ pub(super) struct TrackFile {
     names: Vec<String>,
 }
 
-impl TrackFile {
-    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
-        let name = format!("{}.track.csv", plan.outputs().prefix());
+impl StreamKind for TrackFile {
+    const NAME: &'static str = "track.csv";
+
+    fn is_wanted(plan: &Plan) -> bool {
+        plan.outputs().files().has_tracks()
+    }
+
+    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
+        let plan = run.plan;
         let head = b"time,name,id,x,y,z,vx,vy,vz,qw,qx,qy,qz,wx,wy,wz\n";
-        let file = TextFile::begin(folder, &name, head, begin)?;
+        let file = run.text(Self::NAME, head)?;
         Ok(Self {
             file,
             names: plan.outputs().files().track_names(),

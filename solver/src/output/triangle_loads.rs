@@ -1,13 +1,11 @@
 //! `<prefix>.triangle_loads.arrow`: mean loads on the triangles of mesh walls.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec3;
 use mercury_common::frames::{TriangleLoadFrame, TriangleLoadWriter};
 
-use super::particle_frames::frames_header;
-use super::stream::{Begin, Sink, Stream, begin_frames};
+use super::stream::{Beginning, Sink, Stream, StreamKind};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 use mercury_engine::forces::{FeatureLoad, LoadSums};
@@ -18,11 +16,17 @@ pub(super) struct TriangleLoads {
     table: TriangleTable,
 }
 
-impl TriangleLoads {
-    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
-        let path = folder.join(format!("{}.triangle_loads.arrow", plan.outputs().prefix()));
+impl StreamKind for TriangleLoads {
+    const NAME: &'static str = "triangle_loads.arrow";
+
+    fn is_wanted(plan: &Plan) -> bool {
+        plan.outputs().files().frames && plan.outputs().files().triangle_loads
+    }
+
+    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
+        let plan = run.plan;
         Ok(Self {
-            writer: begin_frames(path, &frames_header(plan), &(), begin)?,
+            writer: run.frames(Self::NAME, &())?,
             table: TriangleTable::new(plan),
         })
     }

@@ -16,12 +16,11 @@ use super::body_frames::BodyTable;
 use super::contact_frames::{contact_columns, contact_frame};
 use super::folder::VTK;
 use super::particle_frames::ParticleTable;
-use super::stream::{Begin, Sink, Stream};
+use super::stream::{Beginning, Sink, Stream, StreamKind};
 use super::triangle_loads::TriangleTable;
 use super::wall_frames::{surfaces, wall_frame};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
-use mercury_engine::contact::HistoryNumber;
 
 /// One thread writes: the others are busy with stepping.
 const OPTIONS: VtuOptions = VtuOptions {
@@ -58,19 +57,21 @@ struct Bodies {
     table: BodyTable,
 }
 
-impl VtkFiles {
-    pub(super) fn begin(
-        folder: &Path,
-        plan: &Plan,
-        history: &[HistoryNumber],
-        begin: Begin,
-    ) -> Result<Self, OutputError> {
-        let folder = folder.join(VTK);
+impl StreamKind for VtkFiles {
+    const NAME: &'static str = VTK;
+
+    fn is_wanted(plan: &Plan) -> bool {
+        plan.outputs().files().vtk
+    }
+
+    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
+        let plan = run.plan;
+        let folder = run.folder.join(VTK);
         let made = std::fs::create_dir_all(&folder);
         made.map_err(FileError::of(&folder, "the folder cannot be made"))?;
         let series = |kind: &str| -> Result<Series, VtuError> {
             let name = format!("{}.{kind}", plan.outputs().prefix());
-            match begin {
+            match run.at {
                 None => Series::create(&folder, &name, OPTIONS),
                 Some(frames) => Series::resume(&folder, &name, OPTIONS, frames as usize),
             }
@@ -116,13 +117,13 @@ impl VtkFiles {
             particle_columns.push(paraview::clump_spec());
         }
         Ok(Self {
-            frames: begin.unwrap_or(0) as usize,
+            frames: run.at.unwrap_or(0) as usize,
             made: Vec::new(),
             particles: series("particles")?,
             particle_columns,
             table,
             contacts: series("contacts")?,
-            contact_columns: contact_columns(plan, history),
+            contact_columns: contact_columns(plan, run.history),
             walls: walls.transpose()?,
             membranes: (!plan.physics().membranes().is_empty())
                 .then(|| series("membranes"))

@@ -1,12 +1,9 @@
 //! `<prefix>.walls.arrow`: the surfaces of the walls, and their poses in each frame.
 
-use std::path::Path;
-
 use mercury_common::frames::{WallFrame, WallWriter};
 use mercury_common::surfaces::{Placement, Surface};
 
-use super::particle_frames::frames_header;
-use super::stream::{Begin, Sink, Stream, begin_frames};
+use super::stream::{Beginning, Sink, Stream, StreamKind};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 
@@ -14,11 +11,17 @@ pub(super) struct WallFrames {
     writer: WallWriter,
 }
 
-impl WallFrames {
-    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
-        let path = folder.join(format!("{}.walls.arrow", plan.outputs().prefix()));
+impl StreamKind for WallFrames {
+    const NAME: &'static str = "walls.arrow";
+
+    fn is_wanted(plan: &Plan) -> bool {
+        plan.outputs().files().frames && !plan.physics().walls().is_empty()
+    }
+
+    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
+        let plan = run.plan;
         Ok(Self {
-            writer: begin_frames(path, &frames_header(plan), &surfaces(plan), begin)?,
+            writer: run.frames(Self::NAME, &surfaces(plan))?,
         })
     }
 }

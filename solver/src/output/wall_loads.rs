@@ -1,10 +1,8 @@
 //! `<prefix>.walls.csv`: force and torque of the particles on each wall, the power of the wall, its pose and its velocity.
 
-use std::path::Path;
-
 use mercury_common::formats::number::{NumberStyle, push_number};
 
-use super::stream::{Begin, Sink, Stream, TextFile, push_csv_name};
+use super::stream::{Beginning, Sink, Stream, StreamKind, TextFile, push_csv_name};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 
@@ -13,11 +11,17 @@ pub(super) struct WallLoads {
     names: Vec<String>,
 }
 
-impl WallLoads {
-    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
-        let name = format!("{}.walls.csv", plan.outputs().prefix());
+impl StreamKind for WallLoads {
+    const NAME: &'static str = "walls.csv";
+
+    fn is_wanted(plan: &Plan) -> bool {
+        plan.outputs().files().walls && !plan.physics().walls().is_empty()
+    }
+
+    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
+        let plan = run.plan;
         let head = b"time,name,fx,fy,fz,tx,ty,tz,power,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n";
-        let file = TextFile::begin(folder, &name, head, begin)?;
+        let file = run.text(Self::NAME, head)?;
         Ok(Self {
             file,
             names: plan

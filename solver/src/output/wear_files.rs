@@ -1,13 +1,10 @@
 //! `<prefix>.wear.csv`, `<prefix>.wear.arrow`, `<prefix>.wear_triangles.arrow`: the volumes owed and removed by wear, in all, by
 //! vertices and by triangles.
 
-use std::path::Path;
-
 use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
 use mercury_common::frames::{WearFrame, WearTriangleFrame, WearTriangleWriter, WearWriter};
 
-use super::particle_frames::frames_header;
-use super::stream::{Begin, Sink, Stream, TextFile, begin_frames, push_csv_name};
+use super::stream::{Beginning, Sink, Stream, StreamKind, TextFile, push_csv_name};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 use mercury_engine::wear::{Wear, WearRow};
@@ -71,12 +68,18 @@ pub(super) struct WearCsv {
     names: Vec<String>,
 }
 
-impl WearCsv {
-    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
-        let name = format!("{}.wear.csv", plan.outputs().prefix());
+impl StreamKind for WearCsv {
+    const NAME: &'static str = "wear.csv";
+
+    fn is_wanted(plan: &Plan) -> bool {
+        !plan.physics().wear().is_empty()
+    }
+
+    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
+        let plan = run.plan;
         let walls = plan.physics().walls().iter();
         Ok(Self {
-            file: TextFile::begin(folder, &name, HEAD, begin)?,
+            file: run.text(Self::NAME, HEAD)?,
             names: walls.map(|wall| wall.name.clone()).collect(),
         })
     }
@@ -125,10 +128,15 @@ pub(super) struct WearFrames {
     writer: WearWriter,
 }
 
-impl WearFrames {
-    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
-        let path = folder.join(format!("{}.wear.arrow", plan.outputs().prefix()));
-        let writer = begin_frames(path, &frames_header(plan), &(), begin)?;
+impl StreamKind for WearFrames {
+    const NAME: &'static str = "wear.arrow";
+
+    fn is_wanted(plan: &Plan) -> bool {
+        plan.outputs().files().frames && !plan.physics().wear().is_empty()
+    }
+
+    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
+        let writer = run.frames(Self::NAME, &())?;
         Ok(Self { writer })
     }
 }
@@ -150,10 +158,15 @@ pub(super) struct WearTriangles {
     writer: WearTriangleWriter,
 }
 
-impl WearTriangles {
-    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
-        let path = folder.join(format!("{}.wear_triangles.arrow", plan.outputs().prefix()));
-        let writer = begin_frames(path, &frames_header(plan), &(), begin)?;
+impl StreamKind for WearTriangles {
+    const NAME: &'static str = "wear_triangles.arrow";
+
+    fn is_wanted(plan: &Plan) -> bool {
+        plan.outputs().files().frames && !plan.physics().wear().is_empty()
+    }
+
+    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
+        let writer = run.frames(Self::NAME, &())?;
         Ok(Self { writer })
     }
 }

@@ -1,5 +1,6 @@
 //! The thread that formats and writes, so that the time loop need not wait for it.
 
+use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -11,31 +12,12 @@ use mercury_common::whole_file::{FileError, WholeFile};
 use mercury_pictures::{EnergyFlows, EnergyRow, SheetEnergies};
 use rayon::ThreadPoolBuilder;
 
-use super::body_frames::BodyFrames;
 use super::budget::{BudgetRow, gap, is_closed, largest_term};
-use super::budget_file::BudgetFile;
-use super::contact_frames::ContactFrames;
-use super::data_file::DataFile;
-use super::droplet_frames::DropletFrames;
-use super::ene_file::EneFile;
 use super::field_tables::FieldTable;
-use super::flux_counts::FluxCounts;
-use super::fstat_file::FstatFile;
-use super::liquid_file::LiquidFile;
-use super::membrane_files::{HoldCsv, MembraneCsv, MembraneFrames, MembraneTriangles};
-use super::particle_frames::ParticleFrames;
-use super::region_counts::RegionCounts;
-use super::stream::{Begin, Stream};
-use super::track_file::TrackFile;
-use super::triangle_loads::TriangleLoads;
-use super::vtk_files::VtkFiles;
-use super::wall_frames::WallFrames;
-use super::wall_loads::WallLoads;
-use super::wear_files::{WearCsv, WearFrames, WearTriangles};
-use super::{FrameCopy, OrderedFrame, OutputError, energies};
+use super::stream::{Beginning, Stream};
+use super::{FrameCopy, OrderedFrame, OutputError, STREAMS, energies};
 use crate::plan::Plan;
 use mercury_engine::contact::HistoryNumber;
-use mercury_engine::membrane::MembranePlan;
 use mercury_engine::neighbours::Images;
 use mercury_engine::stage::{Event, OutputFile, Stage};
 use mercury_engine::state::{Encoder, Piece, Plain};
@@ -88,11 +70,11 @@ pub const POSITIONS: &str = "outputs";
 /// The positions of a run's outputs: everything that a later continuation needs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Positions {
-    /// Of each stream, in the order of the plan.
-    streams: Vec<u64>,
+    /// Of each stream by its name: bytes of text files, frames of all others.
+    streams: BTreeMap<String, u64>,
     sums: RunningSums,
-    /// The memory of those streams that have any, in the same order.
-    memories: Vec<Vec<u64>>,
+    /// The memory of those streams that have any.
+    memories: BTreeMap<String, Vec<u64>>,
 }
 
 impl Plain for Positions {
@@ -110,7 +92,7 @@ impl Plain for Positions {
             streams: Plain::take(bytes)?,
             sums: Plain::take(bytes)?,
             memories: if bytes.is_empty() {
-                Vec::new()
+                BTreeMap::new()
             } else {
                 Plain::take(bytes)?
             },
@@ -189,12 +171,6 @@ saved!(SheetEnergies {
 });
 
 impl Positions {
-    /// How far each stream has come, in the order of the plan: bytes of text files, frames of all others.
-    #[must_use]
-    pub fn streams(&self) -> &[u64] {
-        &self.streams
-    }
-
     /// Frames of energies so far.
     #[must_use]
     pub fn frames(&self) -> usize {
@@ -318,117 +294,40 @@ impl Writer {
     }
 }
 
+/// A stream, and the name by which its position is stored.
+type Named = (String, Box<dyn Stream>);
+
 /// The files of the plan.
 fn streams(
     folder: &Path,
     plan: &Plan,
     (history, losses): (&[HistoryNumber], &Losses),
     from: Option<&Positions>,
-) -> Result<Vec<Box<dyn Stream>>, OutputError> {
-    let output = plan.outputs().files();
-    let mut streams: Vec<Box<dyn Stream>> = Vec::new();
-    // In the order in which their positions were reported.
-    let begin = |streams: &Vec<_>| -> Begin {
-        from.map(|from| from.streams.get(streams.len()).copied().unwrap_or(0))
+) -> Result<Vec<Named>, OutputError> {
+    let beginning = |name: &str| Beginning {
+        folder,
+        plan,
+        history,
+        losses,
+        // One that the interrupted run did not have begins anew.
+        at: from.and_then(|from| from.streams.get(name).copied()),
     };
-    if output.data {
-        let at = begin(&streams);
-        streams.push(Box::new(DataFile::begin(folder, plan, at)?));
+    let mut streams: Vec<Named> = Vec::new();
+    for kind in STREAMS.iter().filter(|kind| (kind.is_wanted)(plan)) {
+        let stream = (kind.begin)(&beginning(kind.name))?;
+        streams.push((kind.name.to_owned(), stream));
     }
-    if output.ene {
-        let at = begin(&streams);
-        streams.push(Box::new(EneFile::begin(folder, plan, at)?));
-    }
-    if output.fstat {
-        let at = begin(&streams);
-        streams.push(Box::new(FstatFile::begin(folder, plan, at)?));
-    }
-    if output.frames {
-        let at = begin(&streams);
-        streams.push(Box::new(ParticleFrames::begin(folder, plan, at)?));
-    }
-    if output.frames && !plan.physics().walls().is_empty() {
-        let at = begin(&streams);
-        streams.push(Box::new(WallFrames::begin(folder, plan, at)?));
-    }
-    if output.frames && plan.physics().has_bodies() {
-        let at = begin(&streams);
-        streams.push(Box::new(BodyFrames::begin(folder, plan, at)?));
-    }
-    if output.frames && output.triangle_loads {
-        let at = begin(&streams);
-        streams.push(Box::new(TriangleLoads::begin(folder, plan, at)?));
-    }
-    if output.frames && output.droplets && plan.physics().sprays().is_some() {
-        let at = begin(&streams);
-        streams.push(Box::new(DropletFrames::begin(folder, plan, at)?));
-    }
-    if output.vtk {
-        let at = begin(&streams);
-        streams.push(Box::new(VtkFiles::begin(folder, plan, history, at)?));
-    }
-    if output.frames && output.fstat {
-        let at = begin(&streams);
-        streams.push(Box::new(ContactFrames::begin(folder, plan, history, at)?));
-    }
-    if output.has_tracks() {
-        let at = begin(&streams);
-        streams.push(Box::new(TrackFile::begin(folder, plan, at)?));
-    }
-    if output.walls && !plan.physics().walls().is_empty() {
-        let at = begin(&streams);
-        streams.push(Box::new(WallLoads::begin(folder, plan, at)?));
-    }
-    if !plan.outputs().regions().is_empty() {
-        let at = begin(&streams);
-        streams.push(Box::new(RegionCounts::begin(folder, plan, at)?));
-    }
-    if !plan.outputs().fluxes().is_empty() {
-        let at = begin(&streams);
-        streams.push(Box::new(FluxCounts::begin(folder, plan, at)?));
-    }
-    if output.liquid && plan.physics().liquid().is_some() {
-        let at = begin(&streams);
-        streams.push(Box::new(LiquidFile::begin(folder, plan, at)?));
-    }
-    if plan.physics().energy_budget() {
-        let at = begin(&streams);
-        streams.push(Box::new(BudgetFile::begin(folder, plan, losses, at)?));
-    }
-    if !plan.physics().wear().is_empty() {
-        let at = begin(&streams);
-        streams.push(Box::new(WearCsv::begin(folder, plan, at)?));
-        if output.frames {
-            let at = begin(&streams);
-            streams.push(Box::new(WearFrames::begin(folder, plan, at)?));
-            let at = begin(&streams);
-            streams.push(Box::new(WearTriangles::begin(folder, plan, at)?));
-        }
-    }
-    if !plan.physics().membranes().is_empty() {
-        let at = begin(&streams);
-        streams.push(Box::new(MembraneCsv::begin(folder, plan, at)?));
-        let has_holds = |membrane: &MembranePlan| !membrane.holds.is_empty();
-        if plan.physics().membranes().iter().any(has_holds) {
-            let at = begin(&streams);
-            streams.push(Box::new(HoldCsv::begin(folder, plan, at)?));
-        }
-        if output.frames {
-            let at = begin(&streams);
-            streams.push(Box::new(MembraneFrames::begin(folder, plan, at)?));
-            let at = begin(&streams);
-            streams.push(Box::new(MembraneTriangles::begin(folder, plan, at)?));
-        }
-    }
-    if !output.fields.is_empty() {
+    let fields = &plan.outputs().files().fields;
+    if !fields.is_empty() {
         let cannot = FileError::of(folder, "the thread that computes fields cannot be started");
         let pool = ThreadPoolBuilder::new().num_threads(1).build();
         let pool = Arc::new(pool.map_err(|error| cannot(io::Error::other(error)))?);
-        for index in 0..output.fields.len() {
-            let at = begin(&streams);
-            let memory = from.map(|from| from.memories.get(index).map_or(&[][..], Vec::as_slice));
-            let table = FieldTable::begin(folder, plan, history, index, at, memory, &pool)?;
-            streams.push(Box::new(table));
+        for (index, fields) in fields.iter().enumerate() {
+            let name = FieldTable::ending(fields);
+            let memory = from.and_then(|from| from.memories.get(&name));
+            let table =
+                FieldTable::begin(&beginning(&name), index, memory.map(Vec::as_slice), &pool)?;
+            streams.push((name, Box::new(table)));
         }
     }
     Ok(streams)
@@ -437,7 +336,7 @@ fn streams(
 /// The writer's thread: ends when the sender is gone, or with the first error.
 fn write_all(
     receiver: Receiver<Message>,
-    mut streams: Vec<Box<dyn Stream>>,
+    mut streams: Vec<Named>,
     mut sums: RunningSums,
     images: &Images,
     accounting: Accounting,
@@ -455,7 +354,7 @@ fn write_all(
                 let budget = sums.take_in(&state, &accounting);
                 state.budget = (budget.energies.flows.is_some()).then(|| budget.clone());
                 at_end = Some(budget);
-                for stream in &mut streams {
+                for (_, stream) in &mut streams {
                     stream.write(&state)?;
                 }
                 watched.tell_of(&state, &mut streams);
@@ -474,7 +373,7 @@ fn write_all(
                     time,
                     mut state,
                 } = *checkpoint;
-                for stream in &streams {
+                for (_, stream) in &streams {
                     stream.sink().sync()?;
                 }
                 state.section(POSITIONS, &positions(&streams, &sums));
@@ -498,7 +397,7 @@ fn write_all(
             }
         }
     }
-    for stream in &mut streams {
+    for (_, stream) in &mut streams {
         stream.close()?;
     }
     Ok(Written {
@@ -511,24 +410,23 @@ fn write_all(
     })
 }
 
-fn positions(streams: &[Box<dyn Stream>], sums: &RunningSums) -> Positions {
+fn positions(streams: &[Named], sums: &RunningSums) -> Positions {
     Positions {
         streams: (streams.iter())
-            .map(|stream| stream.sink().position())
+            .map(|(name, stream)| (name.clone(), stream.sink().position()))
             .collect(),
         sums: sums.clone(),
-        memories: streams
-            .iter()
-            .filter_map(|stream| stream.memory())
+        memories: (streams.iter())
+            .filter_map(|(name, stream)| Some((name.clone(), stream.memory()?)))
             .collect(),
     }
 }
 
 /// The growing files, in the order of the plan.
-fn growing(streams: &[Box<dyn Stream>]) -> Vec<OutputFile> {
+fn growing(streams: &[Named]) -> Vec<OutputFile> {
     streams
         .iter()
-        .filter_map(|stream| stream.sink().file())
+        .filter_map(|(_, stream)| stream.sink().file())
         .collect()
 }
 
@@ -551,14 +449,14 @@ impl Watched {
     }
 
     /// Reports what was written of a state.
-    fn tell_of(&mut self, state: &OrderedFrame, streams: &mut [Box<dyn Stream>]) {
+    fn tell_of(&mut self, state: &OrderedFrame, streams: &mut [Named]) {
         if !self.stage.is_heard() {
             return;
         }
         let all = growing(streams);
         let is_new = |file: &&OutputFile| !self.reported.contains(file);
         let mut outputs: Vec<OutputFile> = all.iter().filter(is_new).cloned().collect();
-        for path in streams.iter_mut().flat_map(|stream| stream.made()) {
+        for path in streams.iter_mut().flat_map(|(_, stream)| stream.made()) {
             // It is on the disk and is not removed.
             let bytes = std::fs::metadata(&path).map_or(0, |file| file.len());
             outputs.push(self.file(&path, bytes));

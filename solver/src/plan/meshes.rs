@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use mercury_common::formats::mesh::{TriangleMesh, read_mesh};
 use mercury_common::scene::{
-    Domain, MeshSide, MeshSource, Output, Scene, SceneError, Shape as SceneShape,
+    Domain, MeshSide, MeshSource, Scene, SceneError, Shape as SceneShape, Switches,
 };
 use mercury_common::turns::about_axis;
 
@@ -187,22 +187,22 @@ fn file_of(scene: &Scene, name: &str) -> String {
 /// Whether the loads on triangles are summed up: if requested, if there are any, and if an output holds them.
 pub(super) fn has_triangle_loads(
     walls: &[Wall],
-    output: &Output,
+    files: &Switches,
     warnings: &mut Vec<String>,
 ) -> bool {
     let has_meshes = walls
         .iter()
         .any(|wall| matches!(wall.shape, Shape::Mesh(_)));
-    let has_files = output.frames || *output.vtk;
-    if output.triangle_loads && !has_meshes {
+    let has_files = files.frames || files.vtk;
+    if files.triangle_loads && !has_meshes {
         warnings
             .push("output.triangle_loads: no wall is a mesh, so there are no triangles".to_owned());
-    } else if output.triangle_loads && !has_files {
+    } else if files.triangle_loads && !has_files {
         warnings.push(
             "output.triangle_loads: nothing would hold them, as output.frames and output.vtk are false".to_owned(),
         );
     }
-    output.triangle_loads && has_meshes && has_files
+    files.triangle_loads && has_meshes && has_files
 }
 
 /// Triangles, edges and extent of a mesh, for the report.

@@ -1,6 +1,9 @@
 //! What a run writes.
 
+use std::ops::{Deref, DerefMut};
+
 use mercury_common::formats::number::NumberStyle;
+use mercury_common::scene::Switches;
 
 use super::{FieldPlan, getters};
 use mercury_engine::boundaries::{CountedRegion, FluxPlan};
@@ -34,6 +37,8 @@ impl Outputs {
 /// What is written, and when.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutputPlan {
+    /// Which files are written, with what has nothing to write switched off. `plan.frames` is `plan.switches.frames`.
+    pub switches: Switches,
     /// Time between frames, s.
     pub interval: f64,
     /// Time between contact frames, s.
@@ -42,26 +47,6 @@ pub struct OutputPlan {
     pub vtk_interval: f64,
     /// Simulated time between checkpoints, s; `None`: only by the clock and at the end.
     pub restart_interval: Option<f64>,
-    /// `.data`.
-    pub data: bool,
-    /// `.ene`.
-    pub ene: bool,
-    /// `.fstat` and `.contacts.arrow`.
-    pub fstat: bool,
-    /// `vtk/<prefix>.*.vtu` and their lists.
-    pub vtk: bool,
-    /// `.particles.arrow` and `.walls.arrow`.
-    pub frames: bool,
-    /// `.walls.csv`.
-    pub walls: bool,
-    /// `.triangle_loads.arrow`, and arrays of the walls in `vtk/`: loads on the triangles of meshes.
-    pub triangle_loads: bool,
-    /// `.liquid.csv`, in scenes with liquid.
-    pub liquid: bool,
-    /// `.droplets.arrow`, in scenes with sprays.
-    pub droplets: bool,
-    /// Pictures at the end.
-    pub pictures: bool,
     /// Rows of `.data`, which `.fstat` refers to, are pebbles instead of bodies.
     pub pebbles: bool,
     /// Particles and bodies to follow: name and id.
@@ -115,24 +100,29 @@ impl OutputPlan {
     }
 }
 
+impl Deref for OutputPlan {
+    type Target = Switches;
+
+    fn deref(&self) -> &Switches {
+        &self.switches
+    }
+}
+
+impl DerefMut for OutputPlan {
+    fn deref_mut(&mut self) -> &mut Switches {
+        &mut self.switches
+    }
+}
+
 impl Default for OutputPlan {
     /// Nothing is written.
     fn default() -> Self {
         Self {
+            switches: Switches::default(),
             interval: f64::INFINITY,
             fstat_interval: f64::INFINITY,
             vtk_interval: f64::INFINITY,
             restart_interval: None,
-            data: false,
-            ene: false,
-            fstat: false,
-            vtk: false,
-            frames: false,
-            walls: false,
-            triangle_loads: false,
-            liquid: false,
-            droplets: false,
-            pictures: false,
             pebbles: false,
             track: Vec::new(),
             track_insertions: Vec::new(),

@@ -16,11 +16,12 @@ use mercury_common::formats::clump::Pebble;
 use mercury_common::formats::data::DataReader;
 use mercury_common::formats::ene::EnergyReader;
 use mercury_common::frames::{ContactReader, ParticleReader, WallReader};
+use mercury_common::scene::Switches;
 use mercury_common::surfaces::{Placement, Surface};
 
 use super::*;
 use crate::output::summary::Status;
-use crate::plan::{Draft, NewBody, NewParticle};
+use crate::plan::{Draft, NewBody, NewParticle, OutputPlan};
 use mercury_engine::bodies::Clump;
 use mercury_engine::boundaries::{CountedRegion, FluxPlan, Region};
 use mercury_engine::contact::registry::AnyPairLaw;
@@ -64,17 +65,20 @@ fn plan(steps: u64, interval: f64, friction: f64) -> Draft {
     plan.steps = steps;
     plan.gravity = DVec3::new(0.0, 0.0, -10.0);
     plan.orientations = friction > 0.0;
-    plan.output = crate::plan::OutputPlan {
+    plan.output = OutputPlan {
         interval,
         fstat_interval: interval,
-        data: true,
-        ene: true,
-        fstat: true,
-        frames: true,
-        walls: true,
+        switches: Switches {
+            data: true,
+            ene: true,
+            fstat: true,
+            frames: true,
+            walls: true,
+            ..Switches::default()
+        },
         track: vec![("first, of all".to_owned(), 0)],
         track_interval: interval,
-        ..crate::plan::OutputPlan::default()
+        ..OutputPlan::default()
     };
     plan
 }

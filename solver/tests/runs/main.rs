@@ -7,6 +7,6 @@ mod guard;
 mod membranes;
 mod particle_tables;
 mod rest;
+mod tables;
 mod tracks;
 mod triaxial;
-mod walls_csv;

@@ -86,7 +86,7 @@ pub enum CoulombLimits {
 }
 
 /// Choices among published variants; the defaults are the physically right ones.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Conventions {
     /// How tangential springs turn with the contact.
     pub tangential_history: TangentialHistory,

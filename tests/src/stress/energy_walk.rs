@@ -16,9 +16,11 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use mercury_engine::contact::AnyNormal;
+use mercury_engine::contact::normal::AnyNormalHistory;
+use mercury_engine::contact::{AnyNormal, NormalLaw as _};
 
 use super::stage::Stage;
+use crate::scenes::contact_at_rest;
 
 /// What is to be expected of the energy of a gas.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -110,17 +112,19 @@ struct Corner {
 }
 
 impl Corner {
-    /// For R* (m).
+    /// Of a law without memory for R* (m): by its elastic force at two small overlaps.
     fn of(law: &AnyNormal, effective_radius: f64) -> Option<Self> {
-        let (exponent, factor) = match law {
-            AnyNormal::Linear(law) => (1.0, law.stiffness),
-            AnyNormal::Hertz(law) => {
-                let factor = 4.0 / 3.0 * law.effective_modulus * effective_radius.sqrt();
-                (1.5, factor)
-            }
-            AnyNormal::Plastic(_) => return None,
+        let force = |overlap: f64| {
+            let contact = contact_at_rest(overlap, effective_radius, 1.0);
+            law.force(&contact, &mut AnyNormalHistory::default())
+                .elastic
         };
-        Some(Self { exponent, factor })
+        let small = 1e-9 * effective_radius;
+        let exponent = (force(2.0 * small) / force(small)).log2();
+        law.is_elastic().then(|| Self {
+            exponent,
+            factor: force(small) / small.powf(exponent),
+        })
     }
 
     /// Variance of ζ(-s, θ) over θ in (0, 1).
@@ -166,12 +170,29 @@ fn gamma(x: f64) -> f64 {
 mod tests {
     use std::f64::consts::PI;
 
+    use mercury_engine::contact::{AnyNormal, Hertz, Linear};
+
     use super::{Corner, gamma};
 
     const LINEAR: Corner = Corner {
         exponent: 1.0,
         factor: 1.0,
     };
+
+    /// F = k overlap, and F = 4/3 E* sqrt(R*) overlap^1.5 (Hertz 1882).
+    #[test]
+    fn corners_are_those_of_the_laws() {
+        let hertz = 4.0 / 3.0 * 1e7 * 0.01f64.sqrt();
+        for (law, exponent, factor) in [
+            (AnyNormal::Linear(Linear::new(3e4, 2.0)), 1.0, 3e4),
+            (AnyNormal::Hertz(Hertz::new(1e7, 0.3)), 1.5, hertz),
+        ] {
+            let corner = Corner::of(&law, 0.01).unwrap();
+            assert!((corner.exponent - exponent).abs() < 1e-14);
+            // Round-off of the exponent, times the logarithm of the overlap.
+            assert!((corner.factor / factor - 1.0).abs() < 1e-12);
+        }
+    }
 
     /// ζ(-1, θ) = -(θ² - θ + 1/6)/2, whose variance is 1/720.
     #[test]

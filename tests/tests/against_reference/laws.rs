@@ -1,40 +1,19 @@
 //! Every combination of the parts of a contact law.
 
-use mercury_engine::contact::normal::hertz_damping;
 use mercury_engine::contact::registry::AnyPairLaw;
 use mercury_engine::contact::rolling::FrictionSpring;
 use mercury_engine::contact::{
-    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Hertz, Linear,
-    LinearFriction, Luding, Mindlin, MindlinRescaled, PairLaw, Plastic, SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, LinearFriction, Luding,
+    Mindlin, MindlinRescaled, PairLaw, PlannedNormal as _, Scale, SpringRotation,
 };
 
+/// For spheres of some 3 cm and 0.2 kg.
 fn normals() -> Vec<AnyNormal> {
-    let ratio = Linear::with_damping_ratio(1e5, 0.1);
-    let mut clamped_ratio = ratio;
-    clamped_ratio.clamp_tension = true;
-    let hertz = Hertz::new(2e6, hertz_damping(0.7));
-    let mut clamped_hertz = hertz;
-    clamped_hertz.clamp_tension = true;
-    let plastic = Plastic {
-        loading_stiffness: 5e4,
-        unloading_stiffness: 1.5e5,
-        cohesion_stiffness: 2e4,
-        penetration_depth: 0.05,
-        dissipation: 5.0,
-        clamp_tension: false,
-    };
-    vec![
-        AnyNormal::Linear(Linear::new(1e5, 20.0)),
-        AnyNormal::Linear(ratio),
-        AnyNormal::Linear(clamped_ratio),
-        AnyNormal::Hertz(hertz),
-        AnyNormal::Hertz(clamped_hertz),
-        AnyNormal::Plastic(plastic),
-        AnyNormal::Plastic(Plastic {
-            clamp_tension: true,
-            ..plastic
-        }),
-    ]
+    AnyNormal::examples(&Scale {
+        stiffness: 1e5,
+        radius: 0.03,
+        mass: 0.1,
+    })
 }
 
 fn tangentials() -> Vec<AnyTangential> {

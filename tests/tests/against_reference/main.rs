@@ -13,16 +13,14 @@ use glam::{DVec3, dvec3};
 use mercury_common::random::Stream;
 use mercury_engine::contact::adhesion::liquid::Tables;
 use mercury_engine::contact::registry::{AnyPairLaw, LawTable};
-use mercury_engine::contact::{
-    AnyNormal, AnyRolling, AnyTangential, CoulombLimits, SpringRotation,
-};
 use mercury_engine::state::MaterialIndex;
 use mercury_engine::step::Engine;
 use mercury_engine::walls::{Touch, Touches};
 use mercury_solver::plan::{Draft, NewParticle, PrescribedMotion};
 use mercury_tests::reference::Simulation;
-use mercury_tests::scenes::{advance, start};
-use mercury_tests::twins::{force_difference, position_difference, reference_of};
+use mercury_tests::reference::laws::Conventions;
+use mercury_tests::scenes::{advance, assert_every_law, start};
+use mercury_tests::twins::{force_difference, position_difference, reference_law, reference_of};
 
 use laws::laws;
 use surroundings::{Surroundings, surroundings};
@@ -173,6 +171,11 @@ fn compare_paths(
 }
 
 #[test]
+fn every_law_is_compared() {
+    assert_every_law(laws().into_iter());
+}
+
+#[test]
 fn first_forces_of_every_combination() {
     for (k, law) in laws().into_iter().enumerate() {
         for (seed, surroundings) in surroundings().iter().enumerate() {
@@ -219,24 +222,8 @@ fn trajectories_of_odd_laws() {
 fn trajectories_of_mixed_laws() {
     let choices: Vec<AnyPairLaw> = laws()
         .into_iter()
-        .filter(|law| {
-            let clamped = match law.normal {
-                AnyNormal::Linear(law) => law.clamp_tension,
-                AnyNormal::Hertz(law) => law.clamp_tension,
-                AnyNormal::Plastic(law) => law.clamp_tension,
-            };
-            let unusual = match law.tangential {
-                AnyTangential::Mindlin(law) => law.limits != CoulombLimits::Bounded,
-                AnyTangential::MindlinRescaled(law) => law.plain.limits != CoulombLimits::Bounded,
-                AnyTangential::Linear(law) => {
-                    law.rotation == SpringRotation::Incremental
-                        || law.limits != CoulombLimits::Bounded
-                }
-                AnyTangential::None => false,
-            };
-            let lever = matches!(law.rolling, AnyRolling::Luding(luding) if luding.lever != 1.0);
-            !(clamped || unusual || lever)
-        })
+        // The conventions of the reference path hold for all its contacts.
+        .filter(|law| reference_law(law).1 == Conventions::default())
         .collect();
     for (k, around) in surroundings().iter().enumerate() {
         let pick = |offset: usize| Some(choices[(7 * k + 11 * offset) % choices.len()]);

@@ -13,7 +13,8 @@ use mercury_engine::contact::registry::AnyPairLaw;
 use mercury_engine::contact::rolling::FrictionSpring;
 use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, LinearFriction, Luding,
-    Mindlin, MindlinRescaled, PairLaw, Plastic, SpringRotation,
+    Mindlin, MindlinRescaled, NormalLaw as _, PairLaw, PlannedNormal as _, Plastic, Scale,
+    SpringRotation,
 };
 use mercury_engine::state::{MaterialIndex, volume};
 use mercury_engine::step::{Engine, Snapshot};
@@ -21,7 +22,7 @@ use mercury_engine::walls::{Component, Motion, Plane, Shape, Wall};
 use mercury_solver::output::summary::EnergySummary;
 use mercury_solver::plan::{Draft, NewBody, PrescribedMotion, plan as planned};
 use mercury_solver::run::{RunOptions, run};
-use mercury_tests::scenes::{advance, held, plan, plane, sphere, start, wall};
+use mercury_tests::scenes::{advance, assert_every_law, held, plan, plane, sphere, start, wall};
 
 const RADIUS: f64 = 0.01;
 const DENSITY: f64 = 2000.0;
@@ -81,10 +82,16 @@ fn laws() -> Vec<(&'static str, AnyPairLaw)> {
         rotation: SpringRotation::Project,
     });
     let none = AnyRolling::None;
-    vec![
-        ("linear", law(linear, AnyTangential::None, none)),
-        ("hertz", law(hertz, AnyTangential::None, none)),
-        ("plastic", law(plastic, AnyTangential::None, none)),
+    let normal_laws = AnyNormal::examples(&Scale {
+        stiffness: STIFFNESS,
+        radius: RADIUS,
+        mass: mass(),
+    });
+    let alone = normal_laws.into_iter();
+    let mut laws: Vec<_> = alone
+        .map(|normal| (normal.name(), law(normal, AnyTangential::None, none)))
+        .collect();
+    laws.extend([
         ("linear, slides", law(linear, friction(0.2), none)),
         ("linear, sticks", law(linear, friction(10.0), none)),
         ("plastic, slides", law(plastic, friction(0.2), none)),
@@ -111,7 +118,8 @@ fn laws() -> Vec<(&'static str, AnyPairLaw)> {
             "mindlin, rolling",
             law(hertz, AnyTangential::Mindlin(mindlin(0.5)), luding),
         ),
-    ]
+    ]);
+    laws
 }
 
 /// The budget of six contact times in steps of 1/`steps` of one.
@@ -201,6 +209,11 @@ fn closes(name: &str, scene: impl Fn() -> Draft) {
     let energy = budget(scene(), 400);
     let lost = energy.dissipated.unwrap();
     assert!(lost.of("normal") > 0.0, "{name}: {lost:?}");
+}
+
+#[test]
+fn every_law_is_audited() {
+    assert_every_law(laws().into_iter().map(|(_, law)| law));
 }
 
 #[test]

@@ -7,8 +7,8 @@ use mercury_engine::contact::registry::AnyPairLaw;
 use mercury_engine::contact::rolling::FrictionSpring;
 use mercury_engine::contact::{
     Action, AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Contact, CoulombLimits, Hertz,
-    Histories, History, Linear, LinearFriction, Luding, Mindlin, MindlinRescaled, PairLaw, Plastic,
-    SpringRotation, TangentialLaw,
+    Histories, History, Linear, LinearFriction, Luding, Mindlin, MindlinRescaled, PairLaw,
+    PlannedNormal as _, Plastic, Scale, SpringRotation, TangentialLaw,
 };
 use mercury_engine::forces::Partner;
 use mercury_engine::lanes::Vector;
@@ -99,12 +99,12 @@ fn at(overlap: f64) -> Contact {
 /// A normal law's energy at the deepest overlap is what unloading from there gives back, for as long as it pushes.
 #[test]
 fn normal_laws_give_back_their_energy() {
-    let linear = AnyNormal::Linear(Linear::new(1e4, 0.0));
-    for (name, normal) in [
-        ("linear", linear),
-        ("hertz", hertz()),
-        ("plastic", plastic()),
-    ] {
+    let scale = Scale {
+        stiffness: 1e4,
+        radius: RADIUS,
+        mass: MASS,
+    };
+    for normal in AnyNormal::examples(&scale) {
         let law = law(normal, AnyTangential::None, AnyRolling::None);
         let mut memory = Memory::default();
         let mut force = |overlap: f64| law.act(&at(overlap), DT, &mut memory).normal.elastic;
@@ -135,7 +135,7 @@ fn normal_laws_give_back_their_energy() {
         // Trapezoidal rule, 1e-4 of the way each: below 1e-6 also where Hertz' curve begins.
         assert!(
             (work / energy - 1.0).abs() < 1e-6,
-            "{name}: {work} J of {energy} J"
+            "{normal:?}: {work} J of {energy} J"
         );
     }
 }

@@ -4,6 +4,7 @@ mod adhesion;
 mod contact_set;
 mod coulomb;
 mod energy_audit;
+mod impacts;
 mod laws_alone;
 mod liquid;
 mod mixed_laws;

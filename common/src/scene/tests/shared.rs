@@ -106,8 +106,9 @@ fn defaults_are_those_of_the_contract() {
     };
     assert_eq!((*side, *mesh.scale), (MeshSide::Both, 1.0));
     let output = &scene.output;
-    assert!(output.data && output.ene && output.frames && output.walls && output.pictures);
-    assert!(!output.fstat && !output.vtk.value && !output.energy_budget);
+    let files = output.switches;
+    assert!(files.data && files.ene && files.frames && files.walls && files.pictures);
+    assert!(!files.fstat && !files.vtk && !output.energy_budget);
     assert_eq!(*output.fstat_interval, 0.1);
     assert_eq!(output.clumps_as, ClumpsAs::Bodies);
 }

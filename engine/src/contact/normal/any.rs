@@ -1,17 +1,9 @@
 //! A normal law chosen at run time.
 
-use mercury_common::scene::LawKeys;
-
-use super::{Contact, Hertz, Linear, NormalForce, NormalLaw, Plastic};
-use crate::contact::HistoryNumber;
-use crate::contact::any::{Holds, any_law};
-use crate::contact::mixing::Pair;
-use crate::contact::{PlannedNormal, SpringAndDashpot};
-use crate::lanes::Real;
-
+/// The enum of the normal laws that a scene can name, each with its variant.
 macro_rules! normal_laws {
     ($($variant:ident($law:ident)),*) => {
-        any_law!(NormalLaw: AnyNormal remembers AnyNormalHistory { $($variant($law)),* });
+        $crate::contact::any::any_law!(NormalLaw: AnyNormal remembers AnyNormalHistory { $($variant($law)),* });
 
         impl NormalLaw for AnyNormal {
             type History<L: Real> = AnyNormalHistory<L>;
@@ -36,9 +28,9 @@ macro_rules! normal_laws {
             ) -> NormalForce<L> {
                 match self {
                     $(Self::$variant(law) => {
-                        let mut own = Holds::<$law, L>::own(history);
+                        let mut own = $crate::contact::any::Holds::<$law, L>::own(history);
                         let force = law.force(contact, &mut own);
-                        *history = Holds::<$law, L>::hold(own);
+                        *history = $crate::contact::any::Holds::<$law, L>::hold(own);
                         force
                     })*
                 }
@@ -50,31 +42,38 @@ macro_rules! normal_laws {
                 }
             }
 
+            fn clamps_tension(&self) -> bool {
+                match self {
+                    $(Self::$variant(law) => law.clamps_tension(),)*
+                }
+            }
+
             fn energy<L: Real>(&self, contact: &Contact<L>, history: &AnyNormalHistory<L>) -> L {
                 match self {
-                    $(Self::$variant(law) => law.energy(contact, &Holds::<$law, L>::own(history)),)*
+                    $(Self::$variant(law) => law.energy(contact, &$crate::contact::any::Holds::<$law, L>::own(history)),)*
                 }
             }
         }
 
         impl AnyNormal {
             /// What scenes say of each of them.
-            pub const KEYS: &'static [&'static LawKeys] = &[$(<$law as PlannedNormal>::KEYS),*];
+            pub const KEYS: &'static [&'static mercury_common::scene::LawKeys] = &[$(<$law as $crate::contact::PlannedNormal>::KEYS),*];
         }
 
-        impl PlannedNormal for AnyNormal {
-            const KEYS: &'static LawKeys = &LawKeys::NONE;
+        impl $crate::contact::PlannedNormal for AnyNormal {
+            const KEYS: &'static mercury_common::scene::LawKeys =
+                &mercury_common::scene::LawKeys::NONE;
 
-            fn of_scene(pair: &mut Pair<'_>) -> Option<Self> {
-                $(if pair.requests($law::KEYS) {
-                    return $law::of_scene(pair).map(Self::$variant);
+            fn of_scene(pair: &mut $crate::contact::mixing::Pair<'_>) -> Option<Self> {
+                $(if pair.requests(<$law as $crate::contact::PlannedNormal>::KEYS) {
+                    return <$law as $crate::contact::PlannedNormal>::of_scene(pair).map(Self::$variant);
                 })*
                 None
             }
 
             fn duration(&self, effective_mass: f64, effective_radius: f64, speed: f64) -> f64 {
                 match self {
-                    $(Self::$variant(law) => law.duration(effective_mass, effective_radius, speed),)*
+                    $(Self::$variant(law) => $crate::contact::PlannedNormal::duration(law, effective_mass, effective_radius, speed),)*
                 }
             }
 
@@ -83,26 +82,32 @@ macro_rules! normal_laws {
                 effective_mass: f64,
                 effective_radius: f64,
                 speed: f64,
-            ) -> (SpringAndDashpot, f64) {
+            ) -> ($crate::contact::SpringAndDashpot, f64) {
                 match self {
-                    $(Self::$variant(law) => law.stiffest(effective_mass, effective_radius, speed),)*
+                    $(Self::$variant(law) => $crate::contact::PlannedNormal::stiffest(law, effective_mass, effective_radius, speed),)*
                 }
             }
 
             fn spring(&self) -> Option<f64> {
                 match self {
-                    $(Self::$variant(law) => law.spring(),)*
+                    $(Self::$variant(law) => $crate::contact::PlannedNormal::spring(law),)*
                 }
             }
 
             fn beta(&self) -> Option<f64> {
                 match self {
-                    $(Self::$variant(law) => law.beta(),)*
+                    $(Self::$variant(law) => $crate::contact::PlannedNormal::beta(law),)*
                 }
+            }
+
+            fn examples(scale: &$crate::contact::Scale) -> Vec<Self> {
+                let mut all = Vec::new();
+                $(
+                    let of_law = <$law as $crate::contact::PlannedNormal>::examples(scale);
+                    all.extend(of_law.into_iter().map(Self::$variant));
+                )*
+                all
             }
         }
     };
 }
-
-// The laws that a scene can name.
-normal_laws!(Hertz(Hertz), Linear(Linear), Plastic(Plastic));

@@ -1,13 +1,12 @@
 //! Hertz' law with the damping that makes the restitution independent of the velocity.
 
-use std::f64::consts::PI;
-
 use mercury_common::scene::{Key, LawKeys, Mixing, Part, Range};
 
 use super::super::normal::linear::{damping_ratio, damping_ratio_clamped};
+use super::elastic::{ELASTIC_CHOICE, ELASTIC_KEYS, modulus_of};
 use super::{Contact, NormalForce, NormalLaw};
 use crate::contact::mixing::{Pair, restitution_of};
-use crate::contact::{PlannedNormal, SpringAndDashpot};
+use crate::contact::{PlannedNormal, Scale, SpringAndDashpot};
 use crate::lanes::Real;
 
 /// F_n = k_n overlap - beta sqrt(m* k_n) u_n with the secant stiffness k_n = 4/3 E* a, a = sqrt(R* overlap)
@@ -97,6 +96,10 @@ impl NormalLaw for Hertz {
         }
     }
 
+    fn clamps_tension(&self) -> bool {
+        self.clamp_tension
+    }
+
     #[inline(always)]
     fn energy<L: Real>(&self, contact: &Contact<L>, (): &()) -> L {
         contact.contact_radius()
@@ -113,28 +116,6 @@ pub fn hertz_damping(restitution: f64) -> f64 {
     5.0f64.sqrt() * damping_ratio(restitution)
 }
 
-/// E* of two materials given as (E, nu): 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2, Pa.
-#[must_use]
-pub fn effective_modulus(one: (f64, f64), other: (f64, f64)) -> f64 {
-    1.0 / ((1.0 - one.1 * one.1) / one.0 + (1.0 - other.1 * other.1) / other.0)
-}
-
-/// G* of two materials given as (E, nu): 1/G* = (2 - nu1)/G1 + (2 - nu2)/G2, G = E/(2 (1 + nu)), Pa.
-#[must_use]
-pub fn effective_shear_modulus(one: (f64, f64), other: (f64, f64)) -> f64 {
-    let compliance = |(e, nu): (f64, f64)| (2.0 - nu) * 2.0 * (1.0 + nu) / e;
-    1.0 / (compliance(one) + compliance(other))
-}
-
-/// Rayleigh time of a sphere (s), pi R sqrt(rho/G) / (0.1631 nu + 0.8766) (Thornton 2015): how long a
-/// surface wave needs round half of it.
-#[must_use]
-pub fn rayleigh_time(radius: f64, density: f64, youngs_modulus: f64, poisson_ratio: f64) -> f64 {
-    let shear_modulus = youngs_modulus / (2.0 * (1.0 + poisson_ratio));
-    PI * radius * (density / shear_modulus).sqrt() / (0.1631 * poisson_ratio + 0.8766)
-}
-
-const ELASTIC: Mixing = Mixing::Derived("by the elasticity of the two bodies");
 const DAMPING: Mixing = Mixing::Derived("the damping is mixed: harmonic mean of beta");
 
 /// sqrt(5): beta over the fraction of critical damping (Antypov & Elliott 2011).
@@ -146,15 +127,9 @@ impl PlannedNormal for Hertz {
         name: "hertz",
         text: "Hertz (1882) with viscous damping",
         keys: &[
-            Key::new("youngs_modulus", "Pa", Range::Positive, "E").mixes(ELASTIC),
-            Key::new("poisson_ratio", "", Range::PoissonRatio, "nu").mixes(ELASTIC),
-            Key::new(
-                "effective_modulus",
-                "Pa",
-                Range::Positive,
-                "E* of the material with itself",
-            )
-            .mixes(ELASTIC),
+            ELASTIC_KEYS[0],
+            ELASTIC_KEYS[1],
+            ELASTIC_KEYS[2],
             Key::new("restitution", "", Range::Fraction, "e").mixes(DAMPING),
             Key::new(
                 "damping",
@@ -163,38 +138,11 @@ impl PlannedNormal for Hertz {
                 "beta in beta sqrt(m* k_n)",
             ),
         ],
-        choices: &[
-            &[&["youngs_modulus", "poisson_ratio"], &["effective_modulus"]],
-            &[&["restitution"], &["damping"]],
-        ],
+        choices: &[ELASTIC_CHOICE, &[&["restitution"], &["damping"]]],
     };
 
     fn of_scene(pair: &mut Pair<'_>) -> Option<Self> {
-        let (over_e, over_nu) = (pair.over("youngs_modulus"), pair.over("poisson_ratio"));
-        let constants = pair.elastic_constants();
-        let typed = pair.sides("effective_modulus");
-        let like_like = [0, 1]
-            .map(|i| typed[i].or_else(|| constants[i].map(|one| effective_modulus(one, one))));
-        let exact = match elastic_pair(constants, over_e, over_nu) {
-            Some([a, b]) => Some(effective_modulus(a, b)),
-            None if over_e.is_some() || over_nu.is_some() => {
-                let message = format!(
-                    "E* of the contacts of {} is incomplete: youngs_modulus and poisson_ratio go together",
-                    pair.name()
-                );
-                pair.error(message, "give both, or effective_modulus".to_owned());
-                return None;
-            }
-            None => None,
-        };
-        let (modulus, origin) = match (pair.over("effective_modulus"), exact) {
-            (None, Some(exact)) if over_e.is_some() || over_nu.is_some() => {
-                (exact, pair.contact_origin())
-            }
-            (None, Some(exact)) => (exact, pair.mixed_origin(constants.map(|c| c.is_some()))),
-            (modulus, _) => pair.need("effective_modulus", modulus, like_like)?,
-        };
-
+        let (modulus, origin) = modulus_of(pair)?;
         pair.check_restitutions()?;
         let (restitutions, betas) = (pair.sides("restitution"), pair.sides("damping"));
         let sides = [0, 1].map(|i| restitutions[i].map(|e| beta_of(pair, e)).or(betas[i]));
@@ -235,6 +183,17 @@ impl PlannedNormal for Hertz {
     fn beta(&self) -> Option<f64> {
         Some(self.damping)
     }
+
+    fn examples(scale: &Scale) -> Vec<Self> {
+        // The tangent stiffness is 2 E* sqrt(R* overlap).
+        let modulus = 0.5 * scale.stiffness / (scale.radius * 0.1f64.sqrt());
+        let law = Self::new(modulus, 0.5);
+        let clamped = Self {
+            clamp_tension: true,
+            ..law
+        };
+        vec![law, clamped]
+    }
 }
 
 /// beta of a restitution under the convention of the scene.
@@ -246,49 +205,15 @@ fn beta_of(pair: &Pair<'_>, restitution: f64) -> f64 {
     }
 }
 
-/// (E, nu) of both bodies: what is replaced counts for both; a body without constants is like the other one.
-pub(crate) fn elastic_pair(
-    sides: [Option<(f64, f64)>; 2],
-    over_e: Option<f64>,
-    over_nu: Option<f64>,
-) -> Option<[(f64, f64); 2]> {
-    let side = |own: Option<(f64, f64)>| {
-        let e = over_e.or(own.map(|c| c.0))?;
-        Some((e, over_nu.or(own.map(|c| c.1))?))
-    };
-    match sides.map(side) {
-        [Some(a), Some(b)] => Some([a, b]),
-        _ => None,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn moduli_mix_as_the_theory_says() {
-        // contact-model case T18
-        let (soft, steel) = ((1e7, 0.3), (210e9, 0.25));
-        assert!((effective_modulus(soft, steel) / 10988471.91562423 - 1.0).abs() < 1e-14);
-        assert!((effective_shear_modulus(soft, steel) / 2262336.80539190 - 1.0).abs() < 1e-14);
-        assert!((effective_shear_modulus(soft, soft) / 1131221.719457014 - 1.0).abs() < 1e-14);
-        // the harmonic mean of the like-like moduli is the same thing
-        let mean = |a: f64, b: f64| 2.0 / (1.0 / a + 1.0 / b);
-        let like = mean(
-            effective_modulus(soft, soft),
-            effective_modulus(steel, steel),
-        );
-        assert!((like / effective_modulus(soft, steel) - 1.0).abs() < 1e-14);
-    }
-
-    #[test]
-    fn damping_and_rayleigh_time_have_their_tabulated_values() {
+    fn damping_has_its_tabulated_values() {
         for (e, beta) in [(0.95, 0.03650378), (0.7, 0.25224736), (0.1, 1.32186284)] {
             assert!((hertz_damping(e) - beta).abs() < 5e-9);
         }
         assert!((hertz_damping(0.0) - 5.0f64.sqrt()).abs() < 1e-15);
-        let time = rayleigh_time(5e-3, 2500.0, 1e7, 0.3);
-        assert!((time / 4.326991627612e-4 - 1.0).abs() < 1e-12);
     }
 }

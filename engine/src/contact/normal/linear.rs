@@ -6,7 +6,7 @@ use mercury_common::scene::{Key, LawKeys, LawValues, Mixing, Part, Range};
 
 use super::{Contact, NormalForce, NormalLaw};
 use crate::contact::mixing::{Pair, damping_ratio_of, harmonic_mean, restitution_of};
-use crate::contact::{PlannedNormal, SpringAndDashpot};
+use crate::contact::{PlannedNormal, Scale, SpringAndDashpot};
 use crate::lanes::Real;
 
 /// F_n = k overlap - gamma u_n (Cundall & Strack 1979), with gamma fixed or from the restitution.
@@ -109,6 +109,10 @@ impl NormalLaw for Linear {
         } else {
             force
         }
+    }
+
+    fn clamps_tension(&self) -> bool {
+        self.clamp_tension
     }
 
     #[inline(always)]
@@ -265,6 +269,18 @@ impl PlannedNormal for Linear {
 
     fn spring(&self) -> Option<f64> {
         Some(self.stiffness)
+    }
+
+    fn examples(scale: &Scale) -> Vec<Self> {
+        let laws = [
+            Self::new(scale.stiffness, 0.2 * scale.critical_dissipation()),
+            Self::with_damping_ratio(scale.stiffness, 0.2),
+        ];
+        let clamped = |law| Self {
+            clamp_tension: true,
+            ..law
+        };
+        laws.into_iter().chain(laws.map(clamped)).collect()
     }
 }
 

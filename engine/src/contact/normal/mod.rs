@@ -1,18 +1,23 @@
 //! Normal force laws.
 
+#[macro_use]
 mod any;
+mod elastic;
 mod hertz;
 mod linear;
 mod plastic;
 
-pub use any::{AnyNormal, AnyNormalHistory};
-pub(crate) use hertz::elastic_pair;
-pub use hertz::{Hertz, effective_modulus, effective_shear_modulus, hertz_damping, rayleigh_time};
+pub(crate) use elastic::elastic_pair;
+pub use elastic::{effective_modulus, effective_shear_modulus, rayleigh_time};
+pub use hertz::{Hertz, hertz_damping};
 pub use linear::{Linear, damping_ratio, damping_ratio_clamped, restitution_clamped};
 pub use plastic::{MaxOverlap, Plastic};
 
 use super::{Contact, History, HistoryNumber};
 use crate::lanes::Real;
+
+// The laws that a scene can name.
+normal_laws!(Hertz(Hertz), Linear(Linear), Plastic(Plastic));
 
 /// Normal force on A along the normal, N; positive pushes A away from B.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,6 +96,11 @@ pub trait NormalLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// Whether its elastic part follows one curve there and back, so that it takes no energy.
     fn is_elastic(&self) -> bool {
         true
+    }
+
+    /// Whether viscous forces are cut where they would pull.
+    fn clamps_tension(&self) -> bool {
+        false
     }
 
     /// Energy that unloading would give back, J.

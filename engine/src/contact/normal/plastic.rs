@@ -6,7 +6,7 @@ use super::super::{History, HistoryNumber};
 use super::linear::spring_duration;
 use super::{Contact, NormalForce, NormalLaw};
 use crate::contact::mixing::Pair;
-use crate::contact::{PlannedNormal, SpringAndDashpot};
+use crate::contact::{PlannedNormal, Scale, SpringAndDashpot};
 use crate::lanes::{Mask, Real};
 
 /// Loading along k1, unloading along a stiffness that grows with the largest overlap so far, cohesion along
@@ -135,6 +135,10 @@ impl NormalLaw for Plastic {
         false
     }
 
+    fn clamps_tension(&self) -> bool {
+        self.clamp_tension
+    }
+
     /// k2 (overlap - delta_0)^2 / 2 where that is compressed, else 0.
     fn energy<L: Real>(&self, contact: &Contact<L>, history: &MaxOverlap<L>) -> L {
         let (k2, rest) = self.unloading(history.0, self.limit(contact.effective_radius));
@@ -219,6 +223,31 @@ impl PlannedNormal for Plastic {
 
     fn spring(&self) -> Option<f64> {
         Some(self.loading_stiffness)
+    }
+
+    fn examples(scale: &Scale) -> Vec<Self> {
+        let law = Self {
+            loading_stiffness: 0.5 * scale.stiffness,
+            unloading_stiffness: scale.stiffness,
+            cohesion_stiffness: 0.2 * scale.stiffness,
+            penetration_depth: 0.05,
+            dissipation: 0.05 * scale.critical_dissipation(),
+            clamp_tension: false,
+        };
+        let clamped = Self {
+            clamp_tension: true,
+            ..law
+        };
+        // They unload along k2max at once, and never.
+        let at_once = Self {
+            penetration_depth: 0.0,
+            ..law
+        };
+        let never = Self {
+            unloading_stiffness: law.loading_stiffness,
+            ..law
+        };
+        vec![law, clamped, at_once, never]
     }
 }
 

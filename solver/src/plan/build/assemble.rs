@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use mercury_common::scene::{ClumpMass, ClumpsAs, Scene, SceneErrors, stem};
+use mercury_common::scene::{ClumpMass, ClumpsAs, Scene, SceneErrors, Switches, stem};
 
 use super::laws::Laws;
 use super::{Findings, Parts};
@@ -97,7 +97,8 @@ pub(super) fn assemble(
         &mut found.warnings,
         &mut found.remarks,
     );
-    let triangle_loads = meshes::has_triangle_loads(&walls, &scene.output, &mut found.warnings);
+    let triangle_loads =
+        meshes::has_triangle_loads(&walls, &scene.output.switches, &mut found.warnings);
     ignored_keys(scene, &mut found.warnings);
     let wear = wear(scene, &walls);
     let liquid = liquid(
@@ -149,8 +150,8 @@ pub(super) fn assemble(
         carried: carried.map(Arc::new),
         insertions,
         deletions,
-        orientations: scene.output.data
-            || *scene.output.vtk
+        orientations: scene.output.switches.data
+            || scene.output.switches.vtk
             || !track.is_empty()
             || !track_insertions.is_empty(),
         energy_budget: scene.output.energy_budget,
@@ -166,20 +167,14 @@ pub(super) fn assemble(
             title: scene.title.clone(),
             prefix: stem(&scene.path),
             files: OutputPlan {
+                switches: Switches {
+                    triangle_loads,
+                    ..scene.output.switches
+                },
                 interval: *scene.output.interval,
                 fstat_interval: *scene.output.fstat_interval,
                 vtk_interval: *scene.output.vtk_interval,
                 restart_interval: scene.output.restart_interval.as_deref().copied(),
-                data: scene.output.data,
-                ene: scene.output.ene,
-                fstat: scene.output.fstat,
-                vtk: *scene.output.vtk,
-                frames: scene.output.frames,
-                walls: scene.output.walls,
-                triangle_loads,
-                liquid: scene.output.liquid,
-                droplets: scene.output.droplets,
-                pictures: scene.output.pictures,
                 pebbles: scene.output.clumps_as == ClumpsAs::Pebbles,
                 track,
                 track_insertions,
@@ -258,8 +253,8 @@ fn note_doubts(plan: &mut Plan) {
 fn ignored_keys(scene: &Scene, warnings: &mut Vec<String>) {
     let output = &scene.output;
     for (interval, is_written, what) in [
-        (&output.fstat_interval, output.fstat, "fstat"),
-        (&output.vtk_interval, *output.vtk, "vtk"),
+        (&output.fstat_interval, output.switches.fstat, "fstat"),
+        (&output.vtk_interval, output.switches.vtk, "vtk"),
     ] {
         let key = format!("output.{what}_interval");
         // A default keeps the place of `interval`.

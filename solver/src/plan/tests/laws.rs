@@ -247,46 +247,47 @@ fn table_of_keys() -> String {
     text
 }
 
-#[test]
-fn the_page_of_the_format_has_the_tables_of_keys() {
-    let path = page("docs/formats/scene.md");
-    let text = std::fs::read_to_string(&path).expect("the page can be read");
-    let begin = text.find("<!-- laws:").expect("where the tables begin");
-    let begin = begin + text[begin..].find('\n').expect("a line") + 1;
-    let end = text.find("<!-- end of laws -->").expect("where they end");
-    let table = format!("\n{}\n", table_of_keys());
+/// The part of a page from `begin`, the head of a line, to `end` is `text`; it is written where that is wished for.
+fn assert_written(name: &str, (begin, end): (&str, &str), text: &str) {
+    let path = page(name);
+    let whole = std::fs::read_to_string(&path).expect("the page can be read");
+    let from = whole.find(begin).expect("where the tables begin");
+    let from = from + whole[from..].find('\n').expect("a line") + 1;
+    let to = from + whole[from..].find(end).expect("where they end");
     if std::env::var_os("MERCURY_BLESS").is_some() {
-        let blessed = format!("{}{table}{}", &text[..begin], &text[end..]);
+        let blessed = format!("{}{text}{}", &whole[..from], &whole[to..]);
         std::fs::write(&path, blessed).expect("the page can be written");
     } else {
         assert!(
-            text[begin..end] == table,
-            "{} is behind the laws' tables of keys; MERCURY_BLESS=1 cargo test -p mercury-solver --lib laws:: writes\n{table}",
+            whole[from..to] == *text,
+            "{} is behind the laws' tables of keys; MERCURY_BLESS=1 cargo test -p mercury-solver --lib laws:: writes\n{text}",
             path.display()
         );
     }
 }
 
 #[test]
+fn the_page_of_the_format_has_the_tables_of_keys() {
+    let marks = ("<!-- laws:", "<!-- end of laws -->");
+    let table = format!("\n{}\n", table_of_keys());
+    assert_written("docs/formats/scene.md", marks, &table);
+}
+
+/// A line for each law: its parts, its name, its keys with units or words.
+#[test]
 fn the_scene_of_all_keys_has_every_law_and_every_key() {
-    let text = std::fs::read_to_string(page("scenes/keys.toml")).expect("the scene can be read");
-    let begin = text.find("[materials.").expect("materials");
-    let end = text.find("[[walls]]").expect("walls");
-    let of_laws = &text[begin..end];
-    let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    let words: Vec<&str> = of_laws.split(|c| !is_word(c)).collect();
-    let mut missing = Vec::new();
+    let mut text = String::new();
     for law in law_keys() {
-        let names = std::iter::once(law.name).chain(law.keys.iter().map(|key| key.name));
-        let words_of_ranges = law.keys.iter().flat_map(|key| match key.range {
-            Range::Words(words) => words,
-            _ => &[],
-        });
-        for word in names.chain(words_of_ranges.copied()) {
-            if !words.contains(&word) {
-                missing.push(format!("{} {}: {word}", law.parts[0].word(), law.name));
-            }
-        }
+        let key = |key: &Key| match (key.range, key.unit) {
+            (Range::Words(words), _) => format!("{} ({})", key.name, words.join(" | ")),
+            (_, "") => key.name.to_owned(),
+            (_, unit) => format!("{} ({unit})", key.name),
+        };
+        let keys: Vec<String> = law.keys.iter().map(key).collect();
+        let parts: Vec<&str> = law.parts.iter().map(|part| part.word()).collect();
+        let (parts, keys) = (parts.join(", "), keys.join(", "));
+        let line = format!("# {parts:<17} {:<17} {keys}", law.name);
+        text += &format!("{}\n", line.trim_end());
     }
-    assert!(missing.is_empty(), "scenes/keys.toml lacks {missing:#?}");
+    assert_written("scenes/keys.toml", ("# every law:", "# end of laws"), &text);
 }

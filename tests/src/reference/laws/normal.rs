@@ -1,5 +1,7 @@
 //! Repulsion along the normal: linear, Hertz, and the hysteretic law of Luding.
 
+use mercury_engine::contact::AnyNormal;
+
 use super::Kinematics;
 
 /// A normal force law, F_n = elastic force − damping · u_n.
@@ -46,6 +48,31 @@ pub enum LinearDamping {
 }
 
 impl Normal {
+    /// With the parameters of a law of the engine: all that the two have in common.
+    pub fn of(law: &AnyNormal) -> Self {
+        match *law {
+            AnyNormal::Linear(law) => Self::Linear {
+                stiffness: law.stiffness,
+                damping: if law.damping_ratio > 0.0 {
+                    LinearDamping::Ratio(law.damping_ratio)
+                } else {
+                    LinearDamping::Dissipation(law.dissipation)
+                },
+            },
+            AnyNormal::Hertz(law) => Self::Hertz {
+                effective_modulus: law.effective_modulus,
+                damping: law.damping,
+            },
+            AnyNormal::Plastic(law) => Self::Plastic {
+                loading_stiffness: law.loading_stiffness,
+                unloading_stiffness: law.unloading_stiffness,
+                cohesion_stiffness: law.cohesion_stiffness,
+                penetration_depth: law.penetration_depth,
+                dissipation: law.dissipation,
+            },
+        }
+    }
+
     /// Normal force F_n \[N\] and stored energy \[J\].
     pub(super) fn evaluate(
         &self,

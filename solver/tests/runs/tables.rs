@@ -1,4 +1,4 @@
-//! `.walls.csv`: where a wall is, and how it moves, beside what it feels.
+//! Small tables of a run: what stands in them is that of the scene. A test of another output goes here.
 
 use std::collections::BTreeMap;
 use std::fs;
