@@ -16,7 +16,7 @@ pub(super) struct BodyFrames {
 
 impl BodyFrames {
     pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
-        let kinds = plan.physics().clumps().iter().map(|clump| ClumpKind {
+        let kinds = plan.physics().clumps.iter().map(|clump| ClumpKind {
             name: clump.name.clone(),
             surface: clump.surface.clone(),
         });
@@ -53,7 +53,7 @@ impl BodyTable {
         Self {
             radii: plan
                 .physics()
-                .clumps()
+                .clumps
                 .iter()
                 .map(|clump| clump.radius)
                 .collect(),

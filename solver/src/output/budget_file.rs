@@ -34,7 +34,7 @@ impl BudgetFile {
         begin: Begin,
     ) -> Result<Self, OutputError> {
         let name = format!("{}.budget.csv", plan.outputs().prefix());
-        let has_sheets = !plan.physics().membranes().is_empty();
+        let has_sheets = !plan.physics().membranes.is_empty();
         let losses: String = losses.iter().map(|(name, _)| column(name)).collect();
         let of_sheets = if has_sheets { OF_SHEETS } else { "" };
         let head = format!("{ENERGIES}{losses}{FLOWS}{of_sheets}error,closure\n");

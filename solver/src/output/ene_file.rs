@@ -27,8 +27,8 @@ impl EneFile {
         Ok(Self {
             file,
             style,
-            gravity: plan.physics().gravity(),
-            dimensions: plan.physics().dimensions(),
+            gravity: plan.physics().gravity,
+            dimensions: plan.physics().dimensions,
         })
     }
 }

@@ -29,7 +29,7 @@ impl FluxCounts {
             file,
             planes: planes.map(|plane| plane.name.clone()).collect(),
             materials: materials(plan),
-            columns: plan.physics().materials().len(),
+            columns: plan.physics().materials.len(),
         })
     }
 }

@@ -137,7 +137,7 @@ impl FrameCopy {
             masses: particles.masses.clone(),
             orientations: particles.orientations.clone(),
             bodies: particles.bodies.clone(),
-            walls: (engine.walls().iter().zip(engine.physics().walls()))
+            walls: (engine.walls().iter().zip(&engine.physics().walls))
                 .map(|(now, wall)| now.state_at(wall, engine.time()))
                 .collect(),
             observation,

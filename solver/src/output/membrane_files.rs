@@ -56,14 +56,14 @@ fn energies(
 }
 
 fn all(engine: &Engine) -> impl Iterator<Item = (&MembranePlan, &Surface, &MembraneNow)> {
-    let plans = engine.physics().membranes().iter();
+    let plans = engine.physics().membranes.iter();
     let sheets = plans.zip(engine.surfaces()).zip(engine.membranes());
     sheets.map(|((plan, surface), membrane)| (plan, surface, membrane))
 }
 
 /// Energies of all sheets, J.
 pub(super) fn sheet_energies(engine: &Engine) -> SheetEnergies {
-    let gravity = engine.physics().gravity();
+    let gravity = engine.physics().gravity;
     let mut sum = SheetEnergies::default();
     for sheet in all(engine) {
         let of_one = energies(sheet, gravity);
@@ -100,7 +100,7 @@ impl MembraneState {
                 ..MembraneTriangleFrame::default()
             },
         };
-        let gravity = engine.physics().gravity();
+        let gravity = engine.physics().gravity;
         for (number, sheet) in all(engine).enumerate() {
             new.rows.push(row(sheet, gravity));
             new.holds.push(sheet.2.hold_loads.clone());
@@ -206,7 +206,7 @@ pub(super) struct MembraneCsv {
 impl MembraneCsv {
     pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
         let name = format!("{}.membranes.csv", plan.outputs().prefix());
-        let surfaces = plan.physics().surfaces().iter();
+        let surfaces = plan.physics().surfaces.iter();
         Ok(Self {
             file: TextFile::begin(folder, &name, HEAD, begin)?,
             names: surfaces.map(|surface| surface.name.clone()).collect(),
@@ -253,8 +253,8 @@ pub(super) struct HoldCsv {
 impl HoldCsv {
     pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
         let name = format!("{}.holds.csv", plan.outputs().prefix());
-        let sheets = plan.physics().surfaces().iter();
-        let sheets = sheets.zip(plan.physics().membranes());
+        let sheets = plan.physics().surfaces.iter();
+        let sheets = sheets.zip(&plan.physics().membranes);
         let names = sheets.map(|(surface, membrane)| {
             let holds = membrane.holds.iter();
             (

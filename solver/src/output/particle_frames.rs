@@ -38,15 +38,15 @@ impl ParticleTable {
     pub(super) fn new(plan: &Plan) -> Self {
         let columns = ParticleColumns {
             body: plan.physics().has_bodies(),
-            orientation: plan.physics().orientations(),
+            orientation: plan.physics().orientations,
             angular_velocity: true,
             force: true,
-            torque: plan.physics().laws().turns(),
-            film_volume: plan.physics().liquid().is_some(),
+            torque: plan.physics().laws.turns(),
+            film_volume: plan.physics().liquid.is_some(),
         };
         Self {
             columns,
-            dimensions: plan.physics().dimensions(),
+            dimensions: plan.physics().dimensions,
         }
     }
 }
@@ -61,7 +61,7 @@ pub fn particle_columns(plan: &Plan) -> Vec<ColumnSpec> {
 pub(super) fn frames_header(plan: &Plan) -> FramesHeader {
     let materials = plan
         .physics()
-        .materials()
+        .materials
         .iter()
         .map(|material| material.name.clone());
     FramesHeader {
@@ -69,14 +69,14 @@ pub(super) fn frames_header(plan: &Plan) -> FramesHeader {
         materials: materials.collect(),
         walls: plan
             .physics()
-            .walls()
+            .walls
             .iter()
             .map(|wall| wall.name.clone())
             .collect(),
-        domain: Some((plan.physics().domain_min(), plan.physics().domain_max())),
-        periodic: plan.physics().periodic(),
-        dimensions: Some(plan.physics().dimensions()),
-        gravity: Some(plan.physics().gravity()),
+        domain: Some((plan.physics().domain_min, plan.physics().domain_max)),
+        periodic: plan.physics().periodic,
+        dimensions: Some(plan.physics().dimensions),
+        gravity: Some(plan.physics().gravity),
     }
 }
 

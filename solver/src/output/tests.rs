@@ -472,13 +472,13 @@ fn outputs_continued_are_the_same_bytes() {
         .unwrap()
     };
     let writer = begin(None);
-    let time_step = plan.physics().time_step();
+    let time_step = plan.physics().time_step;
     let mut schedule = Schedule::behind(plan.outputs().files(), time_step, 0);
     let at_start = Exchanged::by_now(&engine);
     let moment = FrameCopy::take(&mut engine, schedule.everything(), &at_start);
     assert!(writer.send(moment));
     let mut moments = Vec::new();
-    for step in 1..=plan.physics().steps() {
+    for step in 1..=plan.physics().steps {
         let due = schedule.due(step);
         let watch = due.any().then_some(Watch {
             records: due.needs_records(),

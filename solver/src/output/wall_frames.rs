@@ -40,7 +40,7 @@ impl Stream for WallFrames {
 /// The surfaces of the walls, each in the frame in which the scene describes it.
 pub(super) fn surfaces(plan: &Plan) -> Vec<Surface> {
     plan.physics()
-        .walls()
+        .walls
         .iter()
         .map(|wall| surface(&wall.shape))
         .collect()

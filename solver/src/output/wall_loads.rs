@@ -22,7 +22,7 @@ impl WallLoads {
             file,
             names: plan
                 .physics()
-                .walls()
+                .walls
                 .iter()
                 .map(|wall| wall.name.clone())
                 .collect(),

@@ -74,7 +74,7 @@ pub(super) struct WearCsv {
 impl WearCsv {
     pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
         let name = format!("{}.wear.csv", plan.outputs().prefix());
-        let walls = plan.physics().walls().iter();
+        let walls = plan.physics().walls.iter();
         Ok(Self {
             file: TextFile::begin(folder, &name, HEAD, begin)?,
             names: walls.map(|wall| wall.name.clone()).collect(),

@@ -236,8 +236,8 @@ impl Writer {
         let sums = from.map_or_else(RunningSums::default, |positions| positions.sums);
         let images = plan.physics().images();
         let accounting = Accounting {
-            gravity: plan.physics().gravity(),
-            dimensions: plan.physics().dimensions(),
+            gravity: plan.physics().gravity,
+            dimensions: plan.physics().dimensions,
             is_closed: is_closed(plan.physics()),
         };
         let (sender, receiver) = sync_channel(QUEUE);
@@ -347,7 +347,7 @@ fn streams(
         let at = begin(&streams);
         streams.push(Box::new(ParticleFrames::begin(folder, plan, at)?));
     }
-    if output.frames && !plan.physics().walls().is_empty() {
+    if output.frames && !plan.physics().walls.is_empty() {
         let at = begin(&streams);
         streams.push(Box::new(WallFrames::begin(folder, plan, at)?));
     }
@@ -359,7 +359,7 @@ fn streams(
         let at = begin(&streams);
         streams.push(Box::new(TriangleLoads::begin(folder, plan, at)?));
     }
-    if output.frames && output.droplets && plan.physics().sprays().is_some() {
+    if output.frames && output.droplets && plan.physics().sprays.is_some() {
         let at = begin(&streams);
         streams.push(Box::new(DropletFrames::begin(folder, plan, at)?));
     }
@@ -375,7 +375,7 @@ fn streams(
         let at = begin(&streams);
         streams.push(Box::new(TrackFile::begin(folder, plan, at)?));
     }
-    if output.walls && !plan.physics().walls().is_empty() {
+    if output.walls && !plan.physics().walls.is_empty() {
         let at = begin(&streams);
         streams.push(Box::new(WallLoads::begin(folder, plan, at)?));
     }
@@ -387,15 +387,15 @@ fn streams(
         let at = begin(&streams);
         streams.push(Box::new(FluxCounts::begin(folder, plan, at)?));
     }
-    if output.liquid && plan.physics().liquid().is_some() {
+    if output.liquid && plan.physics().liquid.is_some() {
         let at = begin(&streams);
         streams.push(Box::new(LiquidFile::begin(folder, plan, at)?));
     }
-    if plan.physics().energy_budget() {
+    if plan.physics().energy_budget {
         let at = begin(&streams);
         streams.push(Box::new(BudgetFile::begin(folder, plan, losses, at)?));
     }
-    if !plan.physics().wear().is_empty() {
+    if !plan.physics().wear.is_empty() {
         let at = begin(&streams);
         streams.push(Box::new(WearCsv::begin(folder, plan, at)?));
         if output.frames {
@@ -405,11 +405,11 @@ fn streams(
             streams.push(Box::new(WearTriangles::begin(folder, plan, at)?));
         }
     }
-    if !plan.physics().membranes().is_empty() {
+    if !plan.physics().membranes.is_empty() {
         let at = begin(&streams);
         streams.push(Box::new(MembraneCsv::begin(folder, plan, at)?));
         let has_holds = |membrane: &MembranePlan| !membrane.holds.is_empty();
-        if plan.physics().membranes().iter().any(has_holds) {
+        if plan.physics().membranes.iter().any(has_holds) {
             let at = begin(&streams);
             streams.push(Box::new(HoldCsv::begin(folder, plan, at)?));
         }

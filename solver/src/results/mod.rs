@@ -277,7 +277,7 @@ impl NamedResult {
                 ..
             } => {
                 let names: Vec<&str> = match table.word {
-                    "walls" => (plan.physics().walls().iter())
+                    "walls" => (plan.physics().walls.iter())
                         .map(|wall| wall.name.as_str())
                         .collect(),
                     "regions" => (plan.outputs().regions().iter())

@@ -77,7 +77,7 @@ impl Setup<'_> {
     /// The particles of further lines.
     fn scene_particles(&self) -> Vec<NewParticle> {
         let with = self.plan_of(|draft| draft.particles.drain(..2).for_each(drop));
-        with.physics().particles().to_vec()
+        with.physics().particles.to_vec()
     }
 
     fn plan(&self, particles: Vec<NewParticle>, surfaces: Vec<SurfacePlan>) -> Arc<Plan> {

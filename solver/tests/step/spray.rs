@@ -505,5 +505,5 @@ fn flow_follows_its_table() {
             "{t}"
         );
     }
-    assert_eq!(DVec3::ZERO, engine.physics().gravity());
+    assert_eq!(DVec3::ZERO, engine.physics().gravity);
 }

@@ -43,7 +43,7 @@ fn started(scene: &str, changes: &[String]) -> Result<Engine> {
 }
 
 fn run_until(engine: &mut Engine, time: f64) -> Result<()> {
-    let steps = (time / engine.physics().time_step()).round() as u64;
+    let steps = (time / engine.physics().time_step).round() as u64;
     engine.steps_at_once(steps.saturating_sub(engine.steps()), None)?;
     Ok(())
 }

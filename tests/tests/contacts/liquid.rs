@@ -24,7 +24,7 @@ fn start(text: &str, set: &[&str]) -> Engine {
 }
 
 fn liquid_of(engine: &Engine) -> Liquid {
-    let law = engine.physics().laws().get(0, 0).unwrap();
+    let law = engine.physics().laws.get(0, 0).unwrap();
     *law.adhesion.liquid().unwrap()
 }
 
