@@ -82,11 +82,9 @@ impl Part for Liquids {
 }
 
 impl Liquids {
-    /// In scenes with liquid: gives the particles of the start their films.
-    pub(crate) fn of(core: &mut Core) -> Option<Self> {
-        let of_plan = core.physics.liquid.as_ref()?;
-        let particles = &mut core.particles;
-        Some(Self::start(of_plan, particles, &core.wall_films))
+    /// In scenes with liquid.
+    pub(crate) fn of(core: &Core) -> Option<Self> {
+        core.physics.liquid.as_ref().map(Self::new)
     }
 }
 

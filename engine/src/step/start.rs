@@ -159,6 +159,11 @@ impl Engine {
         for new in &physics.bodies {
             new.add_to(&mut particles, &physics.clumps);
         }
+        for property in &physics.properties {
+            let mut values = physics.start_values.iter();
+            let values = values.find(|values| values.property == *property);
+            particles.begin(property, values);
+        }
         let pool = match options.threads {
             0 | 1 => None,
             threads => {

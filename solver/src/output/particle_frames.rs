@@ -42,10 +42,11 @@ impl ParticleTable {
             angular_velocity: true,
             force: true,
             torque: plan.physics().laws.turns(),
-            film_volume: plan.physics().liquid.is_some(),
+            more: Vec::new(),
         };
+        let properties = plan.physics().properties.iter().copied();
         Self {
-            columns,
+            columns: columns.with_properties(properties),
             dimensions: plan.physics().dimensions,
         }
     }
@@ -135,12 +136,7 @@ impl ParticleTable {
                 .columns
                 .torque
                 .then(|| state.loads.iter().map(|load| load.torque).collect()),
-            film_volume: (self.columns.film_volume).then(|| {
-                state
-                    .films
-                    .clone()
-                    .unwrap_or_else(|| vec![0.0; particles.len()])
-            }),
+            more: state.properties.clone(),
         }
     }
 }

@@ -56,6 +56,7 @@ fn record(row: u32, partner: Partner) -> ContactRecord {
 /// Rows 0, 1, 2 hold the ids 9, 4, 6: ranks 2, 0, 1.
 fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> OrderedFrame {
     let moment = FrameCopy {
+        properties: Vec::new(),
         liquid: None,
         tracks: Vec::new(),
         wear: None,

@@ -40,7 +40,7 @@ fn filled(total: Total) -> Still {
     feed.mixture.push(Ingredient {
         clump: None,
         share: 0.25,
-        film_volume: 0.0,
+        properties: Vec::new(),
         ..feed.mixture[0].clone()
     });
     feed.velocity_spread = DVec3::ONE;

@@ -267,7 +267,7 @@ fn mixtures_follow_their_shares_by_number() {
         clump: None,
         sizes: monodisperse(0.02),
         share: 3.0,
-        film_volume: 0.0,
+        properties: Vec::new(),
     });
     plan.insertions = vec![feed];
     let mut still = Still::new(plan);
@@ -540,7 +540,7 @@ fn by_quota(total: Total) -> Inputs {
         clump: None,
         sizes: uniform(0.01, 0.03),
         share: 2.0,
-        film_volume: 0.0,
+        properties: Vec::new(),
     });
     plan.insertions = vec![feed];
     plan
@@ -594,7 +594,7 @@ fn a_quota_knows_the_ingredients_of_its_places() {
         clump: None,
         sizes,
         share: 0.0,
-        film_volume: 0.0,
+        properties: Vec::new(),
     };
     let mixture = &mut draft.insertions[0].mixture;
     mixture.insert(1, nothing(uniform(0.3, 0.4)));
