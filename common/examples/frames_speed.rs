@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         angular_velocity: Some(vectors.clone()),
         force: Some(vectors.clone()),
         torque: Some(vectors.clone()),
-        film_volume: None,
+        more: Vec::new(),
     };
 
     let (mut split, mut appended) = (0.0, 0.0);

@@ -14,6 +14,7 @@ pub mod frames;
 pub mod machine;
 pub mod normal;
 pub mod paraview;
+pub mod particle_properties;
 pub mod plausible;
 pub mod problem;
 pub mod random;

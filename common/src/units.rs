@@ -16,10 +16,10 @@ const LONGEST: usize = 64;
 /// Largest exponent of a unit.
 const HIGHEST: i32 = 9;
 
-/// What a number is of: powers of length, mass, time and angle. Angles count, so that 20 Hz are not taken for 20 rad/s.
+/// What a number is of: powers of length, mass, time, angle and temperature. Angles count, so that 20 Hz are not taken for 20 rad/s.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Dimension {
-    powers: [i32; 4],
+    powers: [i32; 5],
     /// Whether angles are counted in degrees, not in rad.
     in_degrees: bool,
 }
@@ -39,25 +39,26 @@ macro_rules! dimensions {
 }
 
 dimensions! {
-    LENGTH = [1, 0, 0, 0], "a length", "m, cm, mm, um, nm, km";
-    AREA = [2, 0, 0, 0], "an area", "m2, cm2, mm2";
-    VOLUME = [3, 0, 0, 0], "a volume", "m3, cm3, mm3, l, ml";
-    TIME = [0, 0, 1, 0], "a time", "s, ms, us, min, h";
-    MASS = [0, 1, 0, 0], "a mass", "kg, g, mg, t";
-    SPEED = [1, 0, -1, 0], "a speed", "m/s, mm/s, cm/s, km/h";
-    ACCELERATION = [1, 0, -2, 0], "an acceleration", "m/s2, mm/s2";
-    ANGLE = [0, 0, 0, 1], "an angle", "rad, deg, rev";
-    ANGULAR_VELOCITY = [0, 0, -1, 1], "an angular velocity", "rad/s, rpm, deg/s, rev/s";
-    FREQUENCY = [0, 0, -1, 0], "a frequency", "1/s, Hz, kHz, 1/min";
-    FORCE = [1, 1, -2, 0], "a force", "N, mN, kN";
-    PRESSURE = [-1, 1, -2, 0], "a pressure", "Pa, kPa, MPa, GPa, bar";
-    DENSITY = [-3, 1, 0, 0], "a density", "kg/m3, g/cm3, t/m3";
-    MASS_RATE = [0, 1, -1, 0], "a mass per time", "kg/s, g/s, kg/h, t/h";
-    VOLUME_RATE = [3, 0, -1, 0], "a volume per time", "m3/s, cm3/s, l/s, l/min";
-    VOLUME_PER_ENERGY = [1, -1, 2, 0], "a volume per energy", "m3/J, mm3/J";
-    STIFFNESS = [0, 1, -2, 0], "a force per length", "N/m, N/mm, kN/m, mN/m";
-    TORQUE = [2, 1, -2, 0], "a torque", "N m, mN m, N mm";
-    VISCOSITY = [-1, 1, -1, 0], "a viscosity", "Pa s, mPa s";
+    LENGTH = [1, 0, 0, 0, 0], "a length", "m, cm, mm, um, nm, km";
+    AREA = [2, 0, 0, 0, 0], "an area", "m2, cm2, mm2";
+    VOLUME = [3, 0, 0, 0, 0], "a volume", "m3, cm3, mm3, l, ml";
+    TIME = [0, 0, 1, 0, 0], "a time", "s, ms, us, min, h";
+    MASS = [0, 1, 0, 0, 0], "a mass", "kg, g, mg, t";
+    SPEED = [1, 0, -1, 0, 0], "a speed", "m/s, mm/s, cm/s, km/h";
+    ACCELERATION = [1, 0, -2, 0, 0], "an acceleration", "m/s2, mm/s2";
+    ANGLE = [0, 0, 0, 1, 0], "an angle", "rad, deg, rev";
+    ANGULAR_VELOCITY = [0, 0, -1, 1, 0], "an angular velocity", "rad/s, rpm, deg/s, rev/s";
+    FREQUENCY = [0, 0, -1, 0, 0], "a frequency", "1/s, Hz, kHz, 1/min";
+    FORCE = [1, 1, -2, 0, 0], "a force", "N, mN, kN";
+    PRESSURE = [-1, 1, -2, 0, 0], "a pressure", "Pa, kPa, MPa, GPa, bar";
+    DENSITY = [-3, 1, 0, 0, 0], "a density", "kg/m3, g/cm3, t/m3";
+    MASS_RATE = [0, 1, -1, 0, 0], "a mass per time", "kg/s, g/s, kg/h, t/h";
+    VOLUME_RATE = [3, 0, -1, 0, 0], "a volume per time", "m3/s, cm3/s, l/s, l/min";
+    VOLUME_PER_ENERGY = [1, -1, 2, 0, 0], "a volume per energy", "m3/J, mm3/J";
+    STIFFNESS = [0, 1, -2, 0, 0], "a force per length", "N/m, N/mm, kN/m, mN/m";
+    TORQUE = [2, 1, -2, 0, 0], "a torque", "N m, mN m, N mm";
+    TEMPERATURE = [0, 0, 0, 0, 1], "a temperature", "K, mK";
+    VISCOSITY = [-1, 1, -1, 0, 0], "a viscosity", "Pa s, mPa s";
 }
 
 impl Dimension {
@@ -74,13 +75,13 @@ impl Dimension {
             return Some(Self::DEGREES);
         }
         let scale = parse_unit(unit.trim()).ok()?;
-        (scale.powers != [0; 4]).then_some(Self {
+        (scale.powers != [0; 5]).then_some(Self {
             powers: scale.powers,
             in_degrees: false,
         })
     }
 
-    fn named(powers: [i32; 4]) -> Option<(&'static str, &'static str)> {
+    fn named(powers: [i32; 5]) -> Option<(&'static str, &'static str)> {
         let mut named = Self::NAMED.iter();
         let found = named.find(|(dimension, ..)| dimension.powers == powers);
         found.map(|(_, words, units)| (*words, *units))
@@ -92,7 +93,7 @@ impl Dimension {
         Self::named(self.powers).map_or("something else", |(words, _)| words)
     }
 
-    /// The unit of SI, `deg` where angles are counted in degrees: `N/m`, `kg/m3`; of what has no name made of m, kg, s and rad.
+    /// The unit of SI, `deg` where angles are counted in degrees: `N/m`, `kg/m3`; of what has no name made of m, kg, s, rad and K.
     #[must_use]
     pub fn symbol(self) -> String {
         if self.in_degrees {
@@ -101,7 +102,7 @@ impl Dimension {
         if let Some((_, units)) = Self::named(self.powers) {
             return units.split(',').next().unwrap_or_default().to_owned();
         }
-        let factors = ["m", "kg", "s", "rad"].iter().zip(self.powers);
+        let factors = ["m", "kg", "s", "rad", "K"].iter().zip(self.powers);
         let factors = factors.filter(|(_, power)| *power != 0);
         let factors: Vec<String> = factors
             .map(|(symbol, power)| match power {
@@ -125,7 +126,7 @@ impl Dimension {
 /// How many SI units a unit has: `num / den`, times powers of ten and of pi.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Scale {
-    powers: [i32; 4],
+    powers: [i32; 5],
     ten: i32,
     num: f64,
     den: f64,
@@ -134,14 +135,14 @@ struct Scale {
 
 impl Scale {
     const ONE: Self = Self {
-        powers: [0; 4],
+        powers: [0; 5],
         ten: 0,
         num: 1.0,
         den: 1.0,
         pi: 0,
     };
 
-    fn of(powers: [i32; 4]) -> Self {
+    fn of(powers: [i32; 5]) -> Self {
         Self {
             powers,
             ..Self::ONE
@@ -351,13 +352,28 @@ fn parse_factor(factor: &str) -> Result<Scale, String> {
         let number = number.filter(|number: &i32| (1..=HIGHEST).contains(&number.abs()));
         number.ok_or_else(|| format!("{exponent:?} is no exponent of a unit"))?
     };
-    let scale = parse_symbol(symbol).ok_or_else(|| format!("there is no unit {symbol:?}"))?;
+    let scale = parse_symbol(symbol).ok_or_else(|| no_unit(symbol))?;
     Ok(scale.power(exponent))
+}
+
+/// What is wrong with a symbol that is no unit.
+fn no_unit(symbol: &str) -> String {
+    let scale = symbol
+        .trim_start_matches("deg")
+        .trim_start_matches('\u{b0}');
+    let name = match scale {
+        "C" | "Celsius" => "Celsius",
+        "F" | "Fahrenheit" => "Fahrenheit",
+        _ => return format!("there is no unit {symbol:?}"),
+    };
+    format!(
+        "degrees {name} begin at another zero than kelvin: write kelvin, 293.15 K for 20 \u{b0}C"
+    )
 }
 
 /// pi/180 rad.
 const DEGREE: Scale = Scale {
-    powers: [0, 0, 0, 1],
+    powers: [0, 0, 0, 1, 0],
     ten: 0,
     num: 1.0,
     den: 180.0,
@@ -369,27 +385,27 @@ fn unit_named(symbol: &str) -> Option<(Scale, bool)> {
     let of = Scale::of;
     let time = |seconds: f64| Scale {
         num: seconds,
-        ..of([0, 0, 1, 0])
+        ..of([0, 0, 1, 0, 0])
     };
     let turn = Scale {
         num: 2.0,
         pi: 1,
-        ..of([0, 0, 0, 1])
+        ..of([0, 0, 0, 1, 0])
     };
     let per = |scale: Scale, time: Scale| scale.times(time.inverse());
     Some(match symbol {
-        "m" => (of([1, 0, 0, 0]), true),
+        "m" => (of([1, 0, 0, 0, 0]), true),
         "g" => (
             Scale {
                 ten: -3,
-                ..of([0, 1, 0, 0])
+                ..of([0, 1, 0, 0, 0])
             },
             true,
         ),
         "t" => (
             Scale {
                 ten: 3,
-                ..of([0, 1, 0, 0])
+                ..of([0, 1, 0, 0, 0])
             },
             false,
         ),
@@ -399,23 +415,24 @@ fn unit_named(symbol: &str) -> Option<(Scale, bool)> {
         "l" | "L" => (
             Scale {
                 ten: -3,
-                ..of([3, 0, 0, 0])
+                ..of([3, 0, 0, 0, 0])
             },
             true,
         ),
-        "Hz" => (of([0, 0, -1, 0]), true),
-        "N" => (of([1, 1, -2, 0]), true),
-        "Pa" => (of([-1, 1, -2, 0]), true),
+        "Hz" => (of([0, 0, -1, 0, 0]), true),
+        "N" => (of([1, 1, -2, 0, 0]), true),
+        "Pa" => (of([-1, 1, -2, 0, 0]), true),
         "bar" => (
             Scale {
                 ten: 5,
-                ..of([-1, 1, -2, 0])
+                ..of([-1, 1, -2, 0, 0])
             },
             true,
         ),
-        "J" => (of([2, 1, -2, 0]), true),
-        "W" => (of([2, 1, -3, 0]), true),
-        "rad" => (of([0, 0, 0, 1]), true),
+        "J" => (of([2, 1, -2, 0, 0]), true),
+        "W" => (of([2, 1, -3, 0, 0]), true),
+        "K" => (of([0, 0, 0, 0, 1]), true),
+        "rad" => (of([0, 0, 0, 1, 0]), true),
         "deg" | "degree" | "degrees" | "\u{b0}" => (DEGREE, false),
         "rev" => (turn, false),
         "rpm" => (per(turn, time(60.0)), false),
@@ -511,6 +528,8 @@ mod tests {
             ("3 N/mm", D::STIFFNESS, 3000.0),
             ("2 mN m", D::TORQUE, 2e-3),
             ("1 mPa s", D::VISCOSITY, 1e-3),
+            ("293.15 K", D::TEMPERATURE, 293.15),
+            ("5 mK", D::TEMPERATURE, 5e-3),
             ("1 mPa\u{b7}s", D::VISCOSITY, 1e-3),
         ] {
             let found = value(text, dimension).unwrap_or_else(|error| panic!("{text}: {error}"));
@@ -529,6 +548,14 @@ mod tests {
             ("mm", "does not begin with a number"),
             ("5 mmm", "there is no unit \"mmm\""),
             ("5 kmin", "there is no unit \"kmin\""),
+            (
+                "20 \u{b0}C",
+                "degrees Celsius begin at another zero than kelvin: write kelvin, 293.15 K for 20 \u{b0}C",
+            ),
+            (
+                "68 degF",
+                "degrees Fahrenheit begin at another zero than kelvin: write kelvin, 293.15 K for 20 \u{b0}C",
+            ),
             ("5 m/", "nothing follows a `/` of the unit \"m/\""),
             ("5 m0", "\"0\" is no exponent of a unit"),
             ("5 m99", "\"99\" is no exponent of a unit"),

@@ -52,7 +52,7 @@ pub fn quick() -> Vec<Case> {
 #[must_use]
 pub fn two_spheres_collide(step: f64) -> (f64, f64) {
     let plan = with_step("two-spheres.toml", step);
-    let steps = plan.physics().steps();
+    let steps = plan.physics().steps;
     let mut engine = start_planned(plan);
     let approach = relative_velocity(&engine);
     let mut touching = 0.0;
@@ -150,7 +150,7 @@ fn press() -> Case {
             let overrides = ["insertions.feed.total.number=40", "time.end=0.5"].map(str::to_owned);
             let plan = planned("press.toml", &overrides);
             let plan = plan.expect("the scenes of the project are right");
-            let (steps, lid) = (plan.physics().steps(), plan.physics().walls().len() - 1);
+            let (steps, lid) = (plan.physics().steps, plan.physics().walls.len() - 1);
             let mut engine = start_planned(plan);
             advance(&mut engine, steps);
             engine.observation().walls[lid].0.force.z

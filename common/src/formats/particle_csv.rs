@@ -10,6 +10,8 @@ mod writer;
 
 use glam::DVec3;
 
+use crate::particle_properties::{PARTICLE_PROPERTIES, ParticleProperty, PropertyValue};
+
 pub use reader::{ParticleTableReader, parse_particle_csv, read_particle_csv};
 pub use writer::{push_particle_csv, write_particle_csv};
 
@@ -39,32 +41,16 @@ pub struct ParticleRow {
     pub velocity: DVec3,
     /// Angular velocity in rad/s in the global frame; zero without its columns.
     pub angular_velocity: DVec3,
-    /// Volume of the liquid film in m^3, at least 0; zero without its column.
-    pub film_volume: f64,
+    /// [Properties](crate::particle_properties) with values that are not the default.
+    pub properties: Vec<PropertyValue>,
     /// Line of the file it was read from, counted from 1.
     pub line: usize,
 }
 
-/// The names a header may use; the first four must be there.
-const COLUMNS: [&str; 18] = [
-    "x",
-    "y",
-    "z",
-    "radius",
-    "material",
-    "vx",
-    "vy",
-    "vz",
-    "wx",
-    "wy",
-    "wz",
-    "film_volume",
-    "clump",
-    "scale",
-    "qw",
-    "qx",
-    "qy",
-    "qz",
+/// The names a header may use beside those of properties; the first four must be there.
+const COLUMNS: [&str; 17] = [
+    "x", "y", "z", "radius", "material", "vx", "vy", "vz", "wx", "wy", "wz", "clump", "scale",
+    "qw", "qx", "qy", "qz",
 ];
 
 /// Columns that tables of other programs have, and that a start does not need.
@@ -76,10 +62,38 @@ const IGNORED: [&str; 15] = [
 /// Position of `radius` in [`COLUMNS`].
 const RADIUS: usize = 3;
 /// Position of `clump` in [`COLUMNS`], which is no number either; what only clumps have stands behind it.
-const CLUMP: usize = 12;
+const CLUMP: usize = 11;
 
 /// How many of [`COLUMNS`] must be there.
 const REQUIRED: usize = 4;
 
 /// Position of `material` in [`COLUMNS`], which is no number.
 const MATERIAL: usize = 4;
+
+/// A column that is read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Named {
+    /// Place in [`COLUMNS`].
+    Fixed(usize),
+    /// Place among the properties.
+    Property(usize),
+}
+
+impl Named {
+    fn of(name: &str) -> Option<Self> {
+        let fixed = COLUMNS.iter().position(|known| *known == name);
+        let given = |property: &ParticleProperty| property.given.is_some() && property.name == name;
+        let property = || PARTICLE_PROPERTIES.iter().position(given);
+        fixed
+            .map(Self::Fixed)
+            .or_else(|| property().map(Self::Property))
+    }
+}
+
+/// All names that a header may use, in the order of messages.
+fn all_names() -> Vec<&'static str> {
+    let (all, of_clumps) = COLUMNS.split_at(CLUMP);
+    let properties = ParticleProperty::given().map(|property| property.name);
+    let all = all.iter().copied().chain(properties);
+    all.chain(of_clumps.iter().copied()).collect()
+}

@@ -2,7 +2,8 @@
 
 use glam::{DQuat, DVec3};
 
-use super::{ColumnVisitor, FrameSchema, Table, TableReader, TableWriter};
+use super::{ColumnKind, ColumnSpec, ColumnVisitor, FrameSchema, Table, TableReader, TableWriter};
+use crate::particle_properties::ParticleProperty;
 
 /// Bit of [`ParticleFrame::flags`]: the particle does not move.
 pub const FLAG_FIXED: u8 = 1;
@@ -15,7 +16,7 @@ const FORCE: [&str; 3] = ["fx", "fy", "fz"];
 const TORQUE: [&str; 3] = ["tx", "ty", "tz"];
 
 /// Which optional columns a file of particles has; fixed for the file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ParticleColumns {
     /// The body that a sphere belongs to.
     pub body: bool,
@@ -27,8 +28,44 @@ pub struct ParticleColumns {
     pub force: bool,
     /// Torque on the particle.
     pub torque: bool,
-    /// Volume of the liquid film.
-    pub film_volume: bool,
+    /// Further numbers of each particle: [properties](crate::particle_properties), or what other programs add.
+    pub more: Vec<ColumnSpec>,
+}
+
+impl ParticleColumns {
+    /// All that this version knows but [`more`](Self::more).
+    #[must_use]
+    pub fn all() -> Self {
+        Self {
+            body: true,
+            orientation: true,
+            angular_velocity: true,
+            force: true,
+            torque: true,
+            more: Vec::new(),
+        }
+    }
+
+    /// With the columns of these properties.
+    #[must_use]
+    pub fn with_properties<'a>(
+        mut self,
+        properties: impl IntoIterator<Item = &'a ParticleProperty>,
+    ) -> Self {
+        let spec = |property: &ParticleProperty| {
+            ColumnSpec::new(property.name, ColumnKind::F64, property.unit_of_frames())
+                .described(property.meaning)
+        };
+        self.more.extend(properties.into_iter().map(spec));
+        self
+    }
+
+    /// The column of this name among the [further numbers](ParticleFrame::more) of a frame, row by row.
+    #[must_use]
+    pub fn number<'a>(&self, frame: &'a ParticleFrame, name: &str) -> Option<&'a [f64]> {
+        let place = self.more.iter().position(|spec| spec.name == name)?;
+        frame.more.get(place).map(Vec::as_slice)
+    }
 }
 
 /// The particles at one instant; all lists have one entry per particle.
@@ -66,8 +103,8 @@ pub struct ParticleFrame {
     pub force: Option<Vec<DVec3>>,
     /// Torque on the particle about its centre, in N m.
     pub torque: Option<Vec<DVec3>>,
-    /// Volume of the liquid film, in m^3.
-    pub film_volume: Option<Vec<f64>>,
+    /// The further numbers of [`ParticleColumns::more`], in that order: a list for each column.
+    pub more: Vec<Vec<f64>>,
 }
 
 impl Table for ParticleFrame {
@@ -127,14 +164,7 @@ impl Table for ParticleFrame {
             "N m",
             "torque about the centre",
         );
-        let film_volume = "volume of the liquid film";
-        visitor.optional(
-            has.film_volume,
-            &mut self.film_volume,
-            &["film_volume"],
-            "m^3",
-            film_volume,
-        );
+        visitor.numbers(&mut self.more, &has.more);
     }
 
     fn layout(schema: &FrameSchema) -> Result<ParticleColumns, String> {
@@ -145,9 +175,23 @@ impl Table for ParticleFrame {
             angular_velocity: has(ANGULAR_VELOCITY[0]),
             force: has(FORCE[0]),
             torque: has(TORQUE[0]),
-            film_volume: has("film_volume"),
+            more: numbers_beside(schema),
         })
     }
+}
+
+/// The columns of numbers that are none of those with a name in [`ParticleFrame`].
+fn numbers_beside(schema: &FrameSchema) -> Vec<ColumnSpec> {
+    let named = ParticleFrame::specs(&ParticleColumns::all());
+    let is_further = |spec: &&ColumnSpec| {
+        spec.kind == ColumnKind::F64 && named.iter().all(|known| known.name != spec.name)
+    };
+    schema
+        .columns()
+        .iter()
+        .filter(is_further)
+        .cloned()
+        .collect()
 }
 
 /// Writes `<prefix>.particles.arrow`.

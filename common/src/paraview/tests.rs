@@ -9,6 +9,7 @@ use crate::frames::{
     Column, ColumnKind, ColumnSpec, ContactColumns, ContactFrame, Frame, ParticleColumns,
     ParticleFrame, Table, TriangleLoadFrame, WallFrame, WearFrame,
 };
+use crate::particle_properties::FILM_VOLUME;
 use crate::surfaces::{Placement, Surface};
 
 fn point<'a>(grid: &'a VtuGrid, name: &str) -> &'a VtuValues<'a> {
@@ -52,20 +53,13 @@ fn frame() -> ParticleFrame {
         angular_velocity: Some(vec![DVec3::X, DVec3::Y]),
         force: Some(vec![DVec3::ONE, -DVec3::ONE]),
         torque: Some(vec![DVec3::Y, DVec3::Z]),
-        film_volume: Some(vec![1e-9, 0.0]),
+        more: vec![vec![1e-9, 0.0]],
     }
 }
 
 #[test]
 fn particles_come_with_every_column_and_what_glyphs_need() {
-    let columns = ParticleColumns {
-        body: true,
-        orientation: true,
-        angular_velocity: true,
-        force: true,
-        torque: true,
-        film_volume: true,
-    };
+    let columns = ParticleColumns::all().with_properties([&FILM_VOLUME]);
     let expected = frame();
     let grid = particles(&ParticleFrame::specs(&columns), frame().into_frame()).unwrap();
     assert_eq!(grid.time, Some(0.25));

@@ -13,11 +13,13 @@ use super::keys::{
     variant, vector, word,
 };
 use super::laws::Range;
+use super::properties::{self, PROPERTIES, PROPERTIES_IN_MIXTURE};
 use super::psd::{PSD, Psd};
 use super::region::{REGION, Region};
 use super::source::{Located, Place};
 use super::walls::{INTERVAL, interval};
 use super::{ClumpIndex, MaterialIndex};
+use crate::particle_properties::PropertyValue;
 
 /// A source of particles.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,9 +65,8 @@ pub struct Component {
     pub share: f64,
     /// Its share as it is written.
     pub stated_share: f64,
-    /// Volume of the liquid film on each grain, m^3; that of a clump is spread over its pebbles. Default 0, in a mixture that of the
-    /// insertion.
-    pub film_volume: Located<f64>,
+    /// What differs from the default, SI; in a mixture those of the insertion hold for entries without the key.
+    pub properties: Vec<PropertyValue>,
 }
 
 /// What an inserted body is.
@@ -141,8 +142,6 @@ impl Word for Method {
 #[rustfmt::skip]
 const SIZES: SceneKey = key("psd", Kind::Table(&PSD), "{ kind = \"monodisperse\", diameter = 2e-3 }   # m", "a [size distribution](#size-distributions); a clump's size is the diameter of a sphere of equal volume");
 #[rustfmt::skip]
-const FILM_VOLUME: SceneKey = key("film_volume", non_negative("m3"), "1e-12", "liquid on each particle; on a clump that of all its pebbles, equal on each").or(0.0);
-#[rustfmt::skip]
 const SPHERES: &[SceneKey] = &[
     key("material", Kind::Material, "\"glass\"   # the name of a table [materials.glass]", "of spheres"),
     SIZES,
@@ -158,7 +157,7 @@ const CLUMPS: &[SceneKey] = &[
 pub(super) static INSERTION: TableKeys = TableKeys::new(&[&[
     NAME,
     key("region", Kind::Table(&REGION), "{ shape = \"box\", min = [0, 0, 0.1], max = [0.1, 0.1, 0.2] }   # m", "a [region](#regions); bodies lie wholly inside"),
-    FILM_VOLUME,
+], PROPERTIES, &[
     key("share_by", word::<Quantity>(), "\"number\"", "what the shares of a mixture are shares of").or_word("mass"),
     key("method", word::<Method>(), "\"quota\"", "`\"quota\"`: numbers of all sizes are fixed in advance (below); needs a `total` of `number`, `mass` or `volume`").or_word("random"),
     key("total", Kind::Table(&TOTAL), "{ number = 1000 }   # or mass in kg, volume in m3, full = true", "when it is done").needed("without a `rate`; else only `until` ends it"),
@@ -180,8 +179,7 @@ pub(super) static INSERTION: TableKeys = TableKeys::new(&[&[
 #[rustfmt::skip]
 pub(super) static COMPONENT: TableKeys = TableKeys::new(&[&[
     key("share", non_negative(""), "0.5   # of the mass, unless share_by says otherwise", "its part of the mixture; all are scaled to the sum 1"),
-    FILM_VOLUME.or_open("that of the insertion"),
-]]).with_variants(Variants::Key {
+], PROPERTIES_IN_MIXTURE]).with_variants(Variants::Key {
     of: &[
         variant("material", &[SPHERES], "spheres"),
         variant("clump", &[CLUMPS], "copies of a clump, in random orientations"),
@@ -247,7 +245,7 @@ pub(super) fn read(item: &Item<'_>) -> Option<Insertion> {
 }
 
 fn read_mixture(fields: &Fields<'_>) -> Option<Vec<Component>> {
-    let film_volume: Located<f64> = fields.read("film_volume");
+    let of_all = properties::read(fields);
     if fields.variant()? != "mixture" {
         let psd = fields.read("psd");
         return Some(vec![Component {
@@ -256,7 +254,7 @@ fn read_mixture(fields: &Fields<'_>) -> Option<Vec<Component>> {
             psd,
             share: 1.0,
             stated_share: 1.0,
-            film_volume,
+            properties: properties::not_default(of_all),
         }]);
     }
     let mixture: Option<Located<Vec<Component>>> = fields.read("mixture");
@@ -270,9 +268,13 @@ fn read_mixture(fields: &Fields<'_>) -> Option<Vec<Component>> {
     }
     for component in &mut components {
         component.share /= sum;
-        if component.film_volume.is_nan() {
-            component.film_volume = film_volume.clone();
+        let mut given = std::mem::take(&mut component.properties);
+        for (property, value) in &of_all {
+            if given.iter().all(|(known, _)| known.name != property.name) {
+                given.push((*property, *value));
+            }
         }
+        component.properties = properties::not_default(given);
     }
     Some(components)
 }
@@ -281,7 +283,7 @@ impl FromItem for Component {
     fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
         let fields = item.fields(kind)?;
         let share = fields.read("share");
-        let film_volume: Option<Located<f64>> = fields.read("film_volume");
+        let properties = properties::read(&fields);
         fields.variant()?;
         let psd = fields.read("psd");
         Some(Component {
@@ -290,8 +292,7 @@ impl FromItem for Component {
             psd,
             share,
             stated_share: share,
-            // Not a number: that of the insertion.
-            film_volume: film_volume.unwrap_or_else(|| fields.default("film_volume", f64::NAN)),
+            properties,
         })
     }
 }

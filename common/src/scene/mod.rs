@@ -33,6 +33,7 @@ mod motion;
 mod output;
 mod overrides;
 mod particles;
+mod properties;
 mod psd;
 mod quantities;
 mod region;

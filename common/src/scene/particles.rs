@@ -11,9 +11,11 @@ use super::keys::{
     Absent, Kind, SceneKey, TableKeys, Variants, key, non_negative, positive, variant, vector,
 };
 use super::laws::Range;
+use super::properties::{self, PROPERTIES};
 use super::region::read_corners;
 use super::source::{Located, Place};
 use super::{ClumpIndex, MaterialIndex};
+use crate::particle_properties::PropertyValue;
 
 /// A rigid body made of overlapping spheres, as a template.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,7 +57,7 @@ pub enum ParticleSource {
         lattice: Lattice,
     },
     /// A table: columns by header x,y,z,radiusand optionally
-    /// material,vx,vy,vz,wx,wy,wz,film_volume.
+    /// material,vx,vy,vz,wx,wy,wz, properties.
     Table {
         /// Resolved against the folder of the scene.
         file: Located<PathBuf>,
@@ -120,8 +122,8 @@ pub struct Start {
     pub velocity: Located<DVec3>,
     /// rad/s, global frame; default 0.
     pub angular_velocity: Located<DVec3>,
-    /// Liquid on its surface, m3; default 0.
-    pub film_volume: Located<f64>,
+    /// What differs from the default, SI.
+    pub properties: Vec<PropertyValue>,
     /// Whether it never moves; default false.
     pub fixed: bool,
     /// Components with a given value.
@@ -189,7 +191,9 @@ pub(super) static CLUMP: TableKeys = TableKeys::new(&[&[
 const START: &[SceneKey] = &[
     key("velocity", vector("m/s"), "[0, 0, -0.1]", "at the start").absent(Absent::Zero),
     key("angular_velocity", vector("rad/s"), "[0, 0, 3.0]", "at the start, in the global frame").absent(Absent::Zero),
-    key("film_volume", non_negative("m3"), "1e-12", "liquid on its surface; for a clump that of all its pebbles, equal on each").or(0.0),
+];
+#[rustfmt::skip]
+const HELD: &[SceneKey] = &[
     FIXED,
     key("prescribed", Kind::Table(&PRESCRIBED), "{ velocity = [0.0, \"free\", \"free\"] }", "components that keep a value; all others are free").or_open("none"),
 ];
@@ -211,7 +215,7 @@ pub(super) static PARTICLES: TableKeys = TableKeys::new(&[&[
             key("run", Kind::Folder, "\"settle\"", "the folder of the other run"),
         ]], "the last state of another run: all grains that it left, with velocities and contacts"),
         variant("file", &[&[
-            key("file", Kind::File(""), "\"particles.csv\"", "[columns](particle-csv.md) by header: `x,y,z,radius`, optionally `material,vx,vy,vz,wx,wy,wz,film_volume`, of clumps `clump[,scale,qw,qx,qy,qz]`"),
+            key("file", Kind::File(""), "\"particles.csv\"", "[columns](particle-csv.md) by header: `x,y,z,radius`, optionally `material,vx,vy,vz,wx,wy,wz` and properties as `film_volume`, of clumps `clump[,scale,qw,qx,qy,qz]`"),
             key("material", Kind::Material, "\"glass\"", "of rows without one").or_open("none"),
             FIXED,
         ]], "a table"),
@@ -221,9 +225,9 @@ pub(super) static PARTICLES: TableKeys = TableKeys::new(&[&[
             LATTICE_KEY.or_open("none"),
             key("orientation", Kind::OneOf(&[Kind::Numbers("", 4, Range::Any), Kind::Keyword("random")]), "\"random\"", "`[w, x, y, z]` from the principal frame to the global one, or `\"random\"`, for each clump by itself").or_open("`[1, 0, 0, 0]`"),
             key("scale", positive(""), "0.5", "factor on all lengths").or(1.0),
-        ], START], "a clump, or equal ones on a lattice; positions are those of the centre of mass"),
-        variant("lattice", &[&[LATTICE_KEY], SPHERE, START], "equal particles on a lattice"),
-        variant("position", &[&[POSITION], SPHERE, START], "one particle"),
+        ], START, PROPERTIES, HELD], "a clump, or equal ones on a lattice; positions are those of the centre of mass"),
+        variant("lattice", &[&[LATTICE_KEY], SPHERE, START, PROPERTIES, HELD], "equal particles on a lattice"),
+        variant("position", &[&[POSITION], SPHERE, START, PROPERTIES, HELD], "one particle"),
     ],
     alone: false,
 });
@@ -340,7 +344,7 @@ fn read_start(fields: &Fields<'_>) -> Start {
     Start {
         velocity: fields.read("velocity"),
         angular_velocity: fields.read("angular_velocity"),
-        film_volume: fields.read("film_volume"),
+        properties: properties::not_default(properties::read(fields)),
         fixed: fields.read("fixed"),
         prescribed: fields.read("prescribed"),
     }

@@ -2,9 +2,11 @@
 
 use glam::{DQuat, DVec3};
 use mercury_common::frames::{
-    ContactColumns, ContactFrame, ContactReader, ContactWriter, FLAG_FIXED, FLAG_PRESCRIBED,
-    FramesHeader, HistoryColumn, ParticleColumns, ParticleFrame, ParticleReader, ParticleWriter,
+    ColumnKind, ColumnSpec, ContactColumns, ContactFrame, ContactReader, ContactWriter, FLAG_FIXED,
+    FLAG_PRESCRIBED, FramesHeader, HistoryColumn, ParticleColumns, ParticleFrame, ParticleReader,
+    ParticleWriter,
 };
+use mercury_common::particle_properties::FILM_VOLUME;
 
 fn header() -> FramesHeader {
     FramesHeader {
@@ -27,7 +29,7 @@ fn vectors(n: usize, scale: f64) -> Vec<DVec3> {
         .collect()
 }
 
-fn particles(n: usize, columns: ParticleColumns) -> ParticleFrame {
+fn particles(n: usize, columns: &ParticleColumns) -> ParticleFrame {
     let numbers = |scale: f64| {
         (0..n)
             .map(|k| scale * (1.0 + k as f64))
@@ -55,7 +57,9 @@ fn particles(n: usize, columns: ParticleColumns) -> ParticleFrame {
         angular_velocity: columns.angular_velocity.then(|| vectors(n, 3.0)),
         force: columns.force.then(|| vectors(n, 4.0)),
         torque: columns.torque.then(|| vectors(n, 5.0)),
-        film_volume: columns.film_volume.then(|| numbers(1e-12)),
+        more: (1..=columns.more.len())
+            .map(|k| numbers(1e-12 * k as f64))
+            .collect(),
     }
 }
 
@@ -63,7 +67,8 @@ fn particles(n: usize, columns: ParticleColumns) -> ParticleFrame {
 fn particles_come_back_with_any_choice_of_columns() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.particles.arrow");
-    for choice in 0..64_u32 {
+    let of_another_program = ColumnSpec::new("albedo", ColumnKind::F64, "");
+    for choice in 0..128_u32 {
         let bit = |k: u32| choice >> k & 1 == 1;
         let columns = ParticleColumns {
             body: bit(0),
@@ -71,9 +76,13 @@ fn particles_come_back_with_any_choice_of_columns() {
             angular_velocity: bit(2),
             force: bit(3),
             torque: bit(4),
-            film_volume: bit(5),
+            ..ParticleColumns::default()
         };
-        let frame = particles(5, columns);
+        let mut columns = columns.with_properties(bit(5).then_some(&FILM_VOLUME));
+        columns
+            .more
+            .extend(bit(6).then(|| of_another_program.clone()));
+        let frame = particles(5, &columns);
         let mut writer = ParticleWriter::create(&path, &header(), &columns).unwrap();
         writer.append(frame.clone()).unwrap();
         let more = ParticleFrame {
@@ -86,7 +95,10 @@ fn particles_come_back_with_any_choice_of_columns() {
         let reader = ParticleReader::open(&path).unwrap();
         assert_eq!(*reader.layout(), columns);
         assert_eq!(reader.header(), &header());
-        assert_eq!(reader.frame(0).unwrap(), frame);
+        let read = reader.frame(0).unwrap();
+        assert_eq!(read, frame);
+        let films = bit(5).then(|| frame.more[0].as_slice());
+        assert_eq!(reader.layout().number(&read, "film_volume"), films);
     }
 }
 
@@ -96,7 +108,7 @@ fn columns_of_earlier_versions_are_read_under_their_present_names() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.particles.arrow");
     let columns = ParticleColumns::default();
-    let frame = particles(5, columns);
+    let frame = particles(5, &columns);
     let mut writer = ParticleWriter::create(&path, &header(), &columns).unwrap();
     writer.append(frame.clone()).unwrap();
     drop(writer);

@@ -11,7 +11,6 @@ use super::quota::Quota;
 use super::wait::Wait;
 use super::{InsertionPlan, Setting, Tally, Total};
 use crate::bodies::{Clump, NewBody};
-use crate::liquid::wet_new;
 use crate::neighbours::Images;
 use crate::stage::Stage;
 use crate::state::{MaterialIndex, NewParticle, Particles, Plain};
@@ -362,7 +361,13 @@ impl Insertion {
                 of_ingredient.count_body(&body);
             }
         }
-        wet_new(insertion.mixture[index].film_volume, first, particles);
+        let properties = &insertion.mixture[index].properties;
+        if !properties.is_empty() {
+            let rows: Vec<usize> = (first..particles.len()).collect();
+            for &(property, value) in properties {
+                particles.give(property, &rows, value);
+            }
+        }
         true
     }
 

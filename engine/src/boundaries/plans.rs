@@ -1,6 +1,7 @@
 //! What a plan says about insertions, deletions, counted regions and flux planes.
 
 use glam::DVec3;
+use mercury_common::particle_properties::PropertyValue;
 use mercury_common::scene::{Quantity, Total};
 use mercury_common::sizes::SizeDistribution;
 
@@ -49,8 +50,8 @@ pub struct Ingredient {
     pub sizes: SizeDistribution,
     /// Its share by number: of the particles drawn. Shares need not sum to 1.
     pub share: f64,
-    /// Liquid on each of its grains, m^3; that of a body is spread over its pebbles.
-    pub film_volume: f64,
+    /// Properties of its grains that are not the default.
+    pub properties: Vec<PropertyValue>,
 }
 
 /// The rate of an insertion: the upper limit of the amount inserted by a time.

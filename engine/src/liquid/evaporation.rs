@@ -7,7 +7,8 @@ use super::weight::{End, shares};
 use super::{Liquids, Surroundings, film_thickness};
 use crate::contact::Bridge;
 use crate::forces::ContactForces;
-use crate::state::{FILM_VOLUME, Particles};
+use crate::state::Particles;
+use mercury_common::particle_properties::FILM_VOLUME;
 
 /// Liquid evaporates once in so many steps, for all of them: what goes in one of them is far below what a film holds.
 pub const EVERY: u64 = 32;
@@ -29,7 +30,10 @@ impl Liquids {
         }
         for row in 0..particles.len() {
             let radius = particles.records[row].radius;
-            let films = particles.columns.get_mut(FILM_VOLUME).unwrap_or_default();
+            let films = particles
+                .columns
+                .get_mut(FILM_VOLUME.name)
+                .unwrap_or_default();
             let Some(film) = films.get_mut(row).filter(|film| **film > 0.0) else {
                 continue;
             };

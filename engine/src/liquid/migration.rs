@@ -22,8 +22,9 @@ use super::{BridgesForm, LiquidNeighbours, Liquids};
 use crate::contact::registry::LawTable;
 use crate::contact::{Bridge, Event, Liquid};
 use crate::forces::{Bond, BondPlace, ContactEvent, ContactForces, Partner};
-use crate::state::{FILM_VOLUME, Particles};
+use crate::state::Particles;
 use crate::walls::{WallFilms, WallNow, WallPlace};
+use mercury_common::particle_properties::FILM_VOLUME;
 
 /// What the rules read beside the particles, and the films of walls.
 pub struct Surroundings<'a> {
@@ -102,7 +103,7 @@ impl Liquids {
             self.rupture(index, &mut net, particles, around);
         }
         net.write_back(contacts);
-        let Some(films) = particles.columns.get_mut(FILM_VOLUME) else {
+        let Some(films) = particles.columns.get_mut(FILM_VOLUME.name) else {
             return;
         };
         for &(row, by_face) in leavers {
@@ -129,7 +130,7 @@ impl Liquids {
             wet: 1.0,
             ..bond.bridge
         };
-        let Some(films) = particles.columns.get_mut(FILM_VOLUME) else {
+        let Some(films) = particles.columns.get_mut(FILM_VOLUME.name) else {
             return;
         };
         let [a, b] = rows_of(bond);
@@ -284,7 +285,7 @@ impl Liquids {
         }
         // Round-off of the sums is no liquid: a film of it would form bridges that hold nothing.
         if rest > f64::EPSILON * held_by_all
-            && let Some(films) = particles.columns.get_mut(FILM_VOLUME)
+            && let Some(films) = particles.columns.get_mut(FILM_VOLUME.name)
         {
             films[row as usize] += rest;
         }

@@ -18,18 +18,15 @@ pub use sum::Sum;
 pub use weight::{Weighed, Weight};
 
 use crate::forces::ContactForces;
-use crate::state::{FILM_VOLUME, Particle, Particles};
+use crate::state::{Particle, Particles};
 use crate::walls::{WallFilmPlan, WallFilms};
+use mercury_common::particle_properties::FILM_VOLUME;
 
 pub use mercury_common::scene::{BridgesForm, LiquidNeighbours};
 
-/// What a plan says of liquid beside the laws of contacts.
+/// What a plan says of liquid beside the laws of contacts and the films of particles, which are a property of theirs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LiquidPlan {
-    /// Films of particles at the start that are not 0: number of the particle in the plan, and volume, m^3.
-    pub films: Vec<(usize, f64)>,
-    /// The same of bodies; the film is spread over their pebbles by surface.
-    pub films_of_bodies: Vec<(usize, f64)>,
     /// Which bridges take the liquid of one that breaks.
     pub neighbours: LiquidNeighbours,
     /// Where bridges form.
@@ -89,33 +86,9 @@ impl Liquids {
         Err("its films on walls are not those of the plan".to_owned())
     }
 
-    /// Puts the films of the plan on the particles at the start; `wall_films` are those of the walls.
-    #[must_use]
-    pub fn start(plan: &LiquidPlan, particles: &mut Particles, wall_films: &WallFilms) -> Self {
-        let rows = particles.len();
-        particles.columns.add(FILM_VOLUME, 0.0, rows);
-        let mut liquids = Self::new(plan);
-        let Some(films) = particles.columns.get_mut(FILM_VOLUME) else {
-            return liquids;
-        };
-        for &(row, volume) in &plan.films {
-            films[row] = volume;
-        }
-        if let Some(bodies) = &particles.bodies {
-            for &(body, volume) in &plan.films_of_bodies {
-                let pebbles = &bodies.pebbles[bodies.all[body].pebbles()];
-                let rows: Vec<usize> = pebbles.iter().map(|pebble| pebble.row.index()).collect();
-                spread(volume, &rows, &particles.records, films);
-            }
-        }
-        let walls = wall_films.all();
-        liquids.balance.initial = balance::sum(films.iter().copied().chain(walls));
-        liquids
-    }
-
     /// Counts the films of particles that were inserted: those of the rows from `first` on.
     pub fn note_inserted(&mut self, first: usize, particles: &mut Particles) {
-        let films = particles.columns.get(FILM_VOLUME).unwrap_or_default();
+        let films = particles.columns.get(FILM_VOLUME.name).unwrap_or_default();
         for &film in &films[first.min(films.len())..] {
             self.balance.inserted.add(film);
         }
@@ -140,7 +113,7 @@ impl Liquids {
         if self.bridges_form == BridgesForm::Contact {
             return;
         }
-        let films = particles.columns.get(FILM_VOLUME).unwrap_or_default();
+        let films = particles.columns.get(FILM_VOLUME.name).unwrap_or_default();
         self.thickness.clear();
         let rows = particles.records.iter().zip(films);
         let film = |(record, &film): (&Particle, &f64)| [film_thickness(film, record.radius), film];
@@ -175,7 +148,7 @@ impl Liquids {
         wall_films: &WallFilms,
         sprayed: [f64; 5],
     ) -> LiquidRow {
-        let films = particles.columns.get(FILM_VOLUME).unwrap_or_default();
+        let films = particles.columns.get(FILM_VOLUME.name).unwrap_or_default();
         let bonds = contacts.bonds(&|_| true);
         LiquidRow::new(
             &self.balance,
@@ -193,34 +166,4 @@ pub fn film_thickness(volume: f64, radius: f64) -> f64 {
     let more = 0.75 / std::f64::consts::PI * volume;
     let outer = libm::cbrt(radius * radius * radius + more);
     more / (outer * outer + outer * radius + radius * radius)
-}
-
-/// Gives a grain that has just been added, whose rows are those from `first` on, a film (m^3): of a body that of all its pebbles.
-pub fn wet_new(volume: f64, first: usize, particles: &mut Particles) {
-    let rows: Vec<usize> = (first..particles.len()).collect();
-    if volume > 0.0
-        && let Some(films) = particles.columns.get_mut(FILM_VOLUME)
-    {
-        spread(volume, &rows, &particles.records, films);
-    }
-}
-
-/// Spreads a film (m^3) over spheres by their surfaces.
-fn spread(volume: f64, rows: &[usize], records: &[Particle], films: &mut [f64]) {
-    let surface = |row: usize| records[row].radius * records[row].radius;
-    let mut whole: f64 = rows.iter().map(|&row| surface(row)).sum();
-    let mut rest = volume;
-    for &row in rows {
-        let share = if surface(row) < whole {
-            rest * (surface(row) / whole)
-        } else {
-            rest
-        };
-        whole -= surface(row);
-        films[row] = share;
-        rest -= share;
-    }
-    if let Some(&first) = rows.first() {
-        films[first] += rest;
-    }
 }

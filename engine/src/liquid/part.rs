@@ -29,7 +29,7 @@ impl Part for Liquids {
 
     fn before_leaving(&mut self, at: &mut Leaving<'_>) {
         let mut around = Surroundings {
-            laws: at.physics.laws(),
+            laws: &at.physics.laws,
             walls: at.walls,
             films: at.wall_films,
         };
@@ -53,11 +53,11 @@ impl Part for Liquids {
 
     fn after_forces(&mut self, core: &mut Core, _: Option<&Observation>) {
         let is_due = core.step > 0 && core.step.is_multiple_of(EVAPORATES_EVERY);
-        let time = EVAPORATES_EVERY as f64 * core.physics.time_step();
+        let time = EVAPORATES_EVERY as f64 * core.physics.time_step;
         let contacts = core.contacts.as_mut();
         let events = contacts.take_events();
         let mut around = Surroundings {
-            laws: core.physics.laws(),
+            laws: &core.physics.laws,
             walls: &core.walls,
             films: &mut core.wall_films,
         };
@@ -82,11 +82,9 @@ impl Part for Liquids {
 }
 
 impl Liquids {
-    /// In scenes with liquid: gives the particles of the start their films.
-    pub(crate) fn of(core: &mut Core) -> Option<Self> {
-        let of_plan = core.physics.liquid().as_ref()?;
-        let particles = &mut core.particles;
-        Some(Self::start(of_plan, particles, &core.wall_films))
+    /// In scenes with liquid.
+    pub(crate) fn of(core: &Core) -> Option<Self> {
+        core.physics.liquid.as_ref().map(Self::new)
     }
 }
 

@@ -9,7 +9,8 @@ use glam::DVec3;
 use super::{Liquids, Sum};
 use crate::contact::Bridge;
 use crate::forces::{Bond, Partner};
-use crate::state::{FILM_VOLUME, Particles};
+use crate::state::Particles;
+use mercury_common::particle_properties::FILM_VOLUME;
 
 /// The liquid of a scene in which it has mass.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -161,7 +162,7 @@ impl Liquids {
         if self.weight.is_none() {
             return;
         }
-        let films = particles.columns.get(FILM_VOLUME).unwrap_or_default();
+        let films = particles.columns.get(FILM_VOLUME.name).unwrap_or_default();
         let films = films.get(first..).unwrap_or_default().to_vec();
         for (row, film) in (first..).zip(films) {
             self.carry(particles, End::Outside, End::Row(row as u32), film);

@@ -28,7 +28,7 @@ impl Physics {
     /// after the start.
     #[must_use]
     pub fn last_event(&self) -> Option<Event> {
-        let events = self.walls().iter().map(|wall| Event {
+        let events = self.walls.iter().map(|wall| Event {
             time: last_event(wall),
             wall: wall.name.clone(),
         });

@@ -4,6 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use glam::DVec3;
+use mercury_common::particle_properties::{FILM_VOLUME, PARTICLE_PROPERTIES, ParticleProperty};
 
 use super::sizes::Sizes;
 use super::{Carried, Guard, Physics, Setup};
@@ -15,7 +16,7 @@ use crate::contact::registry::{AnyPairLaw, LawTable};
 use crate::liquid::LiquidPlan;
 use crate::membrane::MembranePlan;
 use crate::spray::SprayPlan;
-use crate::state::{Material, NewParticle};
+use crate::state::{Material, NewParticle, StartValues};
 use crate::surface::SurfacePlan;
 use crate::walls::{Shape, Wall};
 use crate::wear::WearPlan;
@@ -105,6 +106,10 @@ pub struct Inputs {
     pub bodies: Vec<NewBody>,
     /// Contacts of the start that continue from other runs.
     pub carried: Option<Arc<Carried>>,
+    /// Properties that all particles have; [`Inputs::physics`] adds those that values are given of.
+    pub properties: Vec<&'static ParticleProperty>,
+    /// Values of properties at the start, one entry for each property.
+    pub start_values: Vec<StartValues>,
     /// Insertions.
     pub insertions: Vec<InsertionPlan>,
     /// Deletions.
@@ -154,6 +159,8 @@ impl Inputs {
             clumps: Vec::new(),
             bodies: Vec::new(),
             carried: None,
+            properties: Vec::new(),
+            start_values: Vec::new(),
             insertions: Vec::new(),
             deletions: Vec::new(),
             orientations: false,
@@ -175,17 +182,49 @@ impl Inputs {
             &self.insertions,
             self.dimensions,
         );
-        let mut parts = self.insertions.iter().flat_map(|feed| &feed.mixture);
-        let has_liquid = self.laws.has_liquid()
-            || self.sprays.is_some()
-            || parts.any(|part| part.film_volume > 0.0);
+        let has_liquid =
+            self.laws.has_liquid() || self.sprays.is_some() || self.gives(&FILM_VOLUME);
         if has_liquid && self.liquid.is_none() {
             self.liquid = Some(LiquidPlan::default());
         }
+        if self.liquid.is_some() {
+            self.properties.push(&FILM_VOLUME);
+        }
+        self.properties = self.all_properties();
         Ok(Physics {
             inputs: self,
             sizes,
         })
+    }
+
+    /// Whether particles of the start or of insertions have values of a property.
+    fn gives(&self, property: &ParticleProperty) -> bool {
+        self.given().any(|given| given == property)
+    }
+
+    /// Properties with values, some more than once.
+    fn given(&self) -> impl Iterator<Item = &'static ParticleProperty> + '_ {
+        let start = self.start_values.iter().map(|values| values.property);
+        let mixtures = self.insertions.iter().flat_map(|feed| &feed.mixture);
+        start.chain(mixtures.flat_map(|part| part.properties.iter().map(|(given, _)| *given)))
+    }
+
+    /// All properties of the particles: those of the table in its order, then others.
+    fn all_properties(&self) -> Vec<&'static ParticleProperty> {
+        let mut all = Vec::new();
+        for property in self.properties.iter().copied().chain(self.given()) {
+            if !all.contains(&property) {
+                all.push(property);
+            }
+        }
+        let place = |property: &&ParticleProperty| {
+            let mut known = PARTICLE_PROPERTIES.iter();
+            known
+                .position(|known| known == *property)
+                .unwrap_or(usize::MAX)
+        };
+        all.sort_by_key(place);
+        all
     }
 
     /// What an engine starts from that watches nothing.
@@ -264,6 +303,24 @@ impl Inputs {
         for (index, body) in self.bodies.iter().enumerate() {
             positive_of("the scale of body", index, body.scale)?;
             present("body", index, "clump", body.clump, self.clumps.len())?;
+        }
+        for values in &self.start_values {
+            let what = format!("{} of particle", values.property.name);
+            for &(particle, value) in &values.particles {
+                present(
+                    &what,
+                    particle,
+                    "particle",
+                    particle as u32,
+                    self.particles.len(),
+                )?;
+                finite(&what, particle, value)?;
+            }
+            let what = format!("{} of body", values.property.name);
+            for &(body, value) in &values.bodies {
+                present(&what, body, "body", body as u32, self.bodies.len())?;
+                finite(&what, body, value)?;
+            }
         }
         if let Some(carried) = &self.carried {
             let pebbles = |body: &NewBody| self.clumps[body.clump as usize].pebbles.len();
@@ -364,6 +421,13 @@ fn positive_of(what: &str, index: usize, value: f64) -> Result<(), InputError> {
     } else {
         positive(&format!("{what} {index}"), value)
     }
+}
+
+fn finite(what: &str, index: usize, value: f64) -> Result<(), InputError> {
+    if value.is_finite() {
+        return Ok(());
+    }
+    Err(number(&format!("{what} {index}"), "a finite number", value))
 }
 
 fn present(

@@ -33,8 +33,9 @@ use grains::Grains;
 use hits::{Catcher, Passing, Path};
 
 use crate::neighbours::Images;
-use crate::state::{FILM_VOLUME, Particles};
+use crate::state::Particles;
 use crate::walls::{Touches, WallFilms, WallNow};
+use mercury_common::particle_properties::FILM_VOLUME;
 
 /// The share of an edge of a cell that a piece of a path may be long.
 const PIECE: f64 = 0.5;
@@ -489,7 +490,7 @@ impl Sprays {
         around: &Surroundings<'_>,
     ) {
         self.state.balance.absorbed.add(droplet.volume);
-        if let Some(films) = particles.columns.get_mut(FILM_VOLUME) {
+        if let Some(films) = particles.columns.get_mut(FILM_VOLUME.name) {
             (films[row], self.state.balance.rest) = self.poured(films[row], droplet.volume);
         }
         if !nozzle.momentum {

@@ -25,13 +25,13 @@ impl Part for Sprays {
         }
         let time = core.time();
         let physics = &core.physics;
-        let Some(plan) = physics.sprays() else {
+        let Some(plan) = &physics.sprays else {
             return Ok(());
         };
         let around = Surroundings {
             time,
-            dt: physics.time_step(),
-            gravity: physics.gravity(),
+            dt: physics.time_step,
+            gravity: physics.gravity,
             walls: &core.walls,
             images: &core.images,
             fastest: core.fastest(),
@@ -53,7 +53,7 @@ impl Part for Sprays {
 impl Sprays {
     /// In scenes with sprays.
     pub(crate) fn of(core: &Core) -> Option<Self> {
-        core.physics.sprays().as_ref().map(Self::new)
+        core.physics.sprays.as_ref().map(Self::new)
     }
 }
 

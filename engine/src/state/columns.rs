@@ -1,9 +1,12 @@
 //! Numbers of particles beyond the record, each in a column that exists only where the plan has it.
 //!
-//! A part of the step that needs a number for each particle adds a column here, and the rest follows: new particles get the
-//! default, the sort moves it along, and checkpoints hold it. Frames name the columns that they write (`docs/how-to/add-a-column.md`).
+//! New particles get the default, the sort moves values along, and checkpoints hold them. What scenes give and frames write is a
+//! [property](mercury_common::particle_properties), whose column is there where the [`Inputs`](crate::physics::Inputs) say so; a part of the
+//! step may add others for itself (`docs/how-to/add-a-column.md`).
 
-use super::Plain;
+use mercury_common::particle_properties::{OfClump, ParticleProperty};
+
+use super::{Particle, Particles, Plain};
 
 /// One number of each particle.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,9 +24,6 @@ crate::state::plain!(Column {
     default,
     values
 });
-
-/// Name of the column that holds the volume of the liquid film on each particle, m^3.
-pub const FILM_VOLUME: &str = "film_volume";
 
 /// Name of the column with the track of each particle, counted from 1 in the order of [`Tracking`](crate::physics::Tracking); 0:
 /// none. Of a clump its first pebble has it.
@@ -124,5 +124,80 @@ impl Plain for Columns {
 
     fn take(bytes: &mut &[u8]) -> Result<Self, String> {
         Plain::take(bytes).map(Self)
+    }
+}
+
+/// Values of a property at the start that are not the default.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StartValues {
+    /// Of what.
+    pub property: &'static ParticleProperty,
+    /// Number of the particle, in the order of the start, and value, SI.
+    pub particles: Vec<(usize, f64)>,
+    /// The same of bodies.
+    pub bodies: Vec<(usize, f64)>,
+}
+
+impl StartValues {
+    /// None yet.
+    #[must_use]
+    pub fn new(property: &'static ParticleProperty) -> Self {
+        Self {
+            property,
+            particles: Vec::new(),
+            bodies: Vec::new(),
+        }
+    }
+}
+
+impl Particles {
+    /// Adds the column of a property, where rows are particles and bodies of the start in their order.
+    pub(crate) fn begin(&mut self, property: &ParticleProperty, start: Option<&StartValues>) {
+        let rows = self.len();
+        self.columns.add(property.name, property.default, rows);
+        for &(row, value) in start.iter().flat_map(|start| &start.particles) {
+            self.give(property, &[row], value);
+        }
+        for &(body, value) in start.iter().flat_map(|start| &start.bodies) {
+            let rows: Vec<usize> = match &self.bodies {
+                Some(bodies) => {
+                    let pebbles = &bodies.pebbles[bodies.all[body].pebbles()];
+                    pebbles.iter().map(|pebble| pebble.row.index()).collect()
+                }
+                None => continue,
+            };
+            self.give(property, &rows, value);
+        }
+    }
+
+    /// Gives a grain a value: a particle, or a body with the rows of all its pebbles.
+    pub(crate) fn give(&mut self, property: &ParticleProperty, rows: &[usize], value: f64) {
+        let Some(values) = self.columns.get_mut(property.name) else {
+            return;
+        };
+        match property.of_clump {
+            OfClump::Sum => spread(value, rows, &self.records, values),
+            OfClump::Mean => rows.iter().for_each(|&row| values[row] = value),
+        }
+    }
+}
+
+/// Spreads an amount over spheres by their surfaces.
+fn spread(amount: f64, rows: &[usize], records: &[Particle], values: &mut [f64]) {
+    let surface = |row: usize| records[row].radius * records[row].radius;
+    let mut whole: f64 = rows.iter().map(|&row| surface(row)).sum();
+    let mut rest = amount;
+    for &row in rows {
+        let share = if surface(row) < whole {
+            rest * (surface(row) / whole)
+        } else {
+            rest
+        };
+        whole -= surface(row);
+        values[row] = share;
+        rest -= share;
+    }
+    if let Some(&first) = rows.first() {
+        values[first] += rest;
     }
 }

@@ -233,7 +233,7 @@ impl Engine {
 impl Auditor {
     /// In audited scenes.
     pub(super) fn of(core: &Core) -> Option<Self> {
-        let is_wanted = core.physics.energy_budget();
+        let is_wanted = core.physics.energy_budget;
         is_wanted.then(Self::default)
     }
 
@@ -322,7 +322,7 @@ impl Auditor {
 impl Core {
     /// The velocities of a wall half a step before and after the present forces; before the first step those of the start.
     fn wall_fields(&self, wall: usize, dt: f64) -> [RigidVelocity; 2] {
-        let Some(planned) = self.physics.walls().get(wall) else {
+        let Some(planned) = self.physics.walls.get(wall) else {
             return [RigidVelocity::REST; 2];
         };
         let WallNow { state, servos, .. } = &self.walls[wall];
@@ -366,7 +366,7 @@ impl Core {
             return self.moving_body(body, prescribed, body.orientation * pebble.offset, half);
         }
         let Load { force, torque, .. } = particles.loads[row.index()];
-        let acceleration = force * record.inverse_mass + self.physics.gravity();
+        let acceleration = force * record.inverse_mass + self.physics.gravity;
         moving.velocity += acceleration * half;
         if self.turns {
             let per_torque =
@@ -390,7 +390,7 @@ impl Core {
     fn moving_vertex(&self, mut number: usize, half: f64) -> Moving {
         for surface in &self.surfaces {
             if let Some(velocity) = surface.velocities.get(number) {
-                let kick = surface.kick(number, half, self.physics.gravity());
+                let kick = surface.kick(number, half, self.physics.gravity);
                 return Moving {
                     velocity: *velocity + kick,
                     spin: DVec3::ZERO,
@@ -408,7 +408,7 @@ impl Core {
     fn moving_sheet(&self, exchange: &Exchange, half: f64) -> Moving {
         let at = exchange.sheet.unwrap_or_default();
         let surface = &self.surfaces[usize::from(at.0)];
-        let [velocity, spin] = surface.moving(&at.1, half, self.physics.gravity());
+        let [velocity, spin] = surface.moving(&at.1, half, self.physics.gravity);
         Moving { velocity, spin }
     }
 
@@ -420,7 +420,7 @@ impl Core {
         lever: DVec3,
         half: f64,
     ) -> Moving {
-        let acceleration = body.load.force / body.mass + self.physics.gravity();
+        let acceleration = body.load.force / body.mass + self.physics.gravity;
         let momentum = body.angular_momentum + body.load.torque * half;
         let mut velocity = body.velocity + acceleration * half;
         let mut spins = [None; 3];

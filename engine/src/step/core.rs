@@ -75,14 +75,14 @@ impl Core {
     /// Time of the present state, s: step number times step, never a running sum.
     #[must_use]
     pub fn time(&self) -> f64 {
-        self.step as f64 * self.physics.time_step()
+        self.step as f64 * self.physics.time_step
     }
 
     /// Time since the last force evaluation, s: 0 in the first.
     #[must_use]
     pub fn since_last(&self) -> f64 {
         if self.step > 0 {
-            self.physics.time_step()
+            self.physics.time_step
         } else {
             0.0
         }
@@ -124,7 +124,7 @@ impl Core {
     /// The walls as they are now, in the order of the plan.
     #[must_use]
     pub fn walls(&self) -> &[WallNow] {
-        &self.walls[..self.physics.walls().len()]
+        &self.walls[..self.physics.walls.len()]
     }
 
     /// The threads of the engine beside the calling one; `None` if it has no others.

@@ -47,7 +47,7 @@ struct Sample {
 impl<'a> Passing<'a> {
     fn new(index: usize, core: &'a Core) -> Self {
         let (wall, images) = (&core.walls[index], &core.images);
-        let dt = core.physics.time_step();
+        let dt = core.physics.time_step;
         let surface = wall.surface().map(|k| &core.surfaces[usize::from(k)]);
         let mut passing = Self {
             index: WallIndex::new(index as u16),
@@ -214,9 +214,9 @@ impl Guard {
     /// moved, none has come or gone yet.
     pub(super) fn look_for_crossings(&mut self, core: &Core) {
         let (physics, fastest) = (&core.physics, core.fastest());
-        let own = fastest * physics.time_step();
+        let own = fastest * physics.time_step;
         let seen = SEEN * physics.smallest_radius();
-        if physics.guard().policy == GuardPolicy::Off {
+        if physics.guard.policy == GuardPolicy::Off {
             return;
         }
         let mut touches = Touches::default();
@@ -243,7 +243,7 @@ impl Guard {
     /// The same for slower ones that have just left through a face of the domain: no contact sees them any more.
     pub(super) fn look_at_leavers(&mut self, core: &Core) {
         let leavers = core.boundaries.left_by_face();
-        if leavers.is_empty() || core.physics.guard().policy == GuardPolicy::Off {
+        if leavers.is_empty() || core.physics.guard.policy == GuardPolicy::Off {
             return;
         }
         let mut touches = Touches::default();

@@ -46,7 +46,7 @@ impl Engine {
         };
         let changed = boundaries.exchange(
             particles,
-            physics.insertions(),
+            &physics.insertions,
             &physics.setting(),
             images,
             walls,
@@ -71,7 +71,7 @@ impl Core {
         let physics = &self.physics;
         self.boundaries.have_places(
             &self.particles,
-            physics.insertions(),
+            &physics.insertions,
             &physics.setting(),
             &self.walls,
             self.time(),

@@ -18,7 +18,7 @@ impl Engine {
     /// Evaluates all forces; springs are stretched by `spring_time` seconds of motion. `fuse`: and kicks twice and drifts, which
     /// ends this step and begins the next.
     pub(super) fn evaluate_forces(&mut self, spring_time: f64, watch: Option<Watch>, fuse: bool) {
-        let is_audited = self.physics.energy_budget();
+        let is_audited = self.physics.energy_budget;
         let watch = match watch {
             Some(watch) => Some(watch),
             None if self.needs.sums || self.has_servos => Some(Watch::default()),
@@ -47,7 +47,7 @@ impl Engine {
         if !self.needs.sums && !self.has_servos {
             return None;
         }
-        let sums = (self.contacts).observation(self.physics.walls().len(), false);
+        let sums = (self.contacts).observation(self.physics.walls.len(), false);
         let sums = self.with_parts(sums);
         if self.has_servos {
             self.answer_loads(&sums);
@@ -64,7 +64,7 @@ impl Engine {
 
     /// The forces, and block by block, while it is in the cache, two half kicks and the drift into the next step.
     fn forces_and_drift(&mut self, spring_time: f64, watch: Option<Watch>) {
-        let drift = self.physics.time_step();
+        let drift = self.physics.time_step;
         let pass = self.kick_drift(2, drift);
         // Turned while the angular velocities are in the cache. No lock is ever waited for.
         let mut orientations = self.particles.orientations.take();
@@ -150,14 +150,14 @@ fn unobserved<'a>(
     StepContext {
         spring_time: 0.0,
         velocity_lag: 0.0,
-        sliding_normal: physics.sliding_normal(),
+        sliding_normal: physics.sliding_normal,
         images,
         walls,
         surfaces,
         films: None,
         wall_films: None,
-        wall_curvature: physics.wall_curvature(),
-        contact_point_mass: physics.contact_point_mass(),
+        wall_curvature: physics.wall_curvature,
+        contact_point_mass: physics.contact_point_mass,
         feature_loads: false,
         overlap_limit: f64::INFINITY,
         deep: f64::INFINITY,

@@ -127,7 +127,7 @@ impl Part for Guard {
 impl Guard {
     /// Before the first step.
     pub(super) fn of(core: &Core) -> Option<Self> {
-        let guard = core.physics.guard();
+        let guard = core.physics.guard;
         let is_off = guard.policy == GuardPolicy::Off;
         Some(Self {
             overlap: (!is_off).then_some(guard.overlap),
@@ -238,8 +238,8 @@ impl Event {
 impl Guard {
     /// Checks the displacements of this step.
     fn look_at_ways(&mut self, core: &Core) {
-        let guard = core.physics.guard();
-        let dt = core.physics.time_step();
+        let guard = core.physics.guard;
+        let dt = core.physics.time_step;
         let is_short = core.fastest() * dt <= guard.way * core.physics.smallest_radius();
         if is_short || guard.policy == GuardPolicy::Off {
             return;
@@ -286,7 +286,7 @@ impl Guard {
         }
         // What touches a wall from behind is where it should not be, but nothing is wrong with its motion.
         let stops = !matches!(what, What::Contact(AlarmKind::Behind, _));
-        let is_strict = core.physics.guard().policy == GuardPolicy::Strict;
+        let is_strict = core.physics.guard.policy == GuardPolicy::Strict;
         if stops && is_strict && !self.off && self.stop.is_none() {
             self.stop = Some(event);
         }
@@ -348,7 +348,7 @@ impl Engine {
 }
 
 fn reported(core: &Core, event: &Event) -> String {
-    let limits = core.physics.guard();
+    let limits = core.physics.guard;
     let place = |x: DVec3| format!("({}, {}, {}) m", short(x.x), short(x.y), short(x.z));
     let (kind, alarm) = match event.what {
         What::Way {
@@ -370,7 +370,7 @@ fn reported(core: &Core, event: &Event) -> String {
     let (other, radius) = match alarm.other {
         Other::Particle(id) => (format!("particle {id}"), "the smaller radius"),
         Other::Wall(index) => {
-            let wall = core.physics.walls().get(index.index());
+            let wall = core.physics.walls.get(index.index());
             let name = wall.map_or(index.to_string(), |wall| wall.name.clone());
             (format!("wall `{name}`"), "its radius")
         }
@@ -399,11 +399,11 @@ fn reported(core: &Core, event: &Event) -> String {
 
 /// The likely cause, and what to do.
 fn help(core: &Core, event: &Event) -> String {
-    let dt = core.physics.time_step();
+    let dt = core.physics.time_step;
     let go_on = "guard.policy = \"warn\" goes on and counts";
     match event.what {
         What::Way { part, .. } => {
-            let limit = core.physics.guard().way;
+            let limit = core.physics.guard.way;
             format!(
                 "the time step is too large for this speed (below {} s it is not), or the particle was thrown by a contact that was too deep; {go_on}",
                 short(dt * limit / part)

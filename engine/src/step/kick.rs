@@ -34,7 +34,7 @@ impl Core {
         } else {
             1
         };
-        let drift = self.physics.time_step();
+        let drift = self.physics.time_step;
         let fastest = self.advance(kicks, drift);
         self.turn_orientations(drift);
         fastest
@@ -85,20 +85,20 @@ impl Core {
             return MotionBound::default();
         };
         let step = BodyStep {
-            half: 0.5 * self.physics.time_step(),
+            half: 0.5 * self.physics.time_step,
             drift,
             kicks,
-            gravity: self.physics.gravity(),
+            gravity: self.physics.gravity,
         };
         bodies.advance(records, &step, self.pool.as_deref())
     }
 
     pub(super) fn kick_drift(&self, kicks: u32, drift: f64) -> KickDrift {
         KickDrift {
-            half: 0.5 * self.physics.time_step(),
+            half: 0.5 * self.physics.time_step,
             drift,
             kicks,
-            gravity: self.physics.gravity(),
+            gravity: self.physics.gravity,
             inverse_inertia: self.inverse_inertia,
             turns: self.turns,
             width: self.width,

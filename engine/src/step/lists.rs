@@ -160,7 +160,7 @@ impl Engine {
 
 impl Core {
     fn are_lists_valid(&mut self) -> bool {
-        let dt = self.physics.time_step();
+        let dt = self.physics.time_step;
         let limit = 0.5 * self.lists.skin.thickness;
         let mut valid = !self.lists.rows_changed;
         if valid {

@@ -137,7 +137,7 @@ impl Engine {
         self.exchange_particles()?;
         self.keep_lists_valid()?;
         self.try_call(|part, core| part.before_forces(core))?;
-        self.evaluate_forces(self.physics.time_step(), watch, fuse);
+        self.evaluate_forces(self.physics.time_step, watch, fuse);
         self.guard_membranes()?;
         self.try_call(|part, core| part.end_step(core))
     }
@@ -168,13 +168,13 @@ impl Engine {
     /// What was seen of the contacts in the last watched step.
     #[must_use]
     pub fn observation(&self) -> Observation {
-        let walls = self.physics.walls().len();
+        let walls = self.physics.walls.len();
         self.with_parts(self.contacts.observation(walls, true))
     }
 
     /// The same, without leaving the records of contacts behind.
     pub fn take_observation(&mut self) -> Observation {
-        let walls = self.physics.walls().len();
+        let walls = self.physics.walls.len();
         let records = self.contacts.take_records();
         let sums = self.contacts.observation(walls, false);
         self.with_parts(Observation { records, ..sums })

@@ -117,7 +117,7 @@ const SECTIONS: &[Section] = &[
         is_there: has_surfaces,
         put: |core, pieces| core.contacts.put_vertices(pieces),
         take: |core, bytes| {
-            let walls = core.physics.walls().len();
+            let walls = core.physics.walls.len();
             let surfaces = core.surfaces.iter();
             let vertices: Vec<usize> = surfaces.map(|of| of.positions.len()).collect();
             let contacts = &mut core.contacts;
@@ -311,7 +311,7 @@ impl Core {
 
     fn take_particles(&mut self, bytes: &mut &[u8]) -> Result<(), String> {
         let particles = Particles::take(bytes)?;
-        particles.check(self.physics.materials().len())?;
+        particles.check(self.physics.materials.len())?;
         particles.columns.check_names(&self.particles.columns)?;
         self.particles = particles;
         Ok(())
@@ -319,12 +319,12 @@ impl Core {
 
     fn take_walls(&mut self, bytes: &mut &[u8]) -> Result<(), String> {
         let saved: Vec<_> = Plain::take(bytes)?;
-        let planned = self.physics.walls();
+        let planned = &self.physics.walls;
         if saved.len() != planned.len() {
             let (found, planned) = (saved.len(), planned.len());
             return Err(format!("it has {found} walls, the plan {planned}"));
         }
-        let (time, dt) = (self.time(), self.physics.time_step());
+        let (time, dt) = (self.time(), self.physics.time_step);
         for ((wall, now), saved) in planned.iter().zip(&mut self.walls).zip(&saved) {
             now.restore(wall, saved, (time, dt), &self.images)
                 .map_err(|error| format!("walls.{}: {error}", wall.name))?;

@@ -107,8 +107,8 @@ impl Engine {
         self.exchange_particles()?;
         self.keep_lists_valid()?;
         self.try_call(|part, core| part.before_forces(core))?;
-        let spring_time = if self.physics.startup_increment() {
-            self.physics.time_step()
+        let spring_time = if self.physics.startup_increment {
+            self.physics.time_step
         } else {
             0.0
         };
@@ -126,7 +126,7 @@ impl Engine {
     /// histories over like those of any list.
     fn take_up_contacts(&mut self) {
         let physics = Arc::clone(&self.physics);
-        let Some(carried) = physics.carried() else {
+        let Some(carried) = &physics.carried else {
             return;
         };
         let Core {
@@ -147,17 +147,22 @@ impl Engine {
     pub(super) fn unstarted(setup: Setup, options: StartOptions) -> Result<Self, RunError> {
         let Setup { physics, watched } = setup;
         let named = options.contacts;
-        let (contacts, law_names) = named.unwrap_or_else(|| contact_loop(physics.laws()));
+        let (contacts, law_names) = named.unwrap_or_else(|| contact_loop(&physics.laws));
         let others = options.parts.iter().map(|part| part.needs());
         let needs = others.fold(contacts.needs(), Needs::and);
         let images = physics.images();
-        let mut particles = Particles::new(physics.orientations() || needs.orientations);
-        for new in physics.particles() {
-            let (record, mass, prescribed) = new.build(physics.materials(), physics.dimensions());
+        let mut particles = Particles::new(physics.orientations || needs.orientations);
+        for new in &physics.particles {
+            let (record, mass, prescribed) = new.build(&physics.materials, physics.dimensions);
             particles.push(record, mass, prescribed);
         }
-        for new in physics.bodies() {
-            new.add_to(&mut particles, physics.clumps());
+        for new in &physics.bodies {
+            new.add_to(&mut particles, &physics.clumps);
+        }
+        for property in &physics.properties {
+            let mut values = physics.start_values.iter();
+            let values = values.find(|values| values.property == *property);
+            particles.begin(property, values);
         }
         let pool = match options.threads {
             0 | 1 => None,
@@ -168,18 +173,18 @@ impl Engine {
                 ))
             }
         };
-        let mut walls = WallNow::all(physics.walls(), physics.time_step(), &images);
+        let mut walls = WallNow::all(&physics.walls, physics.time_step, &images);
         let (mut surfaces, borrowing) =
-            surfaces::start(physics.surfaces(), physics.time_step(), &images)?;
+            surfaces::start(&physics.surfaces, physics.time_step, &images)?;
         walls.extend(borrowing);
         let is_near = vec![true; surfaces.len()];
         let stale = vec![false; surfaces.len()];
         let membranes = surfaces::start_membranes(
-            (physics.membranes(), &mut surfaces),
+            (&physics.membranes, &mut surfaces),
             &Moment {
                 time: 0.0,
-                dt: physics.time_step(),
-                gravity: physics.gravity(),
+                dt: physics.time_step,
+                gravity: physics.gravity,
                 walls: &walls,
                 images: &images,
                 has_pool: false,
@@ -187,24 +192,24 @@ impl Engine {
             },
         );
         let has_servos = physics
-            .walls()
+            .walls
             .iter()
             .any(|wall| wall.motion.all_servos().next().is_some());
         let skin = Skin::first(physics.radii(), needs.range, &images);
         let mut boundaries = Boundaries::new(
-            physics.insertions(),
-            physics.deletions(),
+            &physics.insertions,
+            &physics.deletions,
             &watched.fluxes,
             &physics.setting(),
         );
         boundaries.tell(Arc::clone(&options.stage));
         let width = options.width.unwrap_or_else(Width::fastest);
-        let liquid = physics.liquid().as_ref();
+        let liquid = physics.liquid.as_ref();
         let wall_films = liquid.map(|liquid| WallFilms::start(&liquid.wall_films));
         let mut core = Core {
             boundaries,
-            inverse_inertia: inverse_inertia_factor(physics.dimensions()),
-            turns: physics.laws().turns(),
+            inverse_inertia: inverse_inertia_factor(physics.dimensions),
+            turns: physics.laws.turns(),
             physics,
             watched,
             particles,
@@ -240,7 +245,7 @@ impl Engine {
         core.ranges = core.contacts.ranges();
         if of_parts.range > 0.0 {
             // What acts beside the contacts does not say between which materials.
-            core.ranges.resize(core.physics.materials().len(), 0.0);
+            core.ranges.resize(core.physics.materials.len(), 0.0);
             for range in &mut core.ranges {
                 *range = range.max(of_parts.range);
             }

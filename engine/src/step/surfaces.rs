@@ -51,9 +51,9 @@ pub(super) fn start_membranes(
 macro_rules! moment {
     ($engine:ident) => {
         Moment {
-            time: $engine.step as f64 * $engine.physics.time_step(),
-            dt: $engine.physics.time_step(),
-            gravity: $engine.physics.gravity(),
+            time: $engine.step as f64 * $engine.physics.time_step,
+            dt: $engine.physics.time_step,
+            gravity: $engine.physics.gravity,
             walls: &$engine.walls,
             images: &$engine.images,
             has_pool: $engine.pool.is_some(),
@@ -69,13 +69,13 @@ impl Core {
         if self.surfaces.is_empty() {
             return Ok(());
         }
-        self.surface_motion = self.kick_surfaces(kicks, self.physics.time_step());
+        self.surface_motion = self.kick_surfaces(kicks, self.physics.time_step);
         let physics = &self.physics;
-        let first = physics.walls().len();
+        let first = physics.walls.len();
         // Others than contacts look for walls, too.
         let fastest = fastest.max(self.surface_motion.squared_speed.sqrt());
         let is_fast = !self.particles.is_empty()
-            && fastest * physics.time_step() > SEEN * physics.smallest_radius();
+            && fastest * physics.time_step > SEEN * physics.smallest_radius();
         let all = is_fast || self.needs.all_walls || self.boundaries.expects_more();
         for number in 0..self.surfaces.len() {
             if all || self.is_near[number] {
@@ -91,7 +91,7 @@ impl Core {
 
     /// Puts the mesh of a sheet to where its vertices are.
     fn follow_surface(&mut self, number: usize) -> Result<(), RunError> {
-        let first = self.physics.walls().len();
+        let first = self.physics.walls.len();
         let surface = &self.surfaces[number];
         let wall = &mut self.walls[first + number];
         let (corners, way) = (surface.corners(), surface.way_since_listed());
@@ -110,9 +110,9 @@ impl Core {
             None => follow(),
         };
         followed.map_err(|error| RunError::Surface {
-            surface: self.physics.surfaces()[number].name.clone(),
+            surface: self.physics.surfaces[number].name.clone(),
             step: self.step,
-            time: self.step as f64 * self.physics.time_step(),
+            time: self.step as f64 * self.physics.time_step,
             error,
         })
     }
@@ -122,7 +122,7 @@ impl Core {
         if self.particles.is_empty() {
             return Ok(());
         }
-        let first = self.physics.walls().len();
+        let first = self.physics.walls.len();
         for number in 0..self.surfaces.len() {
             if self.stale[number] {
                 self.follow_surface(number)?;
@@ -134,7 +134,7 @@ impl Core {
 
     /// Notes which sheets the particles of a new list are near.
     pub(super) fn note_near_surfaces(&mut self, near: &[NearWall]) {
-        let first = self.physics.walls().len();
+        let first = self.physics.walls.len();
         self.is_near.fill(false);
         for near in near {
             if let Some(is_near) = near.wall.index().checked_sub(first) {
@@ -145,10 +145,10 @@ impl Core {
 
     /// Half kicks of the vertices, and a drift of `drift` seconds.
     pub(super) fn kick_surfaces(&mut self, kicks: u32, drift: f64) -> SurfaceMotion {
-        let (half, gravity) = (0.5 * self.physics.time_step(), self.physics.gravity());
+        let (half, gravity) = (0.5 * self.physics.time_step, self.physics.gravity);
         let mut all = SurfaceMotion::default();
         let at = moment!(self);
-        let plans = self.physics.membranes();
+        let plans = &self.physics.membranes;
         for (number, surface) in self.surfaces.iter_mut().enumerate() {
             let motion = match self.membranes.get_mut(number) {
                 Some(membrane) => membrane.advance(&plans[number], surface, (kicks, drift), &at),
@@ -181,7 +181,7 @@ impl Core {
 
     /// Whether vertices of some sheet touch walls.
     fn vertices_touch_walls(&self) -> bool {
-        let mut plans = self.physics.surfaces().iter();
+        let mut plans = self.physics.surfaces.iter();
         plans.any(|plan| plan.touches_walls)
     }
 
@@ -196,7 +196,7 @@ impl Core {
 
     /// The vertices of a sheet as spheres of half its thickness; none if they do not touch walls.
     fn vertex_spheres(&self, number: usize) -> Vec<Particle> {
-        let plan = &self.physics.surfaces()[number];
+        let plan = &self.physics.surfaces[number];
         let surface = &self.surfaces[number];
         let count = if plan.touches_walls {
             surface.positions.len()
@@ -220,7 +220,7 @@ impl Core {
         if !self.vertices_touch_walls() {
             return;
         }
-        let walls = &self.walls[..self.physics.walls().len()];
+        let walls = &self.walls[..self.physics.walls.len()];
         let range = self.needs.range;
         let margin = Margin::of_skin(2.0 * skin + range);
         let near: Vec<Vec<NearWall>> = (0..self.surfaces.len())
@@ -237,7 +237,7 @@ impl Core {
     fn add_inner_forces(&mut self) {
         let since = self.since_last();
         let at = moment!(self);
-        let plans = self.physics.membranes().iter();
+        let plans = self.physics.membranes.iter();
         for ((plan, surface), membrane) in (plans.zip(&mut self.surfaces)).zip(&mut self.membranes)
         {
             membrane.add_forces(plan, surface, since, &at);
@@ -247,7 +247,7 @@ impl Core {
 
     /// What sheets do to walls that hold their vertices is part of the loads of these walls.
     pub(super) fn add_holds_to_walls(&self, observation: &mut Observation) {
-        let plans = self.physics.membranes().iter();
+        let plans = self.physics.membranes.iter();
         for (plan, membrane) in plans.zip(&self.membranes) {
             for (wall, (load, power)) in observation.walls.iter_mut().enumerate() {
                 let state = &self.walls[wall].state;
@@ -264,8 +264,8 @@ impl Core {
 
     /// Sheets that are stretched or turned beyond the limits stop the run, or are counted.
     pub(super) fn guard_membranes(&mut self) -> Result<(), RunError> {
-        let policy = self.physics.guard().policy;
-        for (number, plan) in self.physics.membranes().iter().enumerate() {
+        let policy = self.physics.guard.policy;
+        for (number, plan) in self.physics.membranes.iter().enumerate() {
             let surface = &self.surfaces[number];
             let Some(fault) = self.membranes[number].fault(plan, surface) else {
                 continue;
@@ -287,7 +287,7 @@ impl Core {
     }
 
     fn words_of(&self, number: usize, fault: &Fault) -> String {
-        let name = &self.physics.surfaces()[number].name;
+        let name = &self.physics.surfaces[number].name;
         let surface = &self.surfaces[number];
         let at = |vertex: u32| {
             let [x, y, z] = surface.positions[vertex as usize].to_array().map(short);
@@ -316,7 +316,7 @@ impl Core {
     /// What a user should know of sheets, a line each.
     #[must_use]
     pub fn membrane_warnings(&self) -> Vec<String> {
-        let names = self.physics.surfaces().iter();
+        let names = self.physics.surfaces.iter();
         (names.zip(&self.membranes))
             .filter(|(_, membrane)| membrane.faults > 0)
             .map(|(surface, membrane)| {
@@ -346,7 +346,7 @@ impl Core {
                 self.membranes.len()
             ));
         }
-        let plans = self.physics.membranes().iter();
+        let plans = self.physics.membranes.iter();
         for (((plan, surface), membrane), saved) in (plans.zip(&self.surfaces))
             .zip(&mut self.membranes)
             .zip(saved)
@@ -367,7 +367,7 @@ impl Core {
     }
 
     pub(super) fn restore_surfaces(&mut self, saved: &[SavedSurface]) -> Result<(), String> {
-        let first = self.physics.walls().len();
+        let first = self.physics.walls.len();
         if saved.len() != self.surfaces.len() {
             return Err(format!(
                 "it has {} membranes, the plan {}",
@@ -380,7 +380,7 @@ impl Core {
             surface.restore(saved)?;
             let way = surface.way_since_listed();
             let followed = wall.follow_anew(&surface.corners(), way, &self.images);
-            let name = &self.physics.surfaces()[number].name;
+            let name = &self.physics.surfaces[number].name;
             followed.map_err(|error| format!("membranes.{name}: {error}"))?;
         }
         Ok(())

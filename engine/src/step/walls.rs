@@ -26,8 +26,8 @@ impl Engine {
 impl Core {
     /// Moves the walls to the present time.
     pub(super) fn move_walls(&mut self) {
-        let (time, dt) = (self.time(), self.physics.time_step());
-        for (wall, now) in self.physics.walls().iter().zip(&mut self.walls) {
+        let (time, dt) = (self.time(), self.physics.time_step);
+        for (wall, now) in self.physics.walls.iter().zip(&mut self.walls) {
             now.advance(wall, time, dt, &self.images);
         }
     }
@@ -60,10 +60,10 @@ impl Core {
     /// Passes the loads of the force evaluation just made to the servos of their walls.
     pub(super) fn answer_loads(&mut self, observation: &Observation) {
         let physics = &self.physics;
-        let (time, dt) = (self.time(), physics.time_step());
-        let (min, max) = (physics.domain_min(), physics.domain_max());
-        let room = Room::new(min, max, physics.dimensions());
-        for (index, wall) in self.physics.walls().iter().enumerate() {
+        let (time, dt) = (self.time(), physics.time_step);
+        let (min, max) = (physics.domain_min, physics.domain_max);
+        let room = Room::new(min, max, physics.dimensions);
+        for (index, wall) in self.physics.walls.iter().enumerate() {
             for (number, (motor, axis)) in wall.motion.servos(time).enumerate() {
                 let mut state = self.walls[index].servos[number];
                 if self.walls[index].state.present {
@@ -82,7 +82,7 @@ impl Core {
 
     /// What is wrong with a wall, by its name.
     pub(crate) fn wall_error(&self, wall: WallIndex, error: WallError) -> RunError {
-        let of_plan = self.physics.walls().get(wall.index());
+        let of_plan = self.physics.walls.get(wall.index());
         RunError::Wall {
             wall: of_plan.map_or(wall.to_string(), |wall| wall.name.clone()),
             error,

@@ -25,7 +25,7 @@ impl Part for Wear {
     /// Adds what the contacts of this step wear. Surfaces that are due move; in the last step of the plan all that owe something.
     fn end_step(&mut self, core: &mut Core) -> Result<(), RunError> {
         self.note(&core.walls);
-        let is_last = core.step == core.physics.steps();
+        let is_last = core.step == core.physics.steps;
         self.move_surfaces(core, |worn| worn.is_due() || is_last)
     }
 
@@ -35,9 +35,9 @@ impl Part for Wear {
 
     fn warnings(&self, core: &Core) -> Vec<String> {
         let mut warnings = Vec::new();
-        let guard = core.physics.guard().policy;
+        let guard = core.physics.guard.policy;
         for worn in &self.walls {
-            let name = &core.physics.walls()[worn.plan().wall].name;
+            let name = &core.physics.walls[worn.plan().wall].name;
             let row = worn.row();
             if let Some(through) = worn_through(core, worn).filter(|_| guard != GuardPolicy::Off) {
                 warnings.push(format!(
@@ -97,7 +97,7 @@ impl Engine {
 impl Wear {
     /// In scenes with walls that wear.
     pub(crate) fn of(core: &mut Core) -> Option<Self> {
-        let wear = Self::new(core.physics.wear(), &core.walls)?;
+        let wear = Self::new(&core.physics.wear, &core.walls)?;
         for wall in &wear.walls {
             core.walls[wall.plan().wall].set_wearing();
         }
@@ -129,7 +129,7 @@ impl Wear {
 
 /// A thin wall is worn through for the first time.
 fn guard_worn_through(core: &Core, worn: &Worn) -> Result<(), RunError> {
-    match core.physics.guard().policy {
+    match core.physics.guard.policy {
         GuardPolicy::Warn | GuardPolicy::Off => Ok(()),
         GuardPolicy::Strict => Err(RunError::Guarded {
             step: core.step,
@@ -144,7 +144,7 @@ fn guard_worn_through(core: &Core, worn: &Worn) -> Result<(), RunError> {
 /// Where a wall is worn through, in words.
 fn worn_through(core: &Core, worn: &Worn) -> Option<String> {
     let found = worn.worn_through()?;
-    let name = &core.physics.walls()[worn.plan().wall].name;
+    let name = &core.physics.walls[worn.plan().wall].name;
     let [x, y, z] = found.place.to_array().map(short);
     Some(format!(
         "wall `{name}` is worn through at [{x}, {y}, {z}] m (its own frame), in move {} of its surface: its two faces came closer than a thousandth of an edge",

@@ -7,6 +7,7 @@ use glam::DVec3;
 use mercury_common::formats::number::NumberStyle;
 use mercury_common::formats::particle_csv::{ParticleRow, push_particle_csv};
 use mercury_common::frames::Column;
+use mercury_common::particle_properties::ParticleProperty;
 
 use super::density::Digits;
 use super::{Encode, FilePerFrame};
@@ -35,7 +36,10 @@ pub fn particle_rows(snapshot: &Snapshot) -> Result<Vec<ParticleRow>, ExportErro
     let none = || vec![DVec3::ZERO; radius.len()];
     let velocity = snapshot.vectors(["vx", "vy", "vz"]).unwrap_or_else(none);
     let spin = snapshot.vectors(["wx", "wy", "wz"]).unwrap_or_else(none);
-    let film = snapshot.numbers("film_volume").ok();
+    let column = |property: &'static ParticleProperty| {
+        Some((property, snapshot.numbers(property.name).ok()?))
+    };
+    let properties: Vec<_> = ParticleProperty::given().filter_map(column).collect();
     let material = snapshot.column("material").and_then(Column::as_u32);
     let name = |row: usize| {
         let index = material?.get(row)?;
@@ -48,7 +52,10 @@ pub fn particle_rows(snapshot: &Snapshot) -> Result<Vec<ParticleRow>, ExportErro
         material: name(row),
         velocity: velocity[row],
         angular_velocity: spin[row],
-        film_volume: film.map_or(0.0, |film| film[row]),
+        properties: (properties.iter())
+            .map(|(property, values)| (*property, values[row]))
+            .filter(|(property, value)| property.differs(*value))
+            .collect(),
         line: 0,
     };
     Ok((0..radius.len()).map(row).collect())

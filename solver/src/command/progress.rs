@@ -140,9 +140,9 @@ impl ProgressFile {
         let physics = engine.physics();
         let members = json!({
             "step": engine.steps(),
-            "of_steps": physics.steps(),
+            "of_steps": physics.steps,
             "time": engine.time(),
-            "end": physics.steps() as f64 * physics.time_step(),
+            "end": physics.steps as f64 * physics.time_step,
             "particles": engine.particles.grains(),
             "kinetic_energy": progress.kinetic_energy(),
             "particle_steps_per_second": progress.particle_steps as f64 / progress.seconds.max(1e-9),
@@ -171,9 +171,9 @@ impl ProgressFile {
         let members = json!({
             "folder": folder.display().to_string(),
             "prefix": plan.outputs().prefix(),
-            "steps": physics.steps(),
-            "time_step": physics.time_step(),
-            "end": physics.steps() as f64 * physics.time_step(),
+            "steps": physics.steps,
+            "time_step": physics.time_step,
+            "end": physics.steps as f64 * physics.time_step,
             "threads": threads,
             "resumed": resumed,
         });

@@ -237,7 +237,7 @@ pub(crate) fn run_plan(
 
 /// The planned end of a run, s.
 fn end_of(plan: &Plan) -> f64 {
-    plan.physics().steps() as f64 * plan.physics().time_step()
+    plan.physics().steps as f64 * plan.physics().time_step
 }
 
 /// A warning where the disk that holds a folder, or will hold it, has less free space than these bytes of output.

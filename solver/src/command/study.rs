@@ -299,7 +299,7 @@ fn check(
         match planned(asked, run, jobs, any_memory) {
             Ok((plan, memory, scene)) => {
                 needs.push(Needs {
-                    steps: plan.physics().steps(),
+                    steps: plan.physics().steps,
                     memory: memory.most.round(),
                     disk: Disk::of(&plan).bytes.round(),
                 });

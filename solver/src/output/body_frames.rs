@@ -21,7 +21,7 @@ impl StreamKind for BodyFrames {
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
         let plan = run.plan;
-        let kinds = plan.physics().clumps().iter().map(|clump| ClumpKind {
+        let kinds = plan.physics().clumps.iter().map(|clump| ClumpKind {
             name: clump.name.clone(),
             surface: clump.surface.clone(),
         });
@@ -57,7 +57,7 @@ impl BodyTable {
         Self {
             radii: plan
                 .physics()
-                .clumps()
+                .clumps
                 .iter()
                 .map(|clump| clump.radius)
                 .collect(),

@@ -47,16 +47,16 @@ impl Exchanged {
 #[must_use]
 pub fn energy_flows(engine: &Engine, at_start: &Exchanged) -> Option<EnergyFlows> {
     let physics = engine.physics();
-    if !physics.energy_budget() {
+    if !physics.energy_budget {
         return None;
     }
     let audit = engine.audit();
     // Velocities of particles that come and go are half a step older than their places. The energy that they carry is that at the
     // time of their velocities.
-    let half = 0.5 * physics.time_step();
+    let half = 0.5 * physics.time_step;
     let carried = |tally: &Tally| {
         let moment = tally.mass_moment - tally.momentum * half;
-        tally.kinetic + tally.rotational - physics.gravity().dot(moment)
+        tally.kinetic + tally.rotational - physics.gravity.dot(moment)
     };
     let now = Exchanged::by_now(engine);
     Some(EnergyFlows {
@@ -76,11 +76,10 @@ pub fn energy_flows(engine: &Engine, at_start: &Exchanged) -> Option<EnergyFlows
 /// gravity acts along a periodic axis, particles fall for ever while their height within the domain does not change.
 #[must_use]
 pub fn is_closed(physics: &Physics) -> bool {
-    let mut particles = physics.particles().iter();
+    let mut particles = physics.particles.iter();
     let driven = particles.any(NewParticle::is_prescribed);
-    let driven = driven || physics.bodies().iter().any(NewBody::is_prescribed);
-    let falls_for_ever =
-        (0..3).any(|axis| physics.periodic()[axis] && physics.gravity()[axis] != 0.0);
+    let driven = driven || physics.bodies.iter().any(NewBody::is_prescribed);
+    let falls_for_ever = (0..3).any(|axis| physics.periodic[axis] && physics.gravity[axis] != 0.0);
     !driven && !falls_for_ever
 }
 

@@ -26,13 +26,13 @@ impl StreamKind for BudgetFile {
     const NAME: &'static str = "budget.csv";
 
     fn is_wanted(plan: &Plan) -> bool {
-        plan.physics().energy_budget()
+        plan.physics().energy_budget
     }
 
     /// `losses`: with the names of all that takes energy.
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
         let plan = run.plan;
-        let has_sheets = !plan.physics().membranes().is_empty();
+        let has_sheets = !plan.physics().membranes.is_empty();
         let losses: String = run.losses.iter().map(|(name, _)| column(name)).collect();
         let of_sheets = if has_sheets { OF_SHEETS } else { "" };
         let head = format!("{ENERGIES}{losses}{FLOWS}{of_sheets}error,closure\n");

@@ -31,11 +31,11 @@ impl StreamKind for ContactFrames {
 
 /// Which columns the contacts of a run have.
 pub(super) fn contact_columns(plan: &Plan, history: &[HistoryNumber]) -> ContactColumns {
-    let mut laws = plan.physics().laws().laws.iter().flatten();
+    let mut laws = plan.physics().laws.laws.iter().flatten();
     ContactColumns {
         torque: laws.any(|law| law.rolling != AnyRolling::None),
-        bridge: plan.physics().laws().has_liquid(),
-        membrane: !plan.physics().surfaces().is_empty(),
+        bridge: plan.physics().laws.has_liquid(),
+        membrane: !plan.physics().surfaces.is_empty(),
         history: history
             .iter()
             .map(|&(unit, description)| HistoryColumn {

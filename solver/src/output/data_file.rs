@@ -30,8 +30,8 @@ impl StreamKind for DataFile {
         Ok(Self {
             file: run.text(Self::NAME, b"")?,
             style: plan.outputs().files().number_style(),
-            dimensions: plan.physics().dimensions(),
-            domain: (plan.physics().domain_min(), plan.physics().domain_max()),
+            dimensions: plan.physics().dimensions,
+            domain: (plan.physics().domain_min, plan.physics().domain_max),
             pebbles: plan.outputs().files().pebbles,
         })
     }

@@ -16,7 +16,7 @@ impl StreamKind for DropletFrames {
 
     fn is_wanted(plan: &Plan) -> bool {
         let files = plan.outputs().files();
-        files.frames && files.droplets && plan.physics().sprays().is_some()
+        files.frames && files.droplets && plan.physics().sprays.is_some()
     }
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {

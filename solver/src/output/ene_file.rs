@@ -31,8 +31,8 @@ impl StreamKind for EneFile {
         Ok(Self {
             file,
             style,
-            gravity: plan.physics().gravity(),
-            dimensions: plan.physics().dimensions(),
+            gravity: plan.physics().gravity,
+            dimensions: plan.physics().dimensions,
         })
     }
 }

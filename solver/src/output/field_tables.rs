@@ -106,7 +106,7 @@ impl FieldTable {
             particles: ParticleTable::new(plan),
             bodies: plan.physics().has_bodies().then(|| BodyTable::new(plan)),
             contacts: (fields.needs_contacts()).then(|| contact_columns(plan, run.history)),
-            time_step: plan.physics().time_step(),
+            time_step: plan.physics().time_step,
             pool: Arc::clone(pool),
             course,
         })

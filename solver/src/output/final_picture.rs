@@ -44,10 +44,10 @@ pub fn draw_final(
 /// The view, and the quantity that its colours show.
 fn frame(plan: &Plan, last: &OrderedFrame) -> (Frame, ColourBy) {
     let particles = &last.particles;
-    let flat = plan.physics().dimensions() == 2;
+    let flat = plan.physics().dimensions == 2;
     let grains = particles.iter().map(|p| (p.radius, p.velocity));
-    let moves = moves(plan.physics().gravity(), last.time, grains);
-    let up = upwards(plan.physics().gravity(), flat);
+    let moves = moves(plan.physics().gravity, last.time, grains);
+    let up = upwards(plan.physics().gravity, flat);
     let spheres = particles.iter().map(|particle| Sphere {
         centre: particle.position,
         radius: particle.radius,
@@ -60,7 +60,7 @@ fn frame(plan: &Plan, last: &OrderedFrame) -> (Frame, ColourBy) {
     });
     let names: Vec<String> = plan
         .physics()
-        .walls()
+        .walls
         .iter()
         .map(|wall| wall.name.clone())
         .collect();
@@ -72,7 +72,7 @@ fn frame(plan: &Plan, last: &OrderedFrame) -> (Frame, ColourBy) {
             })
         })
         .collect();
-    let domain = (plan.physics().domain_min(), plan.physics().domain_max());
+    let domain = (plan.physics().domain_min, plan.physics().domain_max);
     let mut shapes = surfaces(plan);
     if let Some(wear) = &last.wear {
         shapes = wear.vertices.worn_surfaces(&shapes);
@@ -94,7 +94,7 @@ fn frame(plan: &Plan, last: &OrderedFrame) -> (Frame, ColourBy) {
         title: plan.outputs().title().to_owned(),
         time: Some(last.time),
         flat,
-        gravity: plan.physics().gravity(),
+        gravity: plan.physics().gravity,
         domain: Some(domain),
         spheres: spheres.collect(),
         surfaces: all,

@@ -33,7 +33,7 @@ impl StreamKind for FluxCounts {
             file,
             planes: planes.map(|plane| plane.name.clone()).collect(),
             materials: materials(plan),
-            columns: plan.physics().materials().len(),
+            columns: plan.physics().materials.len(),
         })
     }
 }

@@ -11,7 +11,7 @@ use mercury_engine::boundaries::Crossed;
 use mercury_engine::forces::{LoadSums, Observation};
 use mercury_engine::liquid::LiquidRow;
 use mercury_engine::spray::Droplet;
-use mercury_engine::state::{Bodies, FILM_VOLUME, Load, Particle};
+use mercury_engine::state::{Bodies, Load, Particle};
 use mercury_engine::step::{Engine, Tracked};
 use mercury_engine::walls::WallState;
 
@@ -48,8 +48,10 @@ pub struct FrameCopy {
     pub crossed: Vec<Crossed>,
     /// The tracked particles and bodies, by track and id; empty if no rows of tracks are due.
     pub tracks: Vec<TrackPoint>,
-    /// Liquid films on the particles, m^3, and where the liquid is; in scenes that have any.
-    pub liquid: Option<(Vec<f64>, LiquidRow)>,
+    /// The properties of the physics, column by column.
+    pub properties: Vec<Vec<f64>>,
+    /// Where the liquid is, in scenes that have any.
+    pub liquid: Option<LiquidRow>,
     /// Droplets in flight, by ascending id.
     pub droplets: Vec<Droplet>,
     /// Worn walls, in scenes that have any.
@@ -137,7 +139,7 @@ impl FrameCopy {
             masses: particles.masses.clone(),
             orientations: particles.orientations.clone(),
             bodies: particles.bodies.clone(),
-            walls: (engine.walls().iter().zip(engine.physics().walls()))
+            walls: (engine.walls().iter().zip(&engine.physics().walls))
                 .map(|(now, wall)| now.state_at(wall, engine.time()))
                 .collect(),
             observation,
@@ -145,10 +147,11 @@ impl FrameCopy {
             load_sums,
             crossed,
             tracks,
-            liquid: engine.liquid().map(|row| {
-                let films = particles.columns.get(FILM_VOLUME).unwrap_or_default();
-                (films.to_vec(), row)
-            }),
+            properties: (engine.physics().properties.iter())
+                .filter_map(|property| particles.columns.get(property.name))
+                .map(<[f64]>::to_vec)
+                .collect(),
+            liquid: engine.liquid(),
             droplets: (engine.sprays())
                 .map_or_else(Vec::new, |sprays| sprays.state.droplets.clone()),
             wear: engine
@@ -176,6 +179,7 @@ impl FrameCopy {
             load_sums: [None, None],
             crossed: Vec::new(),
             tracks,
+            properties: Vec::new(),
             liquid: None,
             droplets: Vec::new(),
             wear: None,

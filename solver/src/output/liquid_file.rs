@@ -17,7 +17,7 @@ impl StreamKind for LiquidFile {
     const NAME: &'static str = "liquid.csv";
 
     fn is_wanted(plan: &Plan) -> bool {
-        plan.outputs().files().liquid && plan.physics().liquid().is_some()
+        plan.outputs().files().liquid && plan.physics().liquid.is_some()
     }
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {

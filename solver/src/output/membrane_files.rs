@@ -53,14 +53,14 @@ fn energies(
 }
 
 fn all(engine: &Engine) -> impl Iterator<Item = (&MembranePlan, &Surface, &MembraneNow)> {
-    let plans = engine.physics().membranes().iter();
+    let plans = engine.physics().membranes.iter();
     let sheets = plans.zip(engine.surfaces()).zip(engine.membranes());
     sheets.map(|((plan, surface), membrane)| (plan, surface, membrane))
 }
 
 /// Energies of all sheets, J.
 pub(super) fn sheet_energies(engine: &Engine) -> SheetEnergies {
-    let gravity = engine.physics().gravity();
+    let gravity = engine.physics().gravity;
     let mut sum = SheetEnergies::default();
     for sheet in all(engine) {
         let of_one = energies(sheet, gravity);
@@ -97,7 +97,7 @@ impl MembraneState {
                 ..MembraneTriangleFrame::default()
             },
         };
-        let gravity = engine.physics().gravity();
+        let gravity = engine.physics().gravity;
         for (number, sheet) in all(engine).enumerate() {
             new.rows.push(row(sheet, gravity));
             new.holds.push(sheet.2.hold_loads.clone());
@@ -204,12 +204,12 @@ impl StreamKind for MembraneCsv {
     const NAME: &'static str = "membranes.csv";
 
     fn is_wanted(plan: &Plan) -> bool {
-        !plan.physics().membranes().is_empty()
+        !plan.physics().membranes.is_empty()
     }
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
         let plan = run.plan;
-        let surfaces = plan.physics().surfaces().iter();
+        let surfaces = plan.physics().surfaces.iter();
         Ok(Self {
             file: run.text(Self::NAME, HEAD)?,
             names: surfaces.map(|surface| surface.name.clone()).collect(),
@@ -257,14 +257,14 @@ impl StreamKind for HoldCsv {
     const NAME: &'static str = "holds.csv";
 
     fn is_wanted(plan: &Plan) -> bool {
-        let mut membranes = plan.physics().membranes().iter();
+        let mut membranes = plan.physics().membranes.iter();
         membranes.any(|membrane| !membrane.holds.is_empty())
     }
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
         let plan = run.plan;
-        let sheets = plan.physics().surfaces().iter();
-        let sheets = sheets.zip(plan.physics().membranes());
+        let sheets = plan.physics().surfaces.iter();
+        let sheets = sheets.zip(&plan.physics().membranes);
         let names = sheets.map(|(surface, membrane)| {
             let holds = membrane.holds.iter();
             (
@@ -312,7 +312,7 @@ impl StreamKind for MembraneFrames {
     const NAME: &'static str = "membranes.arrow";
 
     fn is_wanted(plan: &Plan) -> bool {
-        plan.outputs().files().frames && !plan.physics().membranes().is_empty()
+        plan.outputs().files().frames && !plan.physics().membranes.is_empty()
     }
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
@@ -342,7 +342,7 @@ impl StreamKind for MembraneTriangles {
     const NAME: &'static str = "membrane_triangles.arrow";
 
     fn is_wanted(plan: &Plan) -> bool {
-        plan.outputs().files().frames && !plan.physics().membranes().is_empty()
+        plan.outputs().files().frames && !plan.physics().membranes.is_empty()
     }
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {

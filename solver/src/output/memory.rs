@@ -65,7 +65,7 @@ pub fn output_bytes(plan: &Plan, expected: &Expected, history: &[HistoryNumber])
         let grains = expected.particles + expected.bodies;
         let touching = if of_contacts { touching } else { 0.0 };
         let states = rows * 40.0 + grains * FIELD_ROWS[0] + touching * FIELD_ROWS[1];
-        let end = plan.physics().steps() as f64 * plan.physics().time_step();
+        let end = plan.physics().steps as f64 * plan.physics().time_step;
         let mut spreading = 0.0f64;
         for fields in &output.fields {
             let looks = fields.looks(end);
@@ -83,7 +83,7 @@ pub fn output_bytes(plan: &Plan, expected: &Expected, history: &[HistoryNumber])
 /// Bytes of a row in a state as it is written.
 fn state_bytes(plan: &Plan) -> f64 {
     // Its rank, but not where it was listed.
-    let row = Particles::bytes_per_row(plan.physics().orientations()) + size_of::<u32>();
+    let row = Particles::bytes_per_row(plan.physics().orientations) + size_of::<u32>();
     (row - size_of::<glam::DVec3>()) as f64
 }
 

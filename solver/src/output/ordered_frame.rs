@@ -54,9 +54,9 @@ pub struct OrderedFrame {
     pub crossed: Vec<Crossed>,
     /// The tracked particles and bodies, by track and id; empty if no rows of tracks are due.
     pub tracks: Vec<TrackPoint>,
-    /// Liquid films on the particles, m^3, in scenes with liquid.
-    pub films: Option<Vec<f64>>,
-    /// Where the liquid is.
+    /// The properties of the physics, column by column.
+    pub properties: Vec<Vec<f64>>,
+    /// Where the liquid is, in scenes that have any.
     pub liquid: Option<LiquidRow>,
     /// Droplets in flight, by ascending id.
     pub droplets: Vec<Droplet>,
@@ -93,7 +93,6 @@ impl OrderedFrame {
                 }
             }
         }
-        let (films, liquid) = moment.liquid.unzip();
         Self {
             time: moment.time,
             step: moment.step,
@@ -113,8 +112,10 @@ impl OrderedFrame {
             load_sums: moment.load_sums,
             crossed: moment.crossed,
             tracks: moment.tracks,
-            films: films.map(|films| gather(films, &order)),
-            liquid,
+            properties: (moment.properties.into_iter())
+                .map(|values| gather(values, &order))
+                .collect(),
+            liquid: moment.liquid,
             droplets: moment.droplets,
             wear: moment.wear,
             membranes: moment.membranes,

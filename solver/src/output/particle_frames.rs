@@ -42,15 +42,16 @@ impl ParticleTable {
     pub(super) fn new(plan: &Plan) -> Self {
         let columns = ParticleColumns {
             body: plan.physics().has_bodies(),
-            orientation: plan.physics().orientations(),
+            orientation: plan.physics().orientations,
             angular_velocity: true,
             force: true,
-            torque: plan.physics().laws().turns(),
-            film_volume: plan.physics().liquid().is_some(),
+            torque: plan.physics().laws.turns(),
+            more: Vec::new(),
         };
+        let properties = plan.physics().properties.iter().copied();
         Self {
-            columns,
-            dimensions: plan.physics().dimensions(),
+            columns: columns.with_properties(properties),
+            dimensions: plan.physics().dimensions,
         }
     }
 }
@@ -65,7 +66,7 @@ pub fn particle_columns(plan: &Plan) -> Vec<ColumnSpec> {
 pub(super) fn frames_header(plan: &Plan) -> FramesHeader {
     let materials = plan
         .physics()
-        .materials()
+        .materials
         .iter()
         .map(|material| material.name.clone());
     FramesHeader {
@@ -73,14 +74,14 @@ pub(super) fn frames_header(plan: &Plan) -> FramesHeader {
         materials: materials.collect(),
         walls: plan
             .physics()
-            .walls()
+            .walls
             .iter()
             .map(|wall| wall.name.clone())
             .collect(),
-        domain: Some((plan.physics().domain_min(), plan.physics().domain_max())),
-        periodic: plan.physics().periodic(),
-        dimensions: Some(plan.physics().dimensions()),
-        gravity: Some(plan.physics().gravity()),
+        domain: Some((plan.physics().domain_min, plan.physics().domain_max)),
+        periodic: plan.physics().periodic,
+        dimensions: Some(plan.physics().dimensions),
+        gravity: Some(plan.physics().gravity),
     }
 }
 
@@ -139,12 +140,7 @@ impl ParticleTable {
                 .columns
                 .torque
                 .then(|| state.loads.iter().map(|load| load.torque).collect()),
-            film_volume: (self.columns.film_volume).then(|| {
-                state
-                    .films
-                    .clone()
-                    .unwrap_or_else(|| vec![0.0; particles.len()])
-            }),
+            more: state.properties.clone(),
         }
     }
 }

@@ -32,7 +32,7 @@ impl StreamKind for RegionCounts {
             file,
             regions: plan.outputs().regions().to_vec(),
             materials: materials(plan),
-            dimensions: plan.physics().dimensions(),
+            dimensions: plan.physics().dimensions,
         })
     }
 }
@@ -42,17 +42,17 @@ impl StreamKind for RegionCounts {
 pub fn materials(plan: &Plan) -> Vec<(MaterialIndex, String)> {
     let particles = plan
         .physics()
-        .particles()
+        .particles
         .iter()
         .map(|particle| particle.material);
     let bodies = plan
         .physics()
-        .bodies()
+        .bodies
         .iter()
-        .map(|body| body.clump(plan.physics().clumps()).material);
+        .map(|body| body.clump(&plan.physics().clumps).material);
     let mixtures = plan
         .physics()
-        .insertions()
+        .insertions
         .iter()
         .flat_map(|insertion| &insertion.mixture);
     let mut used: Vec<MaterialIndex> = particles
@@ -62,12 +62,7 @@ pub fn materials(plan: &Plan) -> Vec<(MaterialIndex, String)> {
     used.sort_unstable();
     used.dedup();
     used.into_iter()
-        .map(|index| {
-            (
-                index,
-                plan.physics().materials()[index.index()].name.clone(),
-            )
-        })
+        .map(|index| (index, plan.physics().materials[index.index()].name.clone()))
         .collect()
 }
 

@@ -283,7 +283,7 @@ mod tests {
         let unchecked = mercury_common::scene::Files::Unchecked;
         let scene = mercury_common::scene::parse_scene(path, scene, &[], unchecked).unwrap();
         let plan = crate::plan::plan(&scene).unwrap();
-        let step = plan.physics().time_step();
+        let step = plan.physics().time_step;
         let mut schedule = Schedule::behind(plan.outputs().files(), step, 0);
         let dues = (1..=10).map(|step| schedule.due(step));
         let found: Vec<_> = dues.map(|due| (due.fields, due.needs_records())).collect();

@@ -56,6 +56,7 @@ fn record(row: u32, partner: Partner) -> ContactRecord {
 /// Rows 0, 1, 2 hold the ids 9, 4, 6: ranks 2, 0, 1.
 fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> OrderedFrame {
     let moment = FrameCopy {
+        properties: Vec::new(),
         liquid: None,
         tracks: Vec::new(),
         wear: None,
@@ -472,13 +473,13 @@ fn outputs_continued_are_the_same_bytes() {
         .unwrap()
     };
     let writer = begin(None);
-    let time_step = plan.physics().time_step();
+    let time_step = plan.physics().time_step;
     let mut schedule = Schedule::behind(plan.outputs().files(), time_step, 0);
     let at_start = Exchanged::by_now(&engine);
     let moment = FrameCopy::take(&mut engine, schedule.everything(), &at_start);
     assert!(writer.send(moment));
     let mut moments = Vec::new();
-    for step in 1..=plan.physics().steps() {
+    for step in 1..=plan.physics().steps {
         let due = schedule.due(step);
         let watch = due.any().then_some(Watch {
             records: due.needs_records(),

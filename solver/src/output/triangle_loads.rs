@@ -60,11 +60,11 @@ impl TriangleTable {
         Self {
             meshes: plan
                 .physics()
-                .walls()
+                .walls
                 .iter()
                 .map(|wall| mesh(&wall.shape))
                 .collect(),
-            time_step: plan.physics().time_step(),
+            time_step: plan.physics().time_step,
         }
     }
 

@@ -76,17 +76,17 @@ impl StreamKind for VtkFiles {
                 Some(frames) => Series::resume(&folder, &name, OPTIONS, frames as usize),
             }
         };
-        let walls = (!plan.physics().walls().is_empty()).then(|| {
+        let walls = (!plan.physics().walls.is_empty()).then(|| {
             Ok::<_, VtuError>(Walls {
                 series: series("walls")?,
                 names: plan
                     .physics()
-                    .walls()
+                    .walls
                     .iter()
                     .map(|wall| wall.name.clone())
                     .collect(),
                 surfaces: surfaces(plan),
-                domain: (plan.physics().domain_min(), plan.physics().domain_max()),
+                domain: (plan.physics().domain_min, plan.physics().domain_max),
                 triangles: TriangleTable::new(plan),
             })
         });
@@ -104,7 +104,7 @@ impl StreamKind for VtkFiles {
             walls: walls.is_some(),
             bodies: plan.physics().has_bodies(),
             clumps: false,
-            membranes: !plan.physics().membranes().is_empty(),
+            membranes: !plan.physics().membranes.is_empty(),
         };
         let script = folder.join(format!("{}.paraview.py", plan.outputs().prefix()));
         write_whole(
@@ -125,7 +125,7 @@ impl StreamKind for VtkFiles {
             contacts: series("contacts")?,
             contact_columns: contact_columns(plan, run.history),
             walls: walls.transpose()?,
-            membranes: (!plan.physics().membranes().is_empty())
+            membranes: (!plan.physics().membranes.is_empty())
                 .then(|| series("membranes"))
                 .transpose()?,
             bodies: bodies.transpose()?,

@@ -15,7 +15,7 @@ impl StreamKind for WallFrames {
     const NAME: &'static str = "walls.arrow";
 
     fn is_wanted(plan: &Plan) -> bool {
-        plan.outputs().files().frames && !plan.physics().walls().is_empty()
+        plan.outputs().files().frames && !plan.physics().walls.is_empty()
     }
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
@@ -42,7 +42,7 @@ impl Stream for WallFrames {
 /// The surfaces of the walls, each in the frame in which the scene describes it.
 pub(super) fn surfaces(plan: &Plan) -> Vec<Surface> {
     plan.physics()
-        .walls()
+        .walls
         .iter()
         .map(|wall| wall.shape.outline())
         .collect()

@@ -15,7 +15,7 @@ impl StreamKind for WallLoads {
     const NAME: &'static str = "walls.csv";
 
     fn is_wanted(plan: &Plan) -> bool {
-        plan.outputs().files().walls && !plan.physics().walls().is_empty()
+        plan.outputs().files().walls && !plan.physics().walls.is_empty()
     }
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
@@ -26,7 +26,7 @@ impl StreamKind for WallLoads {
             file,
             names: plan
                 .physics()
-                .walls()
+                .walls
                 .iter()
                 .map(|wall| wall.name.clone())
                 .collect(),

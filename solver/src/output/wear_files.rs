@@ -72,12 +72,12 @@ impl StreamKind for WearCsv {
     const NAME: &'static str = "wear.csv";
 
     fn is_wanted(plan: &Plan) -> bool {
-        !plan.physics().wear().is_empty()
+        !plan.physics().wear.is_empty()
     }
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
         let plan = run.plan;
-        let walls = plan.physics().walls().iter();
+        let walls = plan.physics().walls.iter();
         Ok(Self {
             file: run.text(Self::NAME, HEAD)?,
             names: walls.map(|wall| wall.name.clone()).collect(),
@@ -132,7 +132,7 @@ impl StreamKind for WearFrames {
     const NAME: &'static str = "wear.arrow";
 
     fn is_wanted(plan: &Plan) -> bool {
-        plan.outputs().files().frames && !plan.physics().wear().is_empty()
+        plan.outputs().files().frames && !plan.physics().wear.is_empty()
     }
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
@@ -162,7 +162,7 @@ impl StreamKind for WearTriangles {
     const NAME: &'static str = "wear_triangles.arrow";
 
     fn is_wanted(plan: &Plan) -> bool {
-        plan.outputs().files().frames && !plan.physics().wear().is_empty()
+        plan.outputs().files().frames && !plan.physics().wear.is_empty()
     }
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {

@@ -212,8 +212,8 @@ impl Writer {
         let sums = from.map_or_else(RunningSums::default, |positions| positions.sums);
         let images = plan.physics().images();
         let accounting = Accounting {
-            gravity: plan.physics().gravity(),
-            dimensions: plan.physics().dimensions(),
+            gravity: plan.physics().gravity,
+            dimensions: plan.physics().dimensions,
             is_closed: is_closed(plan.physics()),
         };
         let (sender, receiver) = sync_channel(QUEUE);

@@ -63,26 +63,26 @@ impl Head {
     #[must_use]
     pub fn of(plan: &Plan, scene: &BTreeMap<String, String>, step: u64) -> Self {
         let physics = plan.physics();
-        let materials = physics.materials().iter();
-        let clumps = physics.clumps().iter();
-        let walls = || physics.walls().iter();
+        let materials = physics.materials.iter();
+        let clumps = physics.clumps.iter();
+        let walls = || physics.walls.iter();
         Self {
             program: env!("CARGO_PKG_VERSION").to_owned(),
             title: plan.outputs().title().to_owned(),
             scene: scene.clone(),
-            time_step: physics.time_step(),
+            time_step: physics.time_step,
             step,
-            gravity: physics.gravity(),
-            dimensions: physics.dimensions(),
-            domain: (physics.domain_min(), physics.domain_max()),
-            periodic: physics.periodic(),
+            gravity: physics.gravity,
+            dimensions: physics.dimensions,
+            domain: (physics.domain_min, physics.domain_max),
+            periodic: physics.periodic,
             materials: materials.map(|material| material.name.clone()).collect(),
             clumps: clumps.map(|clump| clump.name.clone()).collect(),
             walls: walls()
                 .map(|wall| (wall.name.clone(), wall.shape.feature_numbering()))
                 .collect(),
             wall_materials: walls().map(|wall| wall.material.number()).collect(),
-            laws: physics.laws().names_of_pairs(),
+            laws: physics.laws.names_of_pairs(),
         }
     }
 

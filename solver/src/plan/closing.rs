@@ -25,10 +25,10 @@ const HALVINGS: u32 = 40;
 /// The closing walls of each insertion.
 pub(super) fn closing_walls(physics: &Physics) -> Vec<Vec<usize>> {
     let walls = || {
-        let walls = physics.walls().iter().enumerate();
+        let walls = physics.walls.iter().enumerate();
         walls.filter(|(_, wall)| !wall.shape.is_one_sided() && closes(wall, end_of(physics)))
     };
-    let insertions = physics.insertions().iter();
+    let insertions = physics.insertions.iter();
     insertions
         .map(|insertion| {
             let crossing = walls().filter(|(_, wall)| crosses(physics, insertion, wall));
@@ -38,7 +38,7 @@ pub(super) fn closing_walls(physics: &Physics) -> Vec<Vec<usize>> {
 }
 
 fn end_of(physics: &Physics) -> f64 {
-    physics.steps() as f64 * physics.time_step()
+    physics.steps as f64 * physics.time_step
 }
 
 /// Whether the motion takes the wall somewhere for good. What oscillates or goes on turning, as a paddle does, has no side behind it.
@@ -63,8 +63,8 @@ fn closes(wall: &Wall, end: f64) -> bool {
 /// The time at which the insertion is complete, s; its end, or that of the run, if that is not known.
 fn done_at(physics: &Physics, insertion: &InsertionPlan) -> f64 {
     let end = insertion.until.min(end_of(physics));
-    let densities: Vec<f64> = physics.materials().iter().map(|m| m.density).collect();
-    let Some(number) = expected_number(insertion, &densities, physics.dimensions()) else {
+    let densities: Vec<f64> = physics.materials.iter().map(|m| m.density).collect();
+    let Some(number) = expected_number(insertion, &densities, physics.dimensions) else {
         return match insertion.total {
             Some(Total::Full) => insertion.from,
             _ => end,
@@ -72,8 +72,8 @@ fn done_at(physics: &Physics, insertion: &InsertionPlan) -> f64 {
     };
     let Some(rate) = &insertion.rate else {
         let volume = number / grains_per_unit(insertion, Quantity::Volume, physics);
-        let (low, high) = (physics.domain_min(), physics.domain_max());
-        let space = if physics.dimensions() == 2 {
+        let (low, high) = (physics.domain_min, physics.domain_max);
+        let space = if physics.dimensions == 2 {
             let (from, to) = insertion.region.bounds();
             let size = (to.min(high) - from.max(low)).truncate();
             size.max(DVec2::ZERO).element_product()
@@ -103,7 +103,7 @@ fn done_at(physics: &Physics, insertion: &InsertionPlan) -> f64 {
 
 /// Whether a motion has taken the wall into the region before the insertion is done.
 fn crosses(physics: &Physics, insertion: &InsertionPlan, wall: &Wall) -> bool {
-    let (dt, images) = (physics.time_step(), physics.images());
+    let (dt, images) = (physics.time_step, physics.images());
     let done = done_at(physics, insertion);
     let sizes = insertion.mixture.iter().filter(|part| part.share > 0.0);
     let diameter = sizes
@@ -119,8 +119,8 @@ fn crosses(physics: &Physics, insertion: &InsertionPlan, wall: &Wall) -> bool {
         |(low, high), place| (low.min(*place), high.max(*place)),
     );
     let size = (high - low).max_element().max(diameter);
-    let middle = 0.5 * (physics.domain_min() + physics.domain_max());
-    let reach = 0.5 * (physics.domain_max() - physics.domain_min()).length();
+    let middle = 0.5 * (physics.domain_min + physics.domain_max);
+    let reach = 0.5 * (physics.domain_max - physics.domain_min).length();
     let mut now = WallNow::new(wall, dt, &images);
     wall.motion.windows().any(|[from, until]| {
         // Behind its end the wall stays where it is.

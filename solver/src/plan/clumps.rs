@@ -116,7 +116,7 @@ mod tests {
             [[particles]]\nclump = \"stone\"\nposition = [0, 0, 0]\n";
         let scene = parse_scene(&path("test.toml"), text, &[], Files::Unchecked).unwrap();
         let plan = crate::plan::plan(&scene).unwrap();
-        let clump = &plan.physics().clumps()[0];
+        let clump = &plan.physics().clumps[0];
         assert!((clump.mass / 2.6e-5 - 1.0).abs() < 1e-15);
         let expected = 2.6 * DVec3::new(1e-11, 2e-11, 2.5e-11);
         assert!((clump.moments / expected - 1.0).abs().max_element() < 1e-15);
@@ -143,7 +143,7 @@ mod tests {
             crate::plan::plan(&scene).unwrap()
         };
         let plan = planned();
-        let surface = plan.physics().clumps()[0].surface.as_ref();
+        let surface = plan.physics().clumps[0].surface.as_ref();
         assert_eq!(surface.map(|mesh| mesh.triangles.len()), Some(1));
         assert!(
             plan.notes().warnings().is_empty(),
@@ -153,7 +153,7 @@ mod tests {
 
         let reported = |found: &str| {
             let plan = planned();
-            assert_eq!(plan.physics().clumps()[0].surface, None);
+            assert_eq!(plan.physics().clumps[0].surface, None);
             let expected = format!(
                 "clump `ball` is shown by its pebbles, its surface cannot be read: {}{found}",
                 path("ball.stl").display()

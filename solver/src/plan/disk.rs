@@ -60,7 +60,7 @@ impl Disk {
     #[must_use]
     pub fn of(plan: &Plan) -> Self {
         let (physics, files) = (plan.physics(), plan.outputs().files());
-        let end = physics.steps() as f64 * physics.time_step();
+        let end = physics.steps as f64 * physics.time_step;
         // One at the start, and one at the end.
         let frames = |interval: f64, is_written: bool| match is_written {
             true => (end / interval - 1e-6).ceil().max(1.0) + 1.0,
@@ -94,7 +94,7 @@ impl Disk {
         let numbers: f64 = files.fields.iter().map(|table| table.numbers(end)).sum();
         let tables = plan.outputs().regions().len() + plan.outputs().fluxes().len();
         let of_each_frame = of(row::ENE, files.ene)
-            + of(row::WALL * physics.walls().len() as f64, files.walls)
+            + of(row::WALL * physics.walls.len() as f64, files.walls)
             + row::COUNTED * tables as f64;
         let of_insertions = match files.track_insertions.is_empty() {
             true => 0.0,

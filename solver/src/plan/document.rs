@@ -28,7 +28,7 @@ pub fn document_as_json(
     memory: &Memory,
 ) -> Result<serde_json::Value, serde_json::Error> {
     let mut document = serde_json::to_value(Document::of(plan, memory))?;
-    document["seed"] = plan.physics().seed().into();
+    document["seed"] = plan.physics().seed.into();
     Ok(document)
 }
 
@@ -248,27 +248,22 @@ impl<'a> Document<'a> {
     fn of(plan: &'a Plan, memory: &Memory) -> Self {
         let disk = Disk::of(plan);
         let finite = |number: f64| number.is_finite().then_some(number);
-        let material = |index: u32| plan.physics().materials()[index as usize].name.as_str();
-        let densities: Vec<f64> = plan
-            .physics()
-            .materials()
-            .iter()
-            .map(|m| m.density)
-            .collect();
+        let material = |index: u32| plan.physics().materials[index as usize].name.as_str();
+        let densities: Vec<f64> = plan.physics().materials.iter().map(|m| m.density).collect();
         let expected = expected(plan);
         let bound = |limit: &'a Option<Limit>| {
             limit.as_ref().map(|limit| Bound {
                 time: limit.time,
                 of: &limit.of,
-                ratio: plan.physics().time_step() / limit.time,
+                ratio: plan.physics().time_step / limit.time,
             })
         };
         Self {
             version: env!("CARGO_PKG_VERSION"),
             title: plan.outputs().title(),
             prefix: plan.outputs().prefix(),
-            seed: plan.physics().seed().to_string(),
-            gravity: plan.physics().gravity().to_array(),
+            seed: plan.physics().seed.to_string(),
+            gravity: plan.physics().gravity.to_array(),
             warnings: plan.notes().warnings(),
             notes: plan.notes().remarks(),
             memory_bytes: memory.peak().round(),
@@ -285,17 +280,17 @@ impl<'a> Document<'a> {
                 bytes: disk.bytes.round(),
             },
             domain: Domain {
-                min: plan.physics().domain_min().to_array(),
-                max: plan.physics().domain_max().to_array(),
+                min: plan.physics().domain_min.to_array(),
+                max: plan.physics().domain_max.to_array(),
                 periodic: (0..3)
-                    .filter(|&axis| plan.physics().periodic()[axis])
+                    .filter(|&axis| plan.physics().periodic[axis])
                     .map(|axis| ["x", "y", "z"][axis])
                     .collect(),
-                dimensions: plan.physics().dimensions(),
+                dimensions: plan.physics().dimensions,
             },
             time: Time {
-                step: plan.physics().time_step(),
-                steps: plan.physics().steps(),
+                step: plan.physics().time_step,
+                steps: plan.physics().steps,
                 automatic: plan.notes().step().is_automatic,
                 reason: &plan.notes().step().reason,
                 reference_speed: plan.notes().step().reference_speed,
@@ -305,17 +300,12 @@ impl<'a> Document<'a> {
                 critical_step: bound(&plan.notes().step().critical),
             },
             particles: Particles {
-                at_start: plan.physics().particles().len(),
-                bodies_at_start: plan.physics().bodies().len(),
-                pebbles_at_start: (plan.physics().bodies().iter())
-                    .map(|body| body.clump(plan.physics().clumps()).pebbles.len())
+                at_start: plan.physics().particles.len(),
+                bodies_at_start: plan.physics().bodies.len(),
+                pebbles_at_start: (plan.physics().bodies.iter())
+                    .map(|body| body.clump(&plan.physics().clumps).pebbles.len())
                     .sum(),
-                fixed: plan
-                    .physics()
-                    .particles()
-                    .iter()
-                    .filter(|p| p.fixed)
-                    .count(),
+                fixed: plan.physics().particles.iter().filter(|p| p.fixed).count(),
                 expected: expected.particles + expected.bodies,
                 smallest_radius: plan.physics().smallest_radius(),
                 mean_radius: plan.physics().mean_radius(),
@@ -323,7 +313,7 @@ impl<'a> Document<'a> {
             },
             materials: plan
                 .physics()
-                .materials()
+                .materials
                 .iter()
                 .map(|m| Material {
                     name: &m.name,
@@ -332,7 +322,7 @@ impl<'a> Document<'a> {
                 .collect(),
             clumps: plan
                 .physics()
-                .clumps()
+                .clumps
                 .iter()
                 .map(|clump| Clump {
                     name: &clump.name,
@@ -347,7 +337,7 @@ impl<'a> Document<'a> {
                 .collect(),
             walls: plan
                 .physics()
-                .walls()
+                .walls
                 .iter()
                 .map(|wall| Wall {
                     name: &wall.name,
@@ -356,19 +346,19 @@ impl<'a> Document<'a> {
                     from: wall.from,
                     until: finite(wall.until),
                     shape: shape(&wall.shape),
-                    pose: pose(wall, plan.physics().time_step()),
+                    pose: pose(wall, plan.physics().time_step),
                 })
                 .collect(),
             insertions: plan
                 .physics()
-                .insertions()
+                .insertions
                 .iter()
                 .map(|insertion| Insertion {
                     name: &insertion.name,
                     expected_number: expected_number(
                         insertion,
                         &densities,
-                        plan.physics().dimensions(),
+                        plan.physics().dimensions,
                     ),
                     from: insertion.from,
                     until: finite(insertion.until),
@@ -381,7 +371,7 @@ impl<'a> Document<'a> {
                             material: material(part.material.number()),
                             clump: part
                                 .clump
-                                .map(|index| plan.physics().clumps()[index as usize].name.as_str()),
+                                .map(|index| plan.physics().clumps[index as usize].name.as_str()),
                             number_share: part.share,
                             smallest_diameter: part.sizes.smallest(),
                             largest_diameter: part.sizes.largest(),

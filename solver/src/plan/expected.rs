@@ -29,7 +29,7 @@ const DENSE: [f64; 2] = [2.35, 3.3];
 /// The expected numbers for the run of a plan.
 #[must_use]
 pub fn expected(plan: &Plan) -> Expected {
-    let pebbles = |clump: u32| plan.physics().clumps()[clump as usize].pebbles.len() as f64;
+    let pebbles = |clump: u32| plan.physics().clumps[clump as usize].pebbles.len() as f64;
     let start = at_start(plan);
     let mut expected = Expected {
         particles: start.particles,
@@ -37,7 +37,7 @@ pub fn expected(plan: &Plan) -> Expected {
         pebbles: start.pebbles,
         ..Expected::default()
     };
-    for insertion in plan.physics().insertions() {
+    for insertion in &plan.physics().insertions {
         let number = expected_inserted(insertion, plan);
         for part in &insertion.mixture {
             match part.clump {
@@ -68,11 +68,11 @@ pub(super) struct AtStart {
 pub(super) fn at_start(plan: &Plan) -> AtStart {
     let physics = plan.physics();
     let left_out = plan.notes().counted().left_out;
-    let pebbles = |body: &NewBody| body.clump(physics.clumps()).pebbles.len();
-    let made: usize = physics.bodies().iter().map(pebbles).sum();
+    let pebbles = |body: &NewBody| body.clump(&physics.clumps).pebbles.len();
+    let made: usize = physics.bodies.iter().map(pebbles).sum();
     AtStart {
-        particles: physics.particles().len() as f64 + left_out.particles,
-        bodies: physics.bodies().len() as f64 + left_out.bodies,
+        particles: physics.particles.len() as f64 + left_out.particles,
+        bodies: physics.bodies.len() as f64 + left_out.bodies,
         pebbles: made as f64 + left_out.pebbles,
     }
 }

@@ -25,7 +25,7 @@ pub struct Largest<'a> {
 pub fn largest<'a>(scene: &'a Scene, plan: &Plan) -> Option<Largest<'a>> {
     let physics = plan.physics();
     let pebbles = |clump: usize| {
-        let clump = physics.clumps().get(clump);
+        let clump = physics.clumps.get(clump);
         clump.map_or(1.0, |clump| clump.pebbles.len() as f64)
     };
     let mut all = Vec::new();
@@ -55,7 +55,7 @@ pub fn largest<'a>(scene: &'a Scene, plan: &Plan) -> Option<Largest<'a>> {
         spheres: others,
         is_certain: true,
     }));
-    for insertion in physics.insertions() {
+    for insertion in &physics.insertions {
         let mut typed = scene.insertions.iter();
         let Some(typed) = typed.find(|typed| typed.name.value == insertion.name) else {
             continue;

@@ -18,7 +18,7 @@ pub(super) fn levels(plan: &Plan) -> Levels {
     let images = physics.images();
     let skin = Skin::first(physics.radii(), 0.0, &images).thickness;
     let inserted = inserted_sizes(plan);
-    let start = radii(physics.particles(), physics.bodies(), physics.clumps());
+    let start = radii(&physics.particles, &physics.bodies, &physics.clumps);
     let sizes = start
         .map(|radius| (radius, 1.0))
         .chain(inserted.iter().copied());
@@ -27,16 +27,16 @@ pub(super) fn levels(plan: &Plan) -> Levels {
 
 /// How far the centres of spheres are spread along each axis, m.
 fn extent(plan: &Plan) -> DVec3 {
-    if !plan.physics().insertions().is_empty() {
-        return plan.physics().domain_max() - plan.physics().domain_min();
+    if !plan.physics().insertions.is_empty() {
+        return plan.physics().domain_max - plan.physics().domain_min;
     }
     let particles = plan
         .physics()
-        .particles()
+        .particles
         .iter()
         .map(|particle| particle.position);
-    let pebbles = plan.physics().bodies().iter().flat_map(|body| {
-        let spheres = body.spheres(body.clump(plan.physics().clumps()));
+    let pebbles = plan.physics().bodies.iter().flat_map(|body| {
+        let spheres = body.spheres(body.clump(&plan.physics().clumps));
         spheres.map(|(centre, _)| centre)
     });
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -50,7 +50,7 @@ fn extent(plan: &Plan) -> DVec3 {
 /// Radii (m) of the spheres that insertions are expected to bring, and how many of each.
 fn inserted_sizes(plan: &Plan) -> Vec<(f64, f64)> {
     let mut sizes = Vec::new();
-    for insertion in plan.physics().insertions() {
+    for insertion in &plan.physics().insertions {
         let number = expected_inserted(insertion, plan);
         for part in insertion.mixture.iter().filter(|part| part.share > 0.0) {
             for (diameter, share) in diameters(part) {
@@ -58,7 +58,7 @@ fn inserted_sizes(plan: &Plan) -> Vec<(f64, f64)> {
                 match part.clump {
                     None => sizes.push((0.5 * diameter, number)),
                     Some(index) => {
-                        let clump = &plan.physics().clumps()[index as usize];
+                        let clump = &plan.physics().clumps[index as usize];
                         let scale = diameter / clump.equal_volume_diameter();
                         let pebbles = clump.pebbles.iter();
                         sizes.extend(pebbles.map(|pebble| (pebble.radius * scale, number)));

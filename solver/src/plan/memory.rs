@@ -53,7 +53,7 @@ impl StartBytes {
             pebbles,
         } = at_start(plan);
         let spheres = particles + pebbles;
-        let meshes = plan.physics().walls().iter().map(|wall| match &wall.shape {
+        let meshes = plan.physics().walls.iter().map(|wall| match &wall.shape {
             Shape::Mesh(mesh) => mesh.bytes() as f64,
             _ => 0.0,
         });

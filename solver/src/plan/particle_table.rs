@@ -58,18 +58,8 @@ impl StartingParticles {
                 line: Some(row.line),
             };
             match table.grain(&row)? {
-                Grain::Sphere(particle) => {
-                    self.add(particle, images, typed);
-                    self.wet_last(row.film_volume);
-                }
-                Grain::Clump(body) => {
-                    self.bodies.push(NewBody {
-                        position: images.wrap(body.position),
-                        ..body
-                    });
-                    self.typed_bodies.push(typed);
-                    self.wet_last_body(row.film_volume);
-                }
+                Grain::Sphere(particle) => self.add(particle, &row.properties, images, typed),
+                Grain::Clump(body) => self.add_body(body, &row.properties, images, typed),
             }
         }
         if self.grains() == before {

@@ -1,6 +1,7 @@
 //! The particles of the start: `[[particles]]` in the order of the file, which is the order of their ids.
 
 use glam::DVec3;
+use mercury_common::particle_properties::{ParticleProperty, PropertyValue};
 use mercury_common::random::Stream;
 use mercury_common::readable;
 use mercury_common::scene::{
@@ -15,6 +16,7 @@ use super::{NewBody, NewParticle, PrescribedMotion};
 use mercury_engine::bodies::Clump;
 use mercury_engine::contact::parameter::short;
 use mercury_engine::neighbours::Images;
+use mercury_engine::state::StartValues;
 
 /// Where a particle of the start was typed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,28 +46,23 @@ pub(super) struct StartingParticles {
     pub remarks: Vec<String>,
     /// Runs whose last states are among them.
     pub earlier: Vec<Earlier>,
-    /// Liquid films that are not 0: number of the particle, and volume, m^3.
-    pub films: Vec<(usize, f64)>,
-    /// The same of bodies.
-    pub films_of_bodies: Vec<(usize, f64)>,
+    /// Values of their properties.
+    pub values: Vec<StartValues>,
 }
 
 impl StartingParticles {
-    /// Gives the last particle a film, m^3.
-    pub(super) fn wet_last(&mut self, film: f64) {
-        if film > 0.0 {
-            self.films.push((self.particles.len() - 1, film));
+    /// Adds a particle with values of properties that are not the default.
+    pub(super) fn add(
+        &mut self,
+        particle: NewParticle,
+        properties: &[PropertyValue],
+        images: &Images,
+        typed: Typed,
+    ) {
+        for &(property, value) in properties {
+            let number = self.particles.len();
+            self.values_of(property).particles.push((number, value));
         }
-    }
-
-    /// Gives the last body a film, m^3.
-    pub(super) fn wet_last_body(&mut self, film: f64) {
-        if film > 0.0 {
-            self.films_of_bodies.push((self.bodies.len() - 1, film));
-        }
-    }
-
-    pub(super) fn add(&mut self, particle: NewParticle, images: &Images, typed: Typed) {
         self.particles.push(NewParticle {
             position: images.wrap(particle.position),
             ..particle
@@ -73,20 +70,44 @@ impl StartingParticles {
         self.typed.push(typed);
     }
 
+    /// Adds a body with values of properties that are not the default.
+    pub(super) fn add_body(
+        &mut self,
+        body: NewBody,
+        properties: &[PropertyValue],
+        images: &Images,
+        typed: Typed,
+    ) {
+        for &(property, value) in properties {
+            let number = self.bodies.len();
+            self.values_of(property).bodies.push((number, value));
+        }
+        self.bodies.push(NewBody {
+            position: images.wrap(body.position),
+            ..body
+        });
+        self.typed_bodies.push(typed);
+    }
+
+    fn values_of(&mut self, property: &'static ParticleProperty) -> &mut StartValues {
+        let known = self.values.iter();
+        let place = known
+            .take_while(|values| values.property != property)
+            .count();
+        if place == self.values.len() {
+            self.values.push(StartValues::new(property));
+        }
+        &mut self.values[place]
+    }
+
     /// Adds what another run left.
     fn take_up(&mut self, mut earlier: Earlier, images: &Images, typed: Typed) {
         earlier.first = (self.particles.len(), self.bodies.len());
-        for (particle, film) in earlier.particles.iter().zip(&earlier.films) {
-            self.add(particle.clone(), images, typed);
-            self.wet_last(*film);
+        for (particle, properties) in &earlier.particles {
+            self.add(particle.clone(), properties, images, typed);
         }
-        for (body, film) in earlier.bodies.iter().zip(&earlier.films_of_bodies) {
-            self.bodies.push(NewBody {
-                position: images.wrap(body.position),
-                ..body.clone()
-            });
-            self.typed_bodies.push(typed);
-            self.wet_last_body(*film);
+        for (body, properties) in &earlier.bodies {
+            self.add_body(body.clone(), properties, images, typed);
         }
         self.earlier.push(earlier);
     }
@@ -181,10 +202,10 @@ pub(super) fn starting_particles(
                     .extend(particles.name.as_ref().map(|name| (name.value.clone(), id)));
                 start.add(
                     one(particle, **position),
+                    &particle.start.properties,
                     &images,
                     Typed { entry, line: None },
                 );
-                start.wet_last(*particle.start.film_volume);
             }
             ParticleSource::Lattice { particle, lattice } => {
                 check_start(&particle.start, errors);
@@ -206,10 +227,10 @@ pub(super) fn starting_particles(
                 for position in sites(lattice, &mut stream).take(made as usize) {
                     start.add(
                         one(particle, position),
+                        &particle.start.properties,
                         &images,
                         Typed { entry, line: None },
                     );
-                    start.wet_last(*particle.start.film_volume);
                 }
             }
             ParticleSource::Table {
@@ -242,14 +263,14 @@ pub(super) fn starting_particles(
                         Orientation::Given(given) => given,
                         Orientation::Random => turns.unit_quaternion(),
                     };
-                    start.bodies.push(NewBody {
-                        position: images.wrap(position),
+                    let body = NewBody {
+                        position,
                         orientation,
                         scale: **scale,
                         ..moving_body(motion, clump.value.0 as u32)
-                    });
-                    start.typed_bodies.push(Typed { entry, line: None });
-                    start.wet_last_body(*motion.film_volume);
+                    };
+                    let typed = Typed { entry, line: None };
+                    start.add_body(body, &motion.properties, &images, typed);
                 };
                 match at {
                     ClumpPlace::Position(position) => {

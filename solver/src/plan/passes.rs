@@ -26,7 +26,7 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
         is_done,
         reason: if is_done { done } else { skipped }.to_owned(),
     };
-    let turns = plan.physics().laws().turns();
+    let turns = plan.physics().laws.turns();
     let has_rolling = plan
         .notes()
         .pairs()
@@ -39,12 +39,12 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
         .any(|pair| pair.law.tangential != AnyTangential::None);
     let moving = plan
         .physics()
-        .walls()
+        .walls
         .iter()
         .filter(|wall| !wall.motion.is_static());
     let triangles: usize = plan
         .physics()
-        .walls()
+        .walls
         .iter()
         .map(|wall| match &wall.shape {
             Shape::Mesh(mesh) => mesh.len(),
@@ -53,11 +53,11 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
         .sum();
     let levels = levels(plan).largest;
     let ratio = plan.physics().largest_radius() / plan.physics().smallest_radius();
-    let meshes = plan.physics().walls().iter();
+    let meshes = plan.physics().walls.iter();
     let meshes = meshes.filter(|wall| matches!(wall.shape, Shape::Mesh(_)));
     let how = match meshes.count() {
         0 => "in closed form",
-        count if count == plan.physics().walls().len() => "with the triangles of meshes",
+        count if count == plan.physics().walls.len() => "with the triangles of meshes",
         _ => "in closed form, and with the triangles of meshes",
     };
     vec![
@@ -67,7 +67,7 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
             reason: if plan.notes().pairs().is_empty() {
                 "nothing can meet".to_owned()
             } else {
-                contact_loop(plan.physics().laws()).1
+                contact_loop(&plan.physics().laws).1
             },
         },
         pass(
@@ -90,14 +90,14 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
         ),
         pass(
             "liquid",
-            plan.physics().liquid().is_some(),
+            plan.physics().liquid.is_some(),
             "films on particles, bridges in the slots of contacts, moved after each step",
             "no material has a liquid law: no films, no bridges, no pairs at a distance",
         ),
         Pass {
             name: "wall contacts",
-            is_done: !plan.physics().walls().is_empty(),
-            reason: match (plan.physics().walls().len(), moving.count()) {
+            is_done: !plan.physics().walls.is_empty(),
+            reason: match (plan.physics().walls.len(), moving.count()) {
                 (0, _) => "no walls".to_owned(),
                 (n, 0) => format!("{how}, {n} at rest"),
                 (n, m) => format!("{how}, {} at rest, {m} moving", n - m),
@@ -129,7 +129,7 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
         },
         pass(
             "periodic images",
-            plan.physics().periodic().contains(&true),
+            plan.physics().periodic.contains(&true),
             "one contact per pair, with a shift",
             "no axis is periodic",
         ),
@@ -141,7 +141,7 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
         ),
         pass(
             "insertion and deletion",
-            !plan.physics().insertions().is_empty() || !plan.physics().deletions().is_empty(),
+            !plan.physics().insertions.is_empty() || !plan.physics().deletions.is_empty(),
             "in every step while something is due",
             "none planned; particles that leave the domain are removed",
         ),
@@ -163,13 +163,13 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
         ),
         pass(
             "energy sums",
-            plan.physics().energy_budget(),
+            plan.physics().energy_budget,
             "in every step, by mechanism",
             "only where a row is written (output.energy_budget = false)",
         ),
         pass(
             "orientations",
-            plan.physics().orientations(),
+            plan.physics().orientations,
             "written to .data or .track",
             "nothing writes them",
         ),

@@ -99,12 +99,12 @@ fn write_report(
     heading(text, "Space")?;
     let corners = format!(
         "{} to {} m",
-        vector(plan.physics().domain_min()),
-        vector(plan.physics().domain_max())
+        vector(plan.physics().domain_min),
+        vector(plan.physics().domain_max)
     );
     line(text, "domain", &corners)?;
     let axes: Vec<&str> = (0..3)
-        .filter(|&axis| plan.physics().periodic()[axis])
+        .filter(|&axis| plan.physics().periodic[axis])
         .map(|axis| ["x", "y", "z"][axis])
         .collect();
     let periodic = if axes.is_empty() {
@@ -113,7 +113,7 @@ fn write_report(
         axes.join(", ")
     };
     line(text, "periodic", &periodic)?;
-    let dimensions = match plan.physics().dimensions() {
+    let dimensions = match plan.physics().dimensions {
         2 => "2: discs in x-y, masses per unit length",
         _ => "3",
     };
@@ -121,7 +121,7 @@ fn write_report(
     line(
         text,
         "gravity",
-        &format!("{} m/s^2", vector(plan.physics().gravity())),
+        &format!("{} m/s^2", vector(plan.physics().gravity)),
     )?;
 
     particles(text, plan)?;
@@ -211,36 +211,31 @@ fn write_memory(
 
 fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
     heading(text, "Particles")?;
-    let fixed = plan
-        .physics()
-        .particles()
-        .iter()
-        .filter(|p| p.fixed)
-        .count();
+    let fixed = plan.physics().particles.iter().filter(|p| p.fixed).count();
     let prescribed = plan
         .physics()
-        .particles()
+        .particles
         .iter()
         .filter(|p| !p.fixed && p.is_prescribed())
         .count();
-    let mut start = format!("{}", plan.physics().particles().len());
+    let mut start = format!("{}", plan.physics().particles.len());
     for (count, what) in [(fixed, "fixed"), (prescribed, "prescribed")] {
         if count > 0 {
             let _ = write!(start, ", {count} {what}");
         }
     }
     line(text, "at the start", &start)?;
-    if !plan.physics().bodies().is_empty() {
-        let mut words = format!("{}", plan.physics().bodies().len());
+    if !plan.physics().bodies.is_empty() {
+        let mut words = format!("{}", plan.physics().bodies.len());
         let fixed = plan
             .physics()
-            .bodies()
+            .bodies
             .iter()
             .filter(|body| body.fixed)
             .count();
         let prescribed = plan
             .physics()
-            .bodies()
+            .bodies
             .iter()
             .filter(|body| body.is_prescribed());
         for (count, what) in [(fixed, "fixed"), (prescribed.count(), "prescribed")] {
@@ -250,16 +245,11 @@ fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
         }
         line(text, "bodies at the start", &words)?;
     }
-    let densities: Vec<f64> = plan
-        .physics()
-        .materials()
-        .iter()
-        .map(|m| m.density)
-        .collect();
-    for insertion in plan.physics().insertions() {
+    let densities: Vec<f64> = plan.physics().materials.iter().map(|m| m.density).collect();
+    for insertion in &plan.physics().insertions {
         let mut words = match (
             insertion.total,
-            expected_number(insertion, &densities, plan.physics().dimensions()),
+            expected_number(insertion, &densities, plan.physics().dimensions),
         ) {
             (Some(Total::Number(number)), _) => format!("{number} particles"),
             (Some(Total::Mass(mass)), Some(expected)) => {
@@ -303,10 +293,8 @@ fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
         line(text, &format!("insertion `{}`", insertion.name), &words)?;
         for part in &insertion.mixture {
             let what = match part.clump {
-                None => plan.physics().materials()[part.material.index()]
-                    .name
-                    .clone(),
-                Some(index) => format!("clump `{}`", plan.physics().clumps()[index as usize].name),
+                None => plan.physics().materials[part.material.index()].name.clone(),
+                Some(index) => format!("clump `{}`", plan.physics().clumps[index as usize].name),
             };
             let words = format!(
                 "{what}, diameters {} to {} m, {} of the particles",
@@ -317,7 +305,7 @@ fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
             line(text, "", &words)?;
         }
     }
-    for deletion in plan.physics().deletions() {
+    for deletion in &plan.physics().deletions {
         line(text, "deletion", &format!("`{}`", deletion.name))?;
     }
     for region in plan.outputs().regions() {
@@ -353,7 +341,7 @@ fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
         );
         line(text, "radii", &radii)?;
     }
-    for material in plan.physics().materials() {
+    for material in &plan.physics().materials {
         let density = format!("{} kg/m^3", short(material.density));
         line(text, &format!("density of {}", material.name), &density)?;
     }
@@ -362,7 +350,7 @@ fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
 
 /// A table of the clumps, at scale 1 and with the density of their material.
 fn clumps(text: &mut String, plan: &Plan) -> std::fmt::Result {
-    if plan.physics().clumps().is_empty() {
+    if plan.physics().clumps.is_empty() {
         return Ok(());
     }
     writeln!(
@@ -370,7 +358,7 @@ fn clumps(text: &mut String, plan: &Plan) -> std::fmt::Result {
         "  {:<16}{:>8}  {:>12}  {:<36}{:>14}{:>14}",
         "clump", "pebbles", "mass/kg", "principal moments/(kg m^2)", "d_volume/m", "r_circum/m"
     )?;
-    for clump in plan.physics().clumps() {
+    for clump in &plan.physics().clumps {
         let [a, b, c] = clump.moments.to_array();
         let moments = format!("{a:.5e} {b:.5e} {c:.5e}");
         writeln!(
@@ -389,13 +377,11 @@ fn clumps(text: &mut String, plan: &Plan) -> std::fmt::Result {
 
 fn walls(text: &mut String, plan: &Plan) -> std::fmt::Result {
     heading(text, "Walls")?;
-    if plan.physics().walls().is_empty() {
+    if plan.physics().walls.is_empty() {
         writeln!(text, "  none")?;
     }
-    for (index, wall) in plan.physics().walls().iter().enumerate() {
-        let mut words = plan.physics().materials()[wall.material.index()]
-            .name
-            .clone();
+    for (index, wall) in plan.physics().walls.iter().enumerate() {
+        let mut words = plan.physics().materials[wall.material.index()].name.clone();
         if !wall.motion.is_static() {
             words.push_str(", moving");
         }
@@ -412,7 +398,7 @@ fn walls(text: &mut String, plan: &Plan) -> std::fmt::Result {
         if let Shape::Mesh(mesh) = &wall.shape {
             line(text, "", &describe(mesh))?;
         }
-        let wear = plan.physics().wear().iter();
+        let wear = plan.physics().wear.iter();
         for wear in wear.filter(|wear| wear.wall == index) {
             line(text, "", &wear_line(wear))?;
         }
@@ -422,12 +408,12 @@ fn walls(text: &mut String, plan: &Plan) -> std::fmt::Result {
 
 /// Sheets, where there are any.
 fn membranes(text: &mut String, plan: &Plan) -> std::fmt::Result {
-    let sheets = (plan.physics().surfaces().iter()).zip(plan.physics().membranes());
+    let sheets = (plan.physics().surfaces.iter()).zip(&plan.physics().membranes);
     for (number, (surface, membrane)) in sheets.enumerate() {
         if number == 0 {
             heading(text, "Membranes")?;
         }
-        let material = &plan.physics().materials()[surface.material.index()].name;
+        let material = &plan.physics().materials[surface.material.index()].name;
         line(text, &surface.name, material)?;
         for words in super::membranes::describe(surface, membrane) {
             line(text, "", &words)?;
@@ -493,10 +479,10 @@ fn write_pair(text: &mut String, pair: &PairPlan) -> std::fmt::Result {
 /// What an end at rest waits for.
 fn until_rest(plan: &Plan) -> String {
     let physics = plan.physics();
-    let end = physics.steps() as f64 * physics.time_step();
+    let end = physics.steps as f64 * physics.time_step;
     let goes_on = |wall: &&Wall| wall.motion.windows().any(|[_, until]| until >= end);
     let mut reported = "or until the particles rest".to_owned();
-    if let Some(wall) = physics.walls().iter().find(goes_on) {
+    if let Some(wall) = physics.walls.iter().find(goes_on) {
         reported += &format!(", which they do not as long as wall `{}` moves", wall.name);
     } else if let Some(event) = physics.last_event() {
         reported += &format!(", but not before {event}");
@@ -507,10 +493,10 @@ fn until_rest(plan: &Plan) -> String {
 fn time(text: &mut String, plan: &Plan) -> std::fmt::Result {
     heading(text, "Time")?;
     let step = plan.notes().step();
-    let steps = format!("{:e} s: {}", plan.physics().time_step(), step.reason);
+    let steps = format!("{:e} s: {}", plan.physics().time_step, step.reason);
     line(text, "step", &steps)?;
     if let Some(automatic) = step.automatic {
-        let times = plan.physics().time_step() / automatic;
+        let times = plan.physics().time_step / automatic;
         if !(1.0 / FAR..FAR).contains(&times) {
             let far = if times < 1.0 {
                 format!(
@@ -527,13 +513,13 @@ fn time(text: &mut String, plan: &Plan) -> std::fmt::Result {
             )?;
         }
     }
-    let end = short(plan.physics().steps() as f64 * plan.physics().time_step());
+    let end = short(plan.physics().steps as f64 * plan.physics().time_step);
     line(
         text,
         "steps",
-        &format!("{}, until {end} s", plan.physics().steps()),
+        &format!("{}, until {end} s", plan.physics().steps),
     )?;
-    if plan.physics().until_at_rest() {
+    if plan.physics().until_at_rest {
         line(text, "", &until_rest(plan))?;
     }
     let speed = format!(
@@ -551,7 +537,7 @@ fn time(text: &mut String, plan: &Plan) -> std::fmt::Result {
                 "{} s ({}); the step is {} of it",
                 short(limit.time),
                 limit.of,
-                short(plan.physics().time_step() / limit.time)
+                short(plan.physics().time_step / limit.time)
             );
             line(text, name, &words)?;
         }
@@ -560,7 +546,7 @@ fn time(text: &mut String, plan: &Plan) -> std::fmt::Result {
         let words = format!(
             "{} s; the step is {} of it",
             short(time),
-            short(plan.physics().time_step() / time)
+            short(plan.physics().time_step / time)
         );
         line(text, "Rayleigh time", &words)?;
     }

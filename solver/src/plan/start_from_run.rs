@@ -9,6 +9,9 @@ use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
 use mercury_common::formats::clump::Pebble;
+use mercury_common::particle_properties::{
+    OfClump, PARTICLE_PROPERTIES, ParticleProperty, PropertyValue,
+};
 use mercury_common::readable::{printable, rounded};
 use mercury_common::scene::{Dimensions, Located, Scene, SceneError};
 
@@ -18,8 +21,8 @@ use mercury_engine::bodies::{BodyStep, Clump};
 use mercury_engine::contact::registry::LawTable;
 use mercury_engine::forces::{SavedSlot, SavedSlots, SlotState, contact_loop};
 use mercury_engine::state::{
-    BodyPebble, DecodeError, Decoder, FILM_VOLUME, FIXED, MaterialIndex, PEBBLE, Particles,
-    Prescribed, PrescribedBody, inverse_inertia_factor,
+    BodyPebble, DecodeError, Decoder, FIXED, MaterialIndex, PEBBLE, Particles, Prescribed,
+    PrescribedBody, inverse_inertia_factor,
 };
 use mercury_engine::walls::Wall;
 
@@ -50,13 +53,10 @@ pub(super) struct Earlier {
     rows: Vec<EarlierRow>,
     pairs: SavedSlots,
     near_walls: SavedSlots,
-    /// Particles, in the order of their ids there.
-    pub(super) particles: Vec<NewParticle>,
-    /// Bodies, in the order of their ids there.
-    pub(super) bodies: Vec<NewBody>,
-    /// Their films, m^3; in the same order.
-    pub(super) films: Vec<f64>,
-    pub(super) films_of_bodies: Vec<f64>,
+    /// Particles, in the order of their ids there, with the properties that are not the default.
+    pub(super) particles: Vec<(NewParticle, Vec<PropertyValue>)>,
+    /// Bodies, in the order of their ids there, with theirs.
+    pub(super) bodies: Vec<(NewBody, Vec<PropertyValue>)>,
     /// Where the first of each begin among those of this scene.
     pub(super) first: (usize, usize),
 }
@@ -108,7 +108,7 @@ pub(super) fn take_up(
     complete(&mut state);
     if !is_finite(&state.particles) {
         let error = folder.error(
-            "a position, size or velocity in the last state of that run is not a finite number",
+            "a position, size, velocity or property in the last state of that run is not a finite number",
         );
         return Err(
             error.with_help("it went wrong before its end: stop it earlier, and start from there")
@@ -148,13 +148,7 @@ pub(super) fn take_up(
     let prescribed: HashMap<usize, &Prescribed> =
         prescribed.map(|one| (one.row.index(), one)).collect();
     let mut rows = vec![None; state.len()];
-    let (mut particles, mut films) = (Vec::new(), Vec::new());
-    let film = |row: usize| {
-        state
-            .columns
-            .get(FILM_VOLUME)
-            .map_or(0.0, |films| films[row])
-    };
+    let mut particles = Vec::new();
     for row in state.rows_by_id() {
         let row = row as usize;
         let record = &state.records[row];
@@ -167,8 +161,7 @@ pub(super) fn take_up(
             material: [there, materials[there]],
         });
         let prescribed = prescribed.get(&row);
-        films.push(film(row));
-        particles.push(NewParticle {
+        let particle = NewParticle {
             velocity: record.velocity,
             angular_velocity: record.angular_velocity,
             fixed: record.flags & FIXED != 0,
@@ -179,9 +172,10 @@ pub(super) fn take_up(
                 record.radius,
                 MaterialIndex::new(materials[there] as u32),
             )
-        });
+        };
+        particles.push((particle, properties(&state, &[row])));
     }
-    let (mut bodies, mut films_of_bodies) = (Vec::new(), Vec::new());
+    let mut bodies = Vec::new();
     let prescribed_bodies = state.bodies.iter().flat_map(|all| &all.prescribed);
     let prescribed_bodies: HashMap<usize, &PrescribedBody> = prescribed_bodies
         .map(|one| (one.body.index(), one))
@@ -222,8 +216,8 @@ pub(super) fn take_up(
             });
         }
         let prescribed = prescribed_bodies.get(&index);
-        films_of_bodies.push(pebbles.iter().map(|pebble| film(pebble.row.index())).sum());
-        bodies.push(NewBody {
+        let of_body: Vec<usize> = pebbles.iter().map(|pebble| pebble.row.index()).collect();
+        let body = NewBody {
             scale,
             orientation: body.orientation,
             velocity: body.velocity,
@@ -232,7 +226,8 @@ pub(super) fn take_up(
             prescribed_velocity: prescribed.map_or([None; 3], |one| one.velocity),
             prescribed_angular_velocity: prescribed.map_or([None; 3], |one| one.angular_velocity),
             ..NewBody::at(body.position, clump as u32)
-        });
+        };
+        bodies.push((body, properties(&state, &of_body)));
     }
     let rows: Option<Vec<EarlierRow>> = rows.into_iter().collect();
     Ok(Earlier {
@@ -246,10 +241,22 @@ pub(super) fn take_up(
         near_walls,
         particles,
         bodies,
-        films,
-        films_of_bodies,
         first: (0, 0),
     })
+}
+
+/// Properties of a particle, or of a body with these rows, that are not the default.
+fn properties(state: &Particles, rows: &[usize]) -> Vec<PropertyValue> {
+    let value = |property: &'static ParticleProperty| {
+        let column = state.columns.get(property.name)?;
+        let sum: f64 = rows.iter().map(|&row| column[row]).sum();
+        let value = match property.of_clump {
+            OfClump::Sum => sum,
+            OfClump::Mean => sum / rows.len() as f64,
+        };
+        property.differs(value).then_some((property, value))
+    };
+    PARTICLE_PROPERTIES.iter().filter_map(value).collect()
 }
 
 /// The newest whole checkpoint in a folder; what is damaged draws a warning.
@@ -364,6 +371,9 @@ fn is_finite(particles: &Particles) -> bool {
     let is_size = |radius: f64| radius > 0.0 && radius.is_finite();
     let mut prescribed = particles.prescribed.iter();
     let mut prescribed_bodies = particles.bodies.iter().flat_map(|all| &all.prescribed);
+    let values = PARTICLE_PROPERTIES
+        .iter()
+        .flat_map(|property| particles.columns.get(property.name));
     particles.records.iter().all(|record| {
         is_size(record.radius)
             && record.position.is_finite()
@@ -375,7 +385,8 @@ fn is_finite(particles: &Particles) -> bool {
             && body.velocity.is_finite()
             && body.orientation.is_finite()
             && body.angular_velocity.is_finite()
-    }) && prescribed.all(|one| finite(&one.velocity) && finite(&one.angular_velocity))
+    }) && values.flatten().all(|value| value.is_finite())
+        && prescribed.all(|one| finite(&one.velocity) && finite(&one.angular_velocity))
         && prescribed_bodies.all(|one| finite(&one.velocity) && finite(&one.angular_velocity))
 }
 

@@ -122,7 +122,7 @@ impl Workload {
     #[must_use]
     pub fn of(plan: &Plan) -> Self {
         let physics = plan.physics();
-        let sources = physics.insertions().iter().map(|insertion| Source {
+        let sources = physics.insertions.iter().map(|insertion| Source {
             from: insertion.from,
             until: insertion.until,
             most: expected_inserted(insertion, plan),
@@ -134,9 +134,9 @@ impl Workload {
             }),
         });
         Self {
-            time_step: physics.time_step(),
-            steps: physics.steps(),
-            at_start: (physics.particles().len() + physics.bodies().len()) as f64,
+            time_step: physics.time_step,
+            steps: physics.steps,
+            at_start: (physics.particles.len() + physics.bodies.len()) as f64,
             sources: sources.collect(),
         }
     }

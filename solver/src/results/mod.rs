@@ -14,6 +14,7 @@ use crate::output::{counted_materials, particle_columns};
 use crate::plan::Plan;
 use mercury_common::formats::ene;
 use mercury_common::frames::{ParticleColumns, ParticleFrame, Table as _};
+use mercury_common::particle_properties::PARTICLE_PROPERTIES;
 use mercury_common::scene::{listed, nearest};
 use values::{Row, energies, particles, rows, slope};
 
@@ -277,7 +278,7 @@ impl NamedResult {
                 ..
             } => {
                 let names: Vec<&str> = match table.word {
-                    "walls" => (plan.physics().walls().iter())
+                    "walls" => (plan.physics().walls.iter())
                         .map(|wall| wall.name.as_str())
                         .collect(),
                     "regions" => (plan.outputs().regions().iter())
@@ -422,14 +423,7 @@ impl NamedResult {
 
 /// The unit of a column of frames of particles.
 fn particle_unit(column: &str) -> Option<String> {
-    let all = ParticleColumns {
-        body: true,
-        orientation: true,
-        angular_velocity: true,
-        force: true,
-        torque: true,
-        film_volume: true,
-    };
+    let all = ParticleColumns::all().with_properties(PARTICLE_PROPERTIES);
     let specs = ParticleFrame::specs(&all);
     let spec = specs.into_iter().find(|spec| spec.name == column)?;
     // As the other tables write it.

@@ -36,18 +36,15 @@ impl Budget {
         let Exchanged {
             inserted, removed, ..
         } = exchanged;
-        let particles = physics
-            .particles()
-            .iter()
-            .filter(|particle| !particle.fixed);
-        let bodies = physics.bodies().iter().filter(|body| !body.fixed);
+        let particles = physics.particles.iter().filter(|particle| !particle.fixed);
+        let bodies = physics.bodies.iter().filter(|body| !body.fixed);
         Self {
             // An empty sum of floats is -0.
             initial_mass: 0.0
                 + particles
-                    .map(|particle| particle.build(physics.materials(), physics.dimensions()).1)
+                    .map(|particle| particle.build(&physics.materials, physics.dimensions).1)
                     .sum::<f64>()
-                + bodies.map(|body| body.mass(physics.clumps())).sum::<f64>(),
+                + bodies.map(|body| body.mass(&physics.clumps)).sum::<f64>(),
             inserted_mass: inserted.mass + exchanged.liquid_mass,
             deleted_mass: removed.mass,
             final_mass,

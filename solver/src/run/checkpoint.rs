@@ -205,7 +205,7 @@ impl Checkpoint {
             lines.push(format!("mercury-solve: {then} then, {program} now"));
         }
         // Also by way of a shorter interval.
-        let (then, now) = (self.head.time_step, plan.physics().time_step());
+        let (then, now) = (self.head.time_step, plan.physics().time_step);
         if then.to_bits() != now.to_bits() {
             lines.push(format!("the time step: {then} s then, {now} s now"));
         }
@@ -215,11 +215,11 @@ impl Checkpoint {
                 lines,
             });
         }
-        if self.head.step > plan.physics().steps() {
+        if self.head.step > plan.physics().steps {
             return Err(CheckpointError::BehindEnd {
                 path: self.path.clone(),
                 time: self.head.time(),
-                end: plan.physics().steps() as f64 * now,
+                end: plan.physics().steps as f64 * now,
             });
         }
         Ok(())
@@ -229,7 +229,7 @@ impl Checkpoint {
     #[must_use]
     pub fn is_at_end(&self, plan: &Plan) -> bool {
         let at_rest = self.known.rest.as_ref().is_some_and(Rest::is_over);
-        at_rest || self.known.is_worn || self.head.step >= plan.physics().steps()
+        at_rest || self.known.is_worn || self.head.step >= plan.physics().steps
     }
 }
 

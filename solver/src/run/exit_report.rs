@@ -22,7 +22,7 @@ pub(super) fn reported(plan: &Plan, engine: &Engine, options: &RunOptions) -> Ve
             lines.push(format!("through the face {face}: {}", amount(tally)));
         }
     }
-    for (deletion, tally) in (plan.physics().deletions().iter()).zip(boundaries.deletions()) {
+    for (deletion, tally) in (plan.physics().deletions.iter()).zip(boundaries.deletions()) {
         lines.push(format!("into `{}`: {}", deletion.name, amount(tally)));
     }
     if plan.outputs().fluxes().is_empty() {

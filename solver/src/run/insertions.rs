@@ -20,7 +20,7 @@ const FEWEST: u64 = 8;
 /// `have_places`: for each insertion that waits for space, whether there is some.
 pub(super) fn reported(plan: &Plan, boundaries: &Boundaries, have_places: &[bool]) -> Vec<String> {
     let mut lines = Vec::new();
-    let insertions = plan.physics().insertions().iter();
+    let insertions = plan.physics().insertions.iter();
     for ((insertion, state), &has_place) in insertions.zip(boundaries.insertions()).zip(have_places)
     {
         lines.push(amounts(plan, insertion, state, has_place));
@@ -51,10 +51,10 @@ fn amounts(
     );
     let region = volume_within(
         &insertion.region,
-        plan.physics().domain_min(),
-        plan.physics().domain_max(),
+        plan.physics().domain_min,
+        plan.physics().domain_max,
     );
-    if plan.physics().dimensions() == 3 && region > 0.0 && region.is_finite() {
+    if plan.physics().dimensions == 3 && region > 0.0 && region.is_finite() {
         let share = 100.0 * inserted.volume / region;
         text += &format!(", {} % of its region's volume", rounded(share, 3));
     }
@@ -80,7 +80,7 @@ fn amounts(
 pub(super) fn behind(plan: &Plan, boundaries: &Boundaries) -> Vec<String> {
     let pairs = plan
         .physics()
-        .insertions()
+        .insertions
         .iter()
         .zip(boundaries.insertions());
     let counts = pairs.flat_map(|(insertion, state)| {
@@ -92,7 +92,7 @@ pub(super) fn behind(plan: &Plan, boundaries: &Boundaries) -> Vec<String> {
         format!(
             "`{}`: {number} of {all} were placed behind the wall `{}`, which moved through the region and acts on both sides",
             insertion.name,
-            plan.physics().walls()[wall].name
+            plan.physics().walls[wall].name
         )
     })
     .collect()
@@ -100,7 +100,7 @@ pub(super) fn behind(plan: &Plan, boundaries: &Boundaries) -> Vec<String> {
 
 /// How many were placed behind walls; empty where no wall moves through a region.
 pub(super) fn number_behind(plan: &Plan, boundaries: &Boundaries) -> Option<u64> {
-    let mut insertions = plan.physics().insertions().iter();
+    let mut insertions = plan.physics().insertions.iter();
     let has_closing = insertions.any(|insertion| !insertion.closing.is_empty());
     has_closing.then(|| {
         boundaries
@@ -117,8 +117,8 @@ fn composition(plan: &Plan, insertion: &InsertionPlan, state: &InsertionState) -
         return None;
     }
     let asked_mass = |part: &Ingredient| {
-        let density = plan.physics().materials()[part.material.index()].density;
-        part.share * density * mean_volume(&part.sizes, plan.physics().dimensions())
+        let density = plan.physics().materials[part.material.index()].density;
+        part.share * density * mean_volume(&part.sizes, plan.physics().dimensions)
     };
     let all_mass: f64 = used.clone().map(|(_, part)| asked_mass(part)).sum();
     let all_shares: f64 = used.clone().map(|(_, part)| part.share).sum();
@@ -142,8 +142,8 @@ fn composition(plan: &Plan, insertion: &InsertionPlan, state: &InsertionState) -
 /// What an ingredient is made of.
 fn name<'a>(plan: &'a Plan, part: &Ingredient) -> &'a str {
     match part.clump {
-        Some(clump) => &plan.physics().clumps()[clump as usize].name,
-        None => &plan.physics().materials()[part.material.index()].name,
+        Some(clump) => &plan.physics().clumps[clump as usize].name,
+        None => &plan.physics().materials[part.material.index()].name,
     }
 }
 

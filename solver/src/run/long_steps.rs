@@ -25,20 +25,18 @@ pub(super) struct LongStep {
 /// Those of a plan, by their steps. An insertion at a rate places few at a time, whatever its total.
 pub(super) fn long_steps(plan: &Plan) -> Vec<LongStep> {
     let physics = plan.physics();
-    let densities: Vec<f64> = (physics.materials().iter())
+    let densities: Vec<f64> = (physics.materials.iter())
         .map(|material| material.density)
         .collect();
-    let at_once = (physics.insertions().iter()).filter(|insertion| insertion.rate.is_none());
+    let at_once = (physics.insertions.iter()).filter(|insertion| insertion.rate.is_none());
     let mut found: Vec<LongStep> = Vec::new();
     for insertion in at_once {
-        let expected = expected_number(insertion, &densities, physics.dimensions());
+        let expected = expected_number(insertion, &densities, physics.dimensions);
         if expected.is_some_and(|number| number < MANY) {
             continue;
         }
         // With the slack that the insertion itself has.
-        let step = (insertion.from / physics.time_step() - 1e-6)
-            .ceil()
-            .max(0.0) as u64;
+        let step = (insertion.from / physics.time_step - 1e-6).ceil().max(0.0) as u64;
         let expected = expected.unwrap_or(0.0) as u64;
         match found.iter_mut().find(|known| known.step == step) {
             Some(known) if known.expected > 0 && expected > 0 => known.expected += expected,

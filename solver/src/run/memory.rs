@@ -22,11 +22,11 @@ const PROGRAM: f64 = 16e6;
 pub fn memory(plan: &Plan) -> Memory {
     let expected = expected(plan);
     let rows = expected.spheres;
-    let (forces, _) = contact_loop(plan.physics().laws());
+    let (forces, _) = contact_loop(&plan.physics().laws);
     let layout = forces.layout();
     let (slot, carried) = (layout.slot as f64, layout.carried as f64);
 
-    let columns = Particles::bytes_per_row(plan.physics().orientations()) as f64;
+    let columns = Particles::bytes_per_row(plan.physics().orientations) as f64;
     let mut particles = rows * columns;
     if expected.bodies > 0.0 {
         particles += Bodies::bytes(expected.bodies, expected.pebbles, rows);

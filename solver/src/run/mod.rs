@@ -165,7 +165,7 @@ impl Progress<'_> {
     /// The share of the planned steps that is made.
     #[must_use]
     pub fn share(&self) -> f64 {
-        let steps = self.engine.physics().steps().max(1);
+        let steps = self.engine.physics().steps.max(1);
         self.engine.steps() as f64 / steps as f64
     }
 
@@ -189,16 +189,16 @@ impl Progress<'_> {
 /// The number of threads, of those of the machine, that a run of this plan can keep busy.
 #[must_use]
 pub fn useful_threads(plan: &Plan, available: usize) -> usize {
-    if !plan.physics().insertions().is_empty() {
+    if !plan.physics().insertions.is_empty() {
         return available.max(1);
     }
-    let pebbles = plan.physics().bodies().iter();
+    let pebbles = plan.physics().bodies.iter();
     let pebbles: usize = pebbles
-        .map(|body| body.clump(plan.physics().clumps()).pebbles.len())
+        .map(|body| body.clump(&plan.physics().clumps).pebbles.len())
         .sum();
-    let sheets = plan.physics().surfaces().iter();
+    let sheets = plan.physics().surfaces.iter();
     let vertices: usize = sheets.map(|sheet| sheet.vertices.len()).sum();
-    let rows = (plan.physics().particles().len() + pebbles).max(vertices);
+    let rows = (plan.physics().particles.len() + pebbles).max(vertices);
     rows.div_ceil(block_size(rows)).clamp(1, available.max(1))
 }
 
@@ -366,12 +366,12 @@ impl Run {
     ) -> Result<Self, RunFailure> {
         let begun = Instant::now();
         let folder = &options.folder;
-        let starting = (plan.physics().particles().len() + plan.physics().bodies().len()) as u64;
+        let starting = (plan.physics().particles.len() + plan.physics().bodies.len()) as u64;
         let plan = Arc::new(plan);
         let resumed_at = from.as_ref().map(|checkpoint| checkpoint.head.step);
         let schedule = Schedule::behind(
             plan.outputs().files(),
-            plan.physics().time_step(),
+            plan.physics().time_step,
             resumed_at.unwrap_or(0),
         );
         let start = options.start(&schedule);
@@ -411,7 +411,7 @@ impl Run {
             None => {
                 let mut engine = Engine::start(Arc::clone(&plan), start)?;
                 let writer = open(&engine, None)?;
-                let rest = (plan.physics().until_at_rest()).then(|| Rest::new(&plan));
+                let rest = (plan.physics().until_at_rest).then(|| Rest::new(&plan));
                 let at_start = Exchanged::by_now(&engine);
                 // If the writer has given up, `advance` notices it, and `finish` returns the reason.
                 let moment = FrameCopy::take(&mut engine, schedule.everything(), &at_start);
@@ -433,7 +433,7 @@ impl Run {
         let ended = if engine.is_worn() {
             Some(Ending::Worn)
         } else {
-            (engine.steps() >= plan.physics().steps()).then_some(Ending::Planned)
+            (engine.steps() >= plan.physics().steps).then_some(Ending::Planned)
         };
         let run = Self {
             engine,
@@ -495,13 +495,13 @@ impl Run {
     ) -> Result<Advance, RunFailure> {
         let plan = Arc::clone(&self.plan);
         // With the slack of the schedule: a millionth of a step.
-        let until = (until / plan.physics().time_step() - 1e-6).ceil().max(0.0) as u64;
+        let until = (until / plan.physics().time_step - 1e-6).ceil().max(0.0) as u64;
         while self.ended.is_none() {
             if self.engine.steps() >= until {
                 return Ok(Advance::Reached);
             }
             let stopping = self.stopping();
-            let until = until.min(plan.physics().steps());
+            let until = until.min(plan.physics().steps);
             let is_kept = match next_long_step(&self.long_steps, self.engine.steps()) {
                 Some(long) if long.step == self.engine.steps() + 1 => {
                     self.make_long_step(long, stopping)?
@@ -571,7 +571,7 @@ impl Run {
         let before = step;
         let mut step = target;
         let mut due = self.schedule.due(step);
-        let planned_end = step == engine.physics().steps();
+        let planned_end = step == engine.physics().steps;
         let is_rest_due = step.is_multiple_of(rest_criterion::EVERY);
         // A step that may be the last one is observed for this case.
         let perhaps_rest = is_rest_due && self.rest.as_ref().is_some_and(Rest::is_near);

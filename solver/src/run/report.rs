@@ -253,7 +253,7 @@ pub(super) fn report(
             title: plan.outputs().title().to_owned(),
             steps: engine.steps(),
             time: engine.time(),
-            time_step: plan.physics().time_step(),
+            time_step: plan.physics().time_step,
             particles,
             contacts,
             wall_contacts: observation.map_or(0, |observation| observation.wall_contacts),
@@ -281,7 +281,7 @@ pub(super) fn report(
         ending: looped.ending,
         resumed_at: looped
             .resumed_at
-            .map(|step| step as f64 * plan.physics().time_step()),
+            .map(|step| step as f64 * plan.physics().time_step),
         budget: Budget::new(engine, written),
         files: Vec::new(),
         folder: options.folder.display().to_string(),
@@ -299,7 +299,7 @@ pub(super) fn report(
 
 /// Worn walls in numbers.
 fn wear(engine: &Engine) -> Vec<WearSummary> {
-    let walls = engine.physics().walls();
+    let walls = &engine.physics().walls;
     let worn = engine.wear().into_iter().flat_map(|wear| &wear.walls);
     worn.map(|worn| {
         let row = worn.row();

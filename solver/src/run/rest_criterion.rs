@@ -59,12 +59,12 @@ enum Awaited {
 
 impl Rest {
     pub(super) fn new(plan: &Plan) -> Self {
-        let gravity = plan.physics().gravity().length();
+        let gravity = plan.physics().gravity.length();
         let speed = plan.notes().step().reference_speed;
         Self {
             gravity,
             energy: 0.5 * speed * speed,
-            inertia: 1.0 / inverse_inertia_factor(plan.physics().dimensions()),
+            inertia: 1.0 / inverse_inertia_factor(plan.physics().dimensions),
             calm: 0,
             needed: STEPS / EVERY,
             spins: [0.0; 2],
@@ -83,7 +83,7 @@ impl Rest {
 
     /// Counts this check; returns whether everything is at rest now.
     pub(super) fn is_reached(&mut self, engine: &Engine) -> bool {
-        let dt = engine.physics().time_step();
+        let dt = engine.physics().time_step;
         self.look(&engine.particles, dt, |means| {
             awaited(engine, means).is_some()
         })
@@ -166,7 +166,7 @@ impl Rest {
     /// Why there is no rest at the end of a run that would have ended with it.
     pub(super) fn why_not(&self, engine: &Engine) -> String {
         let means = self.means(&engine.particles);
-        let walls = engine.physics().walls();
+        let walls = &engine.physics().walls;
         match awaited(engine, &means) {
             _ if means.limit.is_nan() => "there was no particle that can move".to_owned(),
             Some(Awaited::Insertion) => "more particles were still to come".to_owned(),

@@ -16,7 +16,7 @@ pub(super) fn reported(engine: &Engine) -> Vec<String> {
 /// on.
 pub(super) fn missed(engine: &Engine) -> Vec<String> {
     let physics = engine.physics();
-    let is_whole = engine.steps() >= physics.steps();
+    let is_whole = engine.steps() >= physics.steps;
     let missed = all(engine).filter(|(_, servo, met)| {
         let is_over = is_whole || engine.time() >= servo.until;
         is_over && met.means().is_some() && !met.is_near()
@@ -28,7 +28,7 @@ pub(super) fn missed(engine: &Engine) -> Vec<String> {
 
 /// Each servo that ever moves something, with the name of its wall and how well it followed.
 fn all(engine: &Engine) -> impl Iterator<Item = (String, &Servo, Followed)> {
-    let walls = engine.physics().walls().iter().zip(engine.walls());
+    let walls = engine.physics().walls.iter().zip(engine.walls());
     walls.flat_map(|(wall, now)| {
         let servos = wall.motion.all_servos().zip(&now.servos).enumerate();
         servos.map(|(number, (servo, state))| (name(wall, number), servo, state.followed))

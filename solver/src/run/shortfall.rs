@@ -17,8 +17,8 @@ pub(super) fn shortfalls(
     have_places: &[bool],
     time: f64,
 ) -> Vec<String> {
-    let pairs = plan.physics().insertions().iter().zip(&state.insertions);
-    let slack = 1e-6 * plan.physics().time_step();
+    let pairs = plan.physics().insertions.iter().zip(&state.insertions);
+    let slack = 1e-6 * plan.physics().time_step;
     pairs
         .zip(have_places)
         .filter_map(|((insertion, state), &has_place)| {

@@ -74,7 +74,7 @@ pub fn trial(plan: Plan, options: &RunOptions, limit: Duration) -> Result<Option
     let begun = Instant::now();
     let plan = Arc::new(plan);
     let (physics, files) = (plan.physics(), plan.outputs().files());
-    let mut schedule = Schedule::behind(files, physics.time_step(), 0);
+    let mut schedule = Schedule::behind(files, physics.time_step, 0);
     let long_steps = long_steps(&plan);
     let stage = &options.stage;
     stage.expect(expected_at(&long_steps, 0));
@@ -95,7 +95,7 @@ pub fn trial(plan: Plan, options: &RunOptions, limit: Duration) -> Result<Option
     let (mut particle_steps, mut cost) = (0, Cost::default());
     let is_stopped = || options.stop.load(Ordering::Relaxed);
     // Long insertions are no part of the cost, but of the time.
-    while stepping < limit && engine.steps() < physics.steps() && !is_stopped() {
+    while stepping < limit && engine.steps() < physics.steps && !is_stopped() {
         let step = engine.steps();
         let most = (AT_ONCE / engine.particles.len().max(1) as u64).clamp(1, 1000);
         let long = next_long_step(&long_steps, step);
@@ -103,13 +103,13 @@ pub fn trial(plan: Plan, options: &RunOptions, limit: Duration) -> Result<Option
         let before_long = long.map_or(u64::MAX, |long| long.step - 1);
         let until = match is_long {
             true => step + 1,
-            false => before_long.min(physics.steps()),
+            false => before_long.min(physics.steps),
         };
         let target = (step + most)
             .min(schedule.next_step())
             .clamp(step + 1, until);
         let due = schedule.due(target);
-        let is_last = target == physics.steps();
+        let is_last = target == physics.steps;
         let watch = (due.any() || is_last).then_some(Watch {
             records: due.needs_records(),
             audit: None,
@@ -152,7 +152,7 @@ pub fn trial(plan: Plan, options: &RunOptions, limit: Duration) -> Result<Option
         starting: starting.as_secs_f64(),
         stepping: spent,
         steps: engine.steps(),
-        of_steps: physics.steps(),
+        of_steps: physics.steps,
         particle_steps,
         seconds_per_particle_step: cost.per_work(),
         particles,
@@ -160,7 +160,7 @@ pub fn trial(plan: Plan, options: &RunOptions, limit: Duration) -> Result<Option
         particle_steps_ahead: ahead.particle_steps,
         particles_at_end: ahead.grains,
         threads: options.threads.max(1),
-        until_at_rest: physics.until_at_rest(),
+        until_at_rest: physics.until_at_rest,
         is_cut_short: is_stopped(),
     }))
 }

@@ -52,9 +52,9 @@ impl Case {
         let read = read_scene(&scene, &[]).unwrap();
         let planned = plan(&read).unwrap();
         let physics = planned.physics();
-        let expected = physics.particles().len().max(500) as f64;
+        let expected = physics.particles.len().max(500) as f64;
         let steps = (1.5e5 / expected).clamp(40.0, 1000.0);
-        let end = (steps * physics.time_step()).min(physics.steps() as f64 * physics.time_step());
+        let end = (steps * physics.time_step).min(physics.steps as f64 * physics.time_step);
         let mut settings = vec![
             format!("time.end={end:?}"),
             format!("output.interval={:?}", end / 7.3),
@@ -66,9 +66,9 @@ impl Case {
             format!("output.fstat_interval={:?}", end / 4.7),
         ];
         // Its sums go on, too; where they are not kept, forces and kicks are fused, which is to be seen as well.
-        let mut walls = physics.walls().iter();
+        let mut walls = physics.walls.iter();
         let has_servos = walls.any(|wall| wall.motion.all_servos().next().is_some());
-        if has_servos || !physics.insertions().is_empty() {
+        if has_servos || !physics.insertions.is_empty() {
             settings.push("output.energy_budget=true".to_owned());
         }
         for table in 0..read.fields.len() {
@@ -241,7 +241,7 @@ fn contacts_that_join_go_on_with_the_same_bytes() {
         audit: None,
     };
     let mut most = 0;
-    for _ in 0..planned.physics().steps() / 50 {
+    for _ in 0..planned.physics().steps / 50 {
         engine.steps_at_once(50, Some(watch)).unwrap();
         most = most.max(engine.observation().records.len());
     }

@@ -160,7 +160,7 @@ fn a_bed_goes_on_as_if_it_had_not_stopped() {
 
     // The start is the state that was left, velocities of the same time as the positions.
     let mut left = Engine::new(Arc::new(planned(path, "first.toml")), 1).unwrap();
-    while left.steps() < left.physics().steps() {
+    while left.steps() < left.physics().steps {
         left.step(None).unwrap();
     }
     left.complete_step().unwrap();
@@ -176,7 +176,7 @@ fn a_bed_goes_on_as_if_it_had_not_stopped() {
 
     must_run(path, &["second.toml"]);
     must_run(path, &["other.toml", "--threads", "2", "--fixed-threads"]);
-    for _ in 0..start.physics().steps() {
+    for _ in 0..start.physics().steps {
         left.step(None).unwrap();
     }
     let whole = &left.particles;

@@ -117,10 +117,10 @@ fn the_dispatching_loop_gives_the_bytes_of_every_compiled_one() {
             "interval = 0.01, energy_budget = true",
             "",
         );
-        let (_, name) = contact_loop(plan.physics().laws());
+        let (_, name) = contact_loop(&plan.physics().laws);
         assert!(name.ends_with("(compiled together)"), "{name}");
         let mut compiled = Engine::new(Arc::clone(&plan), 1).unwrap();
-        let contacts = (dispatching_loop(plan.physics().laws()), String::new());
+        let contacts = (dispatching_loop(&plan.physics().laws), String::new());
         let mut dispatching = Engine::start(
             Arc::clone(&plan),
             StartOptions::threads(2).contacts(contacts),
@@ -150,7 +150,7 @@ fn the_dispatching_loop_gives_the_bytes_of_every_compiled_one() {
 #[test]
 fn other_combinations_are_chosen_at_each_contact() {
     let plan = falling(&[HERTZ], 3, "interval = 0.01", "");
-    let (_, name) = contact_loop(plan.physics().laws());
+    let (_, name) = contact_loop(&plan.physics().laws);
     assert_eq!(
         name,
         "hertz, frictionless, no rolling (chosen at each contact)"

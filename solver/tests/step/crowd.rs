@@ -229,9 +229,9 @@ fn neither_looking_nor_threads_nor_a_restart_change_a_bit() {
     let present: f64 = single.particles.masses.iter().sum();
     let start: f64 = plan
         .physics()
-        .bodies()
+        .bodies
         .iter()
-        .map(|body| body.mass(plan.physics().clumps()))
+        .map(|body| body.mass(&plan.physics().clumps))
         .sum();
     let missing = start + inserted.mass - removed.mass - present;
     assert!(missing.abs() < 1e-12 * start, "{missing:e}");

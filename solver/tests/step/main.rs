@@ -433,7 +433,7 @@ fn lift(step: u64) -> f64 {
 }
 
 fn reshape_to(engine: &mut Engine, lift: f64) {
-    let Shape::Mesh(mesh) = &engine.physics().walls()[0].shape else {
+    let Shape::Mesh(mesh) = &engine.physics().walls[0].shape else {
         panic!("it is a mesh");
     };
     let places: Vec<DVec3> = mesh
@@ -485,7 +485,7 @@ fn a_mesh_that_is_reshaped_acts_like_one_that_moves() {
         assert!(one.distance(other) < 1e-10, "{id}: {one} {other}");
     }
     // The plan keeps its own sheet.
-    let Shape::Mesh(mesh) = &reshaped.physics().walls()[0].shape else {
+    let Shape::Mesh(mesh) = &reshaped.physics().walls[0].shape else {
         panic!("it is a mesh");
     };
     assert!(mesh.corners().iter().all(|x| x.z == 0.0));

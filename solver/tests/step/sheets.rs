@@ -8,9 +8,10 @@ use mercury_common::formats::clump::Pebble;
 use mercury_common::random::Stream;
 use mercury_common::scene::Files;
 
+use mercury_common::particle_properties::FILM_VOLUME;
 use mercury_engine::bodies::{Clump, NewBody};
 use mercury_engine::forces::{Observation, Partner, Watch};
-use mercury_engine::state::MaterialIndex;
+use mercury_engine::state::{MaterialIndex, StartValues};
 use mercury_engine::step::{Engine, Snapshot};
 use mercury_engine::surface::{Faces, SurfacePlan};
 use mercury_solver::plan::{Draft, NewParticle, Plan, parse_scene, plan};
@@ -77,7 +78,7 @@ impl Setup<'_> {
     /// The particles of further lines.
     fn scene_particles(&self) -> Vec<NewParticle> {
         let with = self.plan_of(|draft| draft.particles.drain(..2).for_each(drop));
-        with.physics().particles().to_vec()
+        with.physics().particles.to_vec()
     }
 
     fn plan(&self, particles: Vec<NewParticle>, surfaces: Vec<SurfacePlan>) -> Arc<Plan> {
@@ -421,9 +422,9 @@ fn plastic_and_wet_contacts_join() {
             draft.particles = vec![thrown];
             draft.surfaces = vec![sheet];
             if film > 0.0 {
-                draft.liquid = Some(mercury_engine::liquid::LiquidPlan {
-                    films: std::iter::once((0, film)).collect(),
-                    ..mercury_engine::liquid::LiquidPlan::default()
+                draft.start_values.push(StartValues {
+                    particles: vec![(0, film)],
+                    ..StartValues::new(&FILM_VOLUME)
                 });
             }
         });

@@ -7,8 +7,8 @@ use glam::{DVec3, dvec3};
 use mercury_common::scene::Files;
 use proptest::prelude::*;
 
+use mercury_common::particle_properties::FILM_VOLUME;
 use mercury_engine::spray::volume_of;
-use mercury_engine::state::FILM_VOLUME;
 use mercury_engine::step::{Engine, Snapshot, StartOptions};
 use mercury_solver::plan::{Plan, parse_scene, plan};
 
@@ -56,7 +56,7 @@ fn nozzle(pattern: &str, speed: &str, more: &str) -> String {
 const CONE: &str = r#"{ kind = "full-cone", half_angle_degrees = 20.0 }"#;
 
 fn films(engine: &Engine) -> Vec<f64> {
-    let films = engine.particles.columns.get(FILM_VOLUME).unwrap();
+    let films = engine.particles.columns.get(FILM_VOLUME.name).unwrap();
     let rows = engine.particles.rows_by_id();
     rows.iter().map(|&row| films[row as usize]).collect()
 }
@@ -340,7 +340,12 @@ fn liquid_with_mass_keeps_momentum_mass_and_energy() {
     let (after, size) = momentum(&engine);
     assert!(after.distance(before) < 1e-12 * size, "{after} {before}");
     // What each grain holds.
-    let mut held = engine.particles.columns.get(FILM_VOLUME).unwrap().to_vec();
+    let mut held = engine
+        .particles
+        .columns
+        .get(FILM_VOLUME.name)
+        .unwrap()
+        .to_vec();
     for bond in engine.bonds() {
         let mercury_engine::forces::Partner::Particle { row, .. } = bond.partner else {
             panic!("there are no walls");
@@ -505,5 +510,5 @@ fn flow_follows_its_table() {
             "{t}"
         );
     }
-    assert_eq!(DVec3::ZERO, engine.physics().gravity());
+    assert_eq!(DVec3::ZERO, engine.physics().gravity);
 }

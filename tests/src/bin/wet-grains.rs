@@ -6,8 +6,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Result, anyhow};
+use mercury_common::particle_properties::FILM_VOLUME;
 use mercury_engine::forces::Partner;
-use mercury_engine::state::FILM_VOLUME;
 use mercury_engine::step::{Engine, StartOptions};
 use mercury_pictures::charts::{Axis, Chart, ChartPage, Series};
 use mercury_solver::plan::{plan, read_scene};
@@ -43,7 +43,7 @@ fn started(scene: &str, changes: &[String]) -> Result<Engine> {
 }
 
 fn run_until(engine: &mut Engine, time: f64) -> Result<()> {
-    let steps = (time / engine.physics().time_step()).round() as u64;
+    let steps = (time / engine.physics().time_step).round() as u64;
     engine.steps_at_once(steps.saturating_sub(engine.steps()), None)?;
     Ok(())
 }
@@ -140,7 +140,7 @@ fn wetness(engine: &Engine) -> Vec<f64> {
     let films = engine
         .particles
         .columns
-        .get(FILM_VOLUME)
+        .get(FILM_VOLUME.name)
         .unwrap_or_default();
     let mut held = films.to_vec();
     for bond in engine.bonds() {

@@ -61,7 +61,7 @@ impl Ran {
     fn new(changes: &[&str]) -> Self {
         let changes: Vec<String> = changes.iter().map(|&change| change.to_owned()).collect();
         let plan = planned(&changes);
-        let steps = plan.physics().steps();
+        let steps = plan.physics().steps;
         let mut engine = start_planned(plan);
         engine
             .steps_at_once(steps, None)
@@ -110,7 +110,7 @@ impl Ran {
 fn own_sum(changes: &[&str], wall_velocity: impl Fn(DVec3, f64) -> DVec3) -> f64 {
     let changes: Vec<String> = changes.iter().map(|&change| change.to_owned()).collect();
     let plan = planned(&changes);
-    let (steps, dt) = (plan.physics().steps(), plan.physics().time_step());
+    let (steps, dt) = (plan.physics().steps, plan.physics().time_step);
     let mut engine = start_planned(plan);
     let mut sum = 0.0;
     for _ in 0..steps {

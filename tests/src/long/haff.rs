@@ -21,7 +21,7 @@ const LOOKS: u64 = 120;
 
 /// The course of a gas: time (s) and temperature, (2/3) of the kinetic energy per mass beyond that of the whole, m²/s².
 fn cool(plan: Plan) -> Result<Vec<[f64; 2]>> {
-    let steps = plan.physics().steps();
+    let steps = plan.physics().steps;
     let mut engine = start_planned(plan);
     let mut course = Vec::new();
     for _ in 0..LOOKS {

@@ -94,12 +94,12 @@ pub(super) fn tell(_runs: &std::path::Path) -> Result<Reported> {
     println!("janssen");
     let plan = small_scene("janssen", &[])?;
     let place = |name: &str| {
-        let walls = plan.physics().walls();
+        let walls = &plan.physics().walls;
         let place = walls.iter().position(|wall| wall.name == name);
         place.with_context(|| format!("no wall {name}"))
     };
     let walls = [place("tube")?, place("floor")?];
-    let (step, steps) = (plan.physics().time_step(), plan.physics().steps());
+    let (step, steps) = (plan.physics().time_step, plan.physics().steps);
     let mut engine = start_planned(plan);
     let begin = (FROM / step).round() as u64;
     let rest = (steps.checked_sub(begin)).context("the scene ends before the silo is looked at")?;

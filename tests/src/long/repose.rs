@@ -42,7 +42,7 @@ fn heap(friction: f64) -> Result<Heap> {
         "repose",
         &[format!("materials.grain.tangential.friction={friction:?}")],
     )?;
-    let (step, steps) = (plan.physics().time_step(), plan.physics().steps());
+    let (step, steps) = (plan.physics().time_step, plan.physics().steps);
     let mut engine = start_planned(plan);
     let last = (0.1 / step) as u64 / LOOKS;
     let before = steps.checked_sub(last * LOOKS);

@@ -108,7 +108,7 @@ pub(super) fn oblique_impact(data: &Data) -> Result<Comparison> {
 
 /// Puts the only particle where it will be at `place` (m), with `velocity` (m/s), after the drift of the next step.
 fn lead(engine: &mut Engine, place: DVec3, velocity: DVec3) {
-    let dt = engine.physics().time_step();
+    let dt = engine.physics().time_step;
     engine.particles.records[0].position = place - velocity * dt;
     engine.particles.prescribed[0].velocity = velocity.to_array().map(Some);
 }

@@ -119,8 +119,8 @@ pub(super) fn energies(engine: &Engine) -> EnergyRow {
             continue;
         }
         let inertia =
-            mass * record.radius * record.radius / inverse_inertia_factor(physics.dimensions());
-        row.gravitational -= mass * physics.gravity().dot(record.position);
+            mass * record.radius * record.radius / inverse_inertia_factor(physics.dimensions);
+        row.gravitational -= mass * physics.gravity.dot(record.position);
         row.translational_kinetic += 0.5 * mass * record.velocity.length_squared();
         row.rotational_kinetic += 0.5 * inertia * record.angular_velocity.length_squared();
         mass_sum += mass;

@@ -20,7 +20,7 @@ const MOMENTUM: &str = "opposite forces; velocities are rounded by ε/2 in each 
 
 pub(super) fn size_ratio(_: Length) -> Result<Found> {
     let mut stage = Stage::open("size-ratio", &[])?;
-    let steps = stage.engine.physics().steps();
+    let steps = stage.engine.physics().steps;
     let starts: Vec<DVec3> = (1..=200).map(|id| stage.particle(id).position).collect();
     let momentum = stage.momentum().0;
     stage.go(steps)?;
@@ -75,7 +75,7 @@ pub(super) fn size_ratio(_: Length) -> Result<Found> {
 
 pub(super) fn mass_ratio(_: Length) -> Result<Found> {
     let mut stage = Stage::open("mass-ratio-impact", &[])?;
-    let steps = stage.engine.physics().steps();
+    let steps = stage.engine.physics().steps;
     let momentum = stage.momentum().0;
     stage.go(steps)?;
     let [light, heavy] = [0, 1].map(|id| stage.particle(id).velocity.x);
@@ -113,7 +113,7 @@ pub(super) fn mass_ratio(_: Length) -> Result<Found> {
 
 pub(super) fn overlaps(_: Length) -> Result<Found> {
     let mut stage = Stage::open("overlaps", &[])?;
-    let steps = stage.engine.physics().steps();
+    let steps = stage.engine.physics().steps;
     stage.go(steps)?;
     let (stiffness, depth) = (1e4, 3e-4);
     let mass = 2500.0 * 4.0 / 3.0 * PI * 1e-9;
@@ -177,7 +177,7 @@ pub(super) fn overlaps(_: Length) -> Result<Found> {
 pub(super) fn grazing(_: Length) -> Result<Found> {
     const OVERLAPS: [f64; 7] = [1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-15, 0.0];
     let mut stage = Stage::open("grazing", &[])?;
-    let steps = stage.engine.physics().steps();
+    let steps = stage.engine.physics().steps;
     let dt = stage.time_step();
     stage.go(steps)?;
     let (stiffness, radius) = (1e4, 1e-3f64);

@@ -42,7 +42,7 @@ impl EnergyWalk {
     /// collision the energy m* v²/2 of the normal motion is distributed exponentially with mean kT.
     pub(super) fn of(stage: &Stage) -> Self {
         let physics = stage.engine.physics();
-        let size = physics.domain_max() - physics.domain_min();
+        let size = physics.domain_max - physics.domain_min;
         let volume = size.x * size.y * size.z;
         let grains: Vec<_> = stage.free().collect();
         let (mut solid, mut momentum, mut mass) = (0.0, DVec3::ZERO, 0.0);
@@ -65,12 +65,12 @@ impl EnergyWalk {
         for (k, (a, mass_a)) in grains.iter().enumerate() {
             for (b, mass_b) in &grains[..k] {
                 let effective = 1.0 / (1.0 / mass_a + 1.0 / mass_b);
-                let law = physics.laws().get(a.material.number(), b.material.number());
+                let law = physics.laws.get(a.material.number(), b.material.number());
                 let radius = 1.0 / (1.0 / a.radius + 1.0 / b.radius);
                 let Some(corner) = law.and_then(|law| Corner::of(&law.normal, radius)) else {
                     continue;
                 };
-                let (s, dt) = (corner.exponent, physics.time_step());
+                let (s, dt) = (corner.exponent, physics.time_step);
                 let reach = a.radius + b.radius;
                 let speed = (8.0 * temperature / (PI * effective)).sqrt();
                 let rate = PI * reach * reach * chi * speed / volume;

@@ -72,7 +72,7 @@ pub(super) fn one_point(length: Length) -> Result<Found> {
 
 pub(super) fn denormals(_: Length) -> Result<Found> {
     let mut stage = Stage::open("denormals", &[])?;
-    let steps = stage.engine.physics().steps();
+    let steps = stage.engine.physics().steps;
     stage.go(steps)?;
     // v t, each step rounded to a multiple of 5e-324.
     let way = 1e-310 * 1e-3;

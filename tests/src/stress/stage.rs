@@ -68,7 +68,7 @@ impl Stage {
     }
 
     pub(super) fn time_step(&self) -> f64 {
-        self.engine.physics().time_step()
+        self.engine.physics().time_step
     }
 
     pub(super) fn len(&self) -> usize {
@@ -84,7 +84,7 @@ impl Stage {
     }
 
     pub(super) fn energies(&self) -> Energies {
-        let inverse = inverse_inertia_factor(self.engine.physics().dimensions());
+        let inverse = inverse_inertia_factor(self.engine.physics().dimensions);
         let (mut kinetic, mut rotational) = (0.0, 0.0);
         for (record, mass) in self.free() {
             kinetic += 0.5 * mass * record.velocity.length_squared();

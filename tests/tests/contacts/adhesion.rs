@@ -433,9 +433,9 @@ struct BruteForce {
 impl BruteForce {
     fn step(&mut self, plan: &Plan, engine: &Engine, dt: f64) {
         let images = Images::new(
-            plan.physics().domain_min(),
-            plan.physics().domain_max(),
-            plan.physics().periodic(),
+            plan.physics().domain_min,
+            plan.physics().domain_max,
+            plan.physics().periodic,
         );
         let particles = &engine.particles;
         let count = particles.len();
@@ -461,7 +461,7 @@ impl BruteForce {
                     pairs.insert(key, bond);
                 }
             }
-            let size = plan.physics().domain_max();
+            let size = plan.physics().domain_max;
             let place = a.position;
             let heights = [place.y, size.y - place.y, place.z, size.z - place.z];
             for (wall, height) in heights.into_iter().enumerate() {
@@ -515,7 +515,7 @@ fn bonds_are_those_of_a_search_over_all_pairs() {
     let (mut across, mut at_walls, mut through) = (0, 0, 0);
     for _ in 0..1500 {
         engine.step(None).unwrap();
-        expected.step(&plan, &engine, plan.physics().time_step());
+        expected.step(&plan, &engine, plan.physics().time_step);
         expected.compare(&engine);
         across += expected.pairs.values().filter(|bond| !bond.1).count();
         at_walls += expected.walls.values().filter(|bond| !bond.1).count();
@@ -545,7 +545,7 @@ fn bonds_are_those_of_a_search_over_all_pairs() {
         .values()
         .map(|bond| bond.0)
         .fold(0.0, f64::max);
-    assert!(oldest > 500.0 * plan.physics().time_step(), "{oldest}");
+    assert!(oldest > 500.0 * plan.physics().time_step, "{oldest}");
 }
 
 #[test]
@@ -555,9 +555,9 @@ fn attraction_acts_between_all_that_are_within_its_range() {
     let mut engine =
         Engine::start(Arc::clone(&plan), StartOptions::threads(1).contacts(law)).unwrap();
     let images = Images::new(
-        plan.physics().domain_min(),
-        plan.physics().domain_max(),
-        plan.physics().periodic(),
+        plan.physics().domain_min,
+        plan.physics().domain_max,
+        plan.physics().periodic,
     );
     let watch = Some(Watch {
         records: true,
@@ -575,7 +575,7 @@ fn attraction_acts_between_all_that_are_within_its_range() {
                 offset.x -= images.size.x * (offset.x / images.size.x).round();
                 pairs += usize::from(offset.length() - a.radius - b.radius < STICKY.range);
             }
-            let (place, size) = (a.position, plan.physics().domain_max());
+            let (place, size) = (a.position, plan.physics().domain_max);
             for height in [place.y, size.y - place.y, place.z, size.z - place.z] {
                 walls += usize::from(height - a.radius < STICKY.range);
             }

@@ -777,7 +777,7 @@ fn of_a_damped_rolling_spring_in_closed_form() {
             let start = 0.5 * inertia * spin * spin;
             for part in [0.3, 1.0, 3.0] {
                 let time = part * std::f64::consts::TAU / frequency;
-                let steps = (time / engine.physics().time_step()).round() as u64;
+                let steps = (time / engine.physics().time_step).round() as u64;
                 let made = engine.steps();
                 advance(&mut engine, steps - made);
                 // a = (w0/w_d) exp(-zeta w t) sin(w_d t).

@@ -3,11 +3,11 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use mercury_common::particle_properties::FILM_VOLUME;
 use mercury_common::scene::Files;
 use mercury_engine::contact::adhesion::liquid::Liquid;
 use mercury_engine::contact::adhesion::young_laplace::Branch;
 use mercury_engine::liquid::film_thickness;
-use mercury_engine::state::FILM_VOLUME;
 use mercury_engine::step::{Engine, Snapshot, StartOptions};
 use mercury_solver::plan::{Plan, parse_scene, plan};
 use mercury_tests::scenes::observed_step;
@@ -24,7 +24,7 @@ fn start(text: &str, set: &[&str]) -> Engine {
 }
 
 fn liquid_of(engine: &Engine) -> Liquid {
-    let law = engine.physics().laws().get(0, 0).unwrap();
+    let law = engine.physics().laws.get(0, 0).unwrap();
     *law.adhesion.liquid().unwrap()
 }
 
@@ -102,7 +102,7 @@ fn the_force_over_the_gap_is_that_of_the_law_at_every_kind_of_wall() {
             assert_eq!(bonds.len(), 1, "{wall}");
             let bridge = bonds[0].bridge;
             assert_eq!(bridge.volume, 2e-11);
-            let films = engine.particles.columns.get(FILM_VOLUME).unwrap()[0];
+            let films = engine.particles.columns.get(FILM_VOLUME.name).unwrap()[0];
             assert_eq!(films, 5e-11 - 2e-11);
             let touch = liquid.force_at(&bridge, 0.0);
             let mut apart = 0;
@@ -130,7 +130,7 @@ fn the_force_over_the_gap_is_that_of_the_law_at_every_kind_of_wall() {
             assert!(apart > 100, "{apart}");
             assert!(engine.bonds().is_empty());
             // 5e-11 - 2e-11 + 2e-11, each rounded.
-            let film = engine.particles.columns.get(FILM_VOLUME).unwrap()[0];
+            let film = engine.particles.columns.get(FILM_VOLUME.name).unwrap()[0];
             assert!((film / 5e-11 - 1.0).abs() < 4e-16, "{film}");
         }
     }
@@ -283,7 +283,7 @@ fn a_film_takes_the_speed_that_theory_says() {
             (found - speed).abs() < tolerance,
             "{lubrication} {tension}: {found}, not {speed}"
         );
-        let films = engine.particles.columns.get(FILM_VOLUME).unwrap();
+        let films = engine.particles.columns.get(FILM_VOLUME.name).unwrap();
         for film in films {
             assert!((film - 5e-12).abs() < 1e-24, "{film}");
         }
@@ -313,7 +313,7 @@ fn a_collision_ends_as_in_mercurydpm() {
     let speed = 0.5 * parted(&mut engine);
     // Printed with ten digits.
     assert!((speed / 0.3393433766 - 1.0).abs() < 1e-9, "{speed}");
-    for film in engine.particles.columns.get(FILM_VOLUME).unwrap() {
+    for film in engine.particles.columns.get(FILM_VOLUME.name).unwrap() {
         assert!((film / 1.06e-9 - 1.0).abs() < 1e-14);
     }
 }
@@ -444,7 +444,7 @@ fn liquid_on_inserted_grains_is_counted_to_round_off() {
         assert!(balance.formed > 100 && balance.ruptured > 50, "{balance:?}");
         assert!(balance.left.value() > 0.0 && balance.deleted.value() > 0.0);
         // Pebbles of one body have films by their surfaces.
-        let films = engine.particles.columns.get(FILM_VOLUME).unwrap();
+        let films = engine.particles.columns.get(FILM_VOLUME.name).unwrap();
         assert!(films.iter().all(|film| *film >= 0.0));
     }
 }
@@ -465,7 +465,7 @@ fn an_inserted_body_has_its_film_on_all_pebbles() {
     while brought(&engine, 1) == 0 {
         engine.step(None).unwrap();
     }
-    let films = engine.particles.columns.get(FILM_VOLUME).unwrap();
+    let films = engine.particles.columns.get(FILM_VOLUME.name).unwrap();
     let bodies = engine.particles.bodies.as_ref().unwrap();
     let rows = (bodies.pebbles[bodies.all[0].pebbles()].iter()).map(|pebble| pebble.row.index());
     let rows: Vec<usize> = rows.collect();
@@ -545,7 +545,7 @@ fn bridges_form_where_films_meet() {
         engine
             .particles
             .columns
-            .get_mut(FILM_VOLUME)
+            .get_mut(FILM_VOLUME.name)
             .unwrap()
             .fill(4e-9);
         engine.step(None).unwrap();
@@ -705,7 +705,7 @@ fn a_wall_with_a_film_gives_and_keeps() {
                 "{wall}: {found} {expected}"
             );
         };
-        let film = |engine: &Engine| engine.particles.columns.get(FILM_VOLUME).unwrap()[0];
+        let film = |engine: &Engine| engine.particles.columns.get(FILM_VOLUME.name).unwrap()[0];
         close(engine.bonds()[0].bridge.volume, volume);
         let initial = 5e-11 + 2e-6 * area * pieces;
         let row = engine.liquid().unwrap();
@@ -762,7 +762,7 @@ fn liquid_evaporates_by_its_surface() {
     for _ in 0..steps {
         engine.step(None).unwrap();
     }
-    let film = engine.particles.columns.get(FILM_VOLUME).unwrap()[0];
+    let film = engine.particles.columns.get(FILM_VOLUME.name).unwrap()[0];
     let gone = before - film_thickness(film, 1e-3);
     let expected = rate * engine.time();
     assert!(expected < 0.05 * before);

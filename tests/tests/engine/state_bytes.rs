@@ -177,10 +177,7 @@ fn a_state_of_another_plan_is_refused_in_words() {
     assert!(reason.contains("walls, the plan"), "{reason}");
     // The same walls, and laws that remember nothing.
     let mut draft = scene("bench/dense-2k").draft();
-    draft.laws = scene("bench/dense-20k-frictionless")
-        .physics()
-        .laws()
-        .clone();
+    draft.laws = scene("bench/dense-20k-frictionless").physics().laws.clone();
     let reason = refused(&state, Arc::new(draft.plan().unwrap()));
     assert!(reason.contains("remember"), "{reason}");
 }
@@ -292,7 +289,7 @@ fn a_wall_that_changes_its_shape_is_felt_and_is_part_of_the_state() {
     let scene = mercury_common::scene::parse_scene(&scenes.join("lift.toml"), &text, &[], files)
         .expect("the scene is whole");
     let plan = plan(&scene).expect("the scene can be planned");
-    let corners = match &plan.physics().walls()[0].shape {
+    let corners = match &plan.physics().walls[0].shape {
         Shape::Mesh(mesh) => mesh.corners().to_vec(),
         _ => panic!("the plate is a mesh"),
     };

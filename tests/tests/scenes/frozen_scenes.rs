@@ -125,12 +125,12 @@ fn good_scenes_run_to_their_end() {
             plan.notes().warnings()
         );
         assert!(
-            plan.physics().steps() <= 500,
+            plan.physics().steps <= 500,
             "{name}: {} steps are many",
-            plan.physics().steps()
+            plan.physics().steps
         );
-        let inserts = !plan.physics().insertions().is_empty();
-        let deletes = !plan.physics().deletions().is_empty();
+        let inserts = !plan.physics().insertions.is_empty();
+        let deletes = !plan.physics().deletions.is_empty();
         let target = tempfile::tempdir().expect("a folder for the run");
         folder::prepare(
             target.path(),

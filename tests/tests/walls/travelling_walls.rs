@@ -424,7 +424,7 @@ fn velocities_that_are_reported_go_back_by_periods_with_the_wall() {
     for _ in 0..30 {
         advance(&mut engine, 200);
         let time = engine.time();
-        let planned = &engine.physics().walls()[0];
+        let planned = &engine.physics().walls[0];
         let state = engine.walls()[0].state_at(planned, time);
         let periods = (MIDDLE.x + speed * time - state.reference.x) / PERIOD;
         assert!((periods - periods.round()).abs() < 1e-9, "{periods}");

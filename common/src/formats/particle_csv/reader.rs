@@ -8,10 +8,14 @@ use glam::DVec3;
 use strsim::levenshtein;
 
 use super::cells::{Cell, Cells, detect_separator};
-use super::{CLUMP, COLUMNS, ClumpCells, IGNORED, MATERIAL, ParticleRow, RADIUS, REQUIRED};
+use super::{
+    CLUMP, COLUMNS, ClumpCells, IGNORED, MATERIAL, Named, ParticleRow, RADIUS, REQUIRED, all_names,
+};
 use crate::error::FormatError;
 use crate::formats::lines::{LineReader, shorten};
 use crate::formats::number::parse_number;
+use crate::particle_properties::PARTICLE_PROPERTIES;
+use crate::scene::Range;
 
 /// Reads all rows of a particle table.
 ///
@@ -33,8 +37,8 @@ pub fn parse_particle_csv(path: &Path, text: &str) -> Result<Vec<ParticleRow>, F
 ///
 /// # Errors
 /// If the file cannot be read or is not text; if a column is unknown, missing or named twice; if a line has another
-/// number of cells than the header; if a cell is not a finite number; if a radius or scale is not positive, a film
-/// volume is negative, or an orientation is of length 0.
+/// number of cells than the header; if a cell is not a finite number; if a radius or scale is not positive, a property
+/// is out of its range, or an orientation is of length 0.
 pub struct ParticleTableReader<R> {
     lines: LineReader<R>,
     header: Header,
@@ -64,7 +68,7 @@ impl<R: BufRead> ParticleTableReader<R> {
             return Err(
                 FormatError::of_file(path, "the table is empty").with_help(format!(
                     "the first line must name the columns, for example x,y,z,radius (all: {})",
-                    COLUMNS.join(",")
+                    all_names().join(",")
                 )),
             );
         }
@@ -150,8 +154,8 @@ impl<'a> Line<'a> {
 /// What the columns of the table are.
 struct Header {
     separator: u8,
-    /// For each cell of a line the index of its name in [`COLUMNS`]; `None` for a column that is not read.
-    columns: Vec<Option<usize>>,
+    /// What each cell of a line is; `None` for a column that is not read.
+    columns: Vec<Option<Named>>,
     /// The names.
     names: Vec<String>,
     /// Line of the header, for messages.
@@ -182,7 +186,7 @@ impl Header {
         }
         let mut columns = Vec::with_capacity(cells.len());
         for cell in &cells {
-            let column = COLUMNS.iter().position(|name| *name == cell.text);
+            let column = Named::of(cell.text);
             if column.is_none() && !IGNORED.contains(&cell.text) {
                 return Err(unknown_column(line, *cell));
             }
@@ -195,7 +199,7 @@ impl Header {
             }
             columns.push(column);
         }
-        let has = |column: usize| columns.contains(&Some(column));
+        let has = |column: usize| columns.contains(&Some(Named::Fixed(column)));
         // A table of clumps alone needs no radii.
         let needed = (0..REQUIRED).filter(|&column| column != RADIUS || !has(CLUMP));
         if let Some(missing) = needed.into_iter().find(|&column| !has(column)) {
@@ -239,13 +243,16 @@ impl Header {
 
     fn cells_of(&self, line: Line<'_>) -> Result<ParticleRow, FormatError> {
         let mut found = [None; COLUMNS.len()];
+        let mut properties = Vec::new();
         let mut cells = Cells::new(line.text, self.separator);
         for &column in &self.columns {
             let Some(cell) = cells.next() else {
                 return Err(self.wrong_count(line));
             };
-            if let Some(column) = column {
-                found[column] = Some(cell);
+            match column {
+                Some(Named::Fixed(column)) => found[column] = Some(cell),
+                Some(Named::Property(place)) => properties.push((place, cell)),
+                None => {}
             }
         }
         if cells.next().is_some() {
@@ -273,6 +280,21 @@ impl Header {
                 values[column] = number(line, cell, column)?;
             }
         }
+        // In the order of the table, whatever that of the header.
+        properties.sort_unstable_by_key(|(place, _)| *place);
+        let property = |(place, cell): (usize, Cell<'_>)| {
+            let property = &PARTICLE_PROPERTIES[place];
+            let range = property.given.map_or(Range::Any, |given| given.range);
+            let value = finite(line, cell, property.name)?;
+            if range.holds(value) {
+                return Ok((property, value));
+            }
+            let expected = format!("a number {} ({})", range.text(), property.unit_of_frames());
+            Err(line.error(cell.start, found_in(cell, property.name), expected))
+        };
+        let properties = properties.into_iter().map(property);
+        let mut properties = properties.collect::<Result<Vec<_>, FormatError>>()?;
+        properties.retain(|(property, value)| property.differs(*value));
         if clump.is_none() && found[RADIUS].is_none() {
             return Err(line
                 .error(0, "a sphere without a radius", "a column radius")
@@ -305,7 +327,7 @@ impl Header {
             material: text(MATERIAL),
             velocity: vector(5),
             angular_velocity: vector(8),
-            film_volume: values[11],
+            properties,
             line: line.number,
         })
     }
@@ -335,7 +357,24 @@ impl Header {
 
 fn number(line: Line<'_>, cell: Cell<'_>, column: usize) -> Result<f64, FormatError> {
     let name = COLUMNS[column];
-    let found = || format!("\"{}\" in column {name}", shorten(cell.text));
+    let value = finite(line, cell, name)?;
+    let found = || found_in(cell, name);
+    match name {
+        "radius" if value <= 0.0 => Err(line
+            .error(cell.start, found(), "a radius above 0")
+            .with_help("radii are in m; remove the particle if it should not be there")),
+        "scale" if value <= 0.0 => Err(line.error(cell.start, found(), "a factor above 0")),
+        _ => Ok(value),
+    }
+}
+
+fn found_in(cell: Cell<'_>, name: &str) -> String {
+    format!("\"{}\" in column {name}", shorten(cell.text))
+}
+
+/// The number of a cell in the column of this name.
+fn finite(line: Line<'_>, cell: Cell<'_>, name: &str) -> Result<f64, FormatError> {
+    let found = || found_in(cell, name);
     let Some(value) = parse_number(cell.text) else {
         let error = line.error(cell.start, found(), "a number");
         return Err(if cell.text.is_empty() {
@@ -349,16 +388,7 @@ fn number(line: Line<'_>, cell: Cell<'_>, column: usize) -> Result<f64, FormatEr
     if !value.is_finite() {
         return Err(line.error(cell.start, found(), "a finite number"));
     }
-    match name {
-        "radius" if value <= 0.0 => Err(line
-            .error(cell.start, found(), "a radius above 0")
-            .with_help("radii are in m; remove the particle if it should not be there")),
-        "scale" if value <= 0.0 => Err(line.error(cell.start, found(), "a factor above 0")),
-        "film_volume" if value < 0.0 => {
-            Err(line.error(cell.start, found(), "a volume of at least 0 (m^3)"))
-        }
-        _ => Ok(value),
-    }
+    Ok(value)
 }
 
 fn unknown_column(line: Line<'_>, cell: Cell<'_>) -> FormatError {
@@ -367,7 +397,7 @@ fn unknown_column(line: Line<'_>, cell: Cell<'_>) -> FormatError {
         format!("unknown column \"{}\"", shorten(cell.text)),
         format!(
             "one of {}; not read, but no mistake: {}",
-            COLUMNS.join(", "),
+            all_names().join(", "),
             IGNORED.join(", ")
         ),
     );
@@ -385,9 +415,9 @@ fn unknown_column(line: Line<'_>, cell: Cell<'_>) -> FormatError {
         "omega_x" | "omegax" => Some("wx"),
         "omega_y" | "omegay" => Some("wy"),
         "omega_z" | "omegaz" => Some("wz"),
-        _ => COLUMNS
-            .iter()
-            .map(|name| (levenshtein(&start, name), *name))
+        _ => all_names()
+            .into_iter()
+            .map(|name| (levenshtein(&start, name), name))
             .min()
             .filter(|(distance, name)| *distance <= name.len() / 2)
             .map(|(_, name)| name),

@@ -5,6 +5,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::error::FormatError;
 use crate::formats::number::NumberStyle;
+use crate::particle_properties::FILM_VOLUME;
 use crate::reference_data::shared;
 
 fn read(text: &str) -> Result<Vec<ParticleRow>, FormatError> {
@@ -26,7 +27,7 @@ fn columns_in_any_order_with_any_separator() {
         material: Some("glass".into()),
         velocity: DVec3::new(0.0, -4.0, 0.0),
         angular_velocity: DVec3::new(0.0, 0.0, 5.0),
-        film_volume: 1e-12,
+        properties: vec![(&FILM_VOLUME, 1e-12)],
         line: 4,
     };
     let table = "# a comment, with comma\n\nradius,z,film_volume,y,x,vy,wz,material\n0.5,3,1e-12,2,1,-4,5,glass\n  # end\n\n";
@@ -55,7 +56,8 @@ fn optional_columns_default_to_zero() {
         (row.velocity, row.angular_velocity),
         (DVec3::ZERO, DVec3::ZERO)
     );
-    assert_eq!((row.film_volume, &row.material, row.line), (0.0, &None, 2));
+    assert_eq!((&row.properties, &row.material), (&vec![], &None));
+    assert_eq!(row.line, 2);
     let row = &read("x,y,z,radius,material\n1,2,3,4,\n").unwrap()[0];
     assert_eq!(row.material, None);
     assert!(read("x,y,z,radius\n").unwrap().is_empty());
@@ -318,11 +320,12 @@ prop_compose! {
     fn any_particle()(
         x in [finite(), finite(), finite()], v in [finite(), finite(), finite()],
         w in [finite(), finite(), finite()], radius in 5e-324..1e300,
-        material in prop::option::of("[a-z#;\u{e4}][a-z, ;#\u{e4}]{0,5}[a-z]"), film_volume in prop_oneof![Just(0.0), 0.0..1.0],
+        material in prop::option::of("[a-z#;\u{e4}][a-z, ;#\u{e4}]{0,5}[a-z]"), film_volume in prop_oneof![Just(0.0), 0.0..1.0_f64],
     ) -> ParticleRow {
         ParticleRow {
             position: DVec3::from_array(x), clump: None, radius, material, velocity: DVec3::from_array(v),
-            angular_velocity: DVec3::from_array(w), film_volume, line: 0,
+            angular_velocity: DVec3::from_array(w), line: 0,
+            properties: (film_volume != 0.0).then_some((&FILM_VOLUME, film_volume)).into_iter().collect(),
         }
     }
 }

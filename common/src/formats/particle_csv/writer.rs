@@ -5,6 +5,7 @@ use std::path::Path;
 use super::{CLUMP, COLUMNS, MATERIAL, ParticleRow};
 use crate::error::FormatError;
 use crate::formats::number::{NumberStyle, push_number};
+use crate::particle_properties::ParticleProperty;
 
 /// Writes a particle table that reads back exactly (but for [`ParticleRow::line`]).
 ///
@@ -21,7 +22,7 @@ pub fn write_particle_csv(
     crate::formats::write_bytes(path, &out)
 }
 
-/// Appends a table. The columns material and film_volume are left out if no particle uses them.
+/// Appends a table. The columns material and those of properties are left out if no particle uses them.
 ///
 /// # Errors
 /// A message if there is a clump among them, or the name of a material is empty or has a quote, a line end, or blanks at its ends: such a name would not
@@ -32,18 +33,27 @@ pub fn push_particle_csv(
     out: &mut Vec<u8>,
 ) -> Result<(), String> {
     let with_material = particles.iter().any(|particle| particle.material.is_some());
-    let with_film = particles
-        .iter()
-        .any(|particle| particle.film_volume.to_bits() != 0);
     let used = |index: usize| match COLUMNS[index] {
         "material" => with_material,
-        "film_volume" => with_film,
         // It writes spheres only.
         _ => index < CLUMP,
     };
     let columns: Vec<usize> = (0..COLUMNS.len()).filter(|&index| used(index)).collect();
 
-    let names: Vec<&str> = columns.iter().map(|&index| COLUMNS[index]).collect();
+    let value = |particle: &ParticleRow, property: &ParticleProperty| {
+        let mut given = particle.properties.iter();
+        let found = given.find(|(known, _)| known.name == property.name);
+        found.map_or(property.default, |(_, value)| *value)
+    };
+    let is_used = |property: &&ParticleProperty| {
+        let mut particles = particles.iter();
+        particles.any(|particle| property.differs(value(particle, property)))
+    };
+    let properties: Vec<_> = ParticleProperty::given().filter(is_used).collect();
+    let names = columns.iter().map(|&index| COLUMNS[index]);
+    let names: Vec<&str> = names
+        .chain(properties.iter().map(|property| property.name))
+        .collect();
     out.extend_from_slice(names.join(",").as_bytes());
     out.push(b'\n');
     out.reserve(particles.len() * 200);
@@ -68,7 +78,6 @@ pub fn push_particle_csv(
             w.x,
             w.y,
             w.z,
-            particle.film_volume,
         ];
         for (place, &index) in columns.iter().enumerate() {
             if place > 0 {
@@ -84,6 +93,10 @@ pub fn push_particle_csv(
                 };
                 push_number(out, values[index], style);
             }
+        }
+        for property in &properties {
+            out.push(b',');
+            push_number(out, value(particle, property), style);
         }
         out.push(b'\n');
     }

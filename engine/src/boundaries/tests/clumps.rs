@@ -40,7 +40,7 @@ fn filled(total: Total) -> Still {
     feed.mixture.push(Ingredient {
         clump: None,
         share: 0.25,
-        film_volume: 0.0,
+        properties: Vec::new(),
         ..feed.mixture[0].clone()
     });
     feed.velocity_spread = DVec3::ONE;
@@ -68,7 +68,7 @@ fn bodies_overlap_neither_each_other_nor_walls_nor_images() {
             assert!(nearest.length() >= a.radius + b.radius, "{row} {other}");
         }
         let mut touches = Touches::new();
-        let column = &still.physics.walls()[0].shape;
+        let column = &still.physics.walls[0].shape;
         for shift in [DVec3::ZERO, DVec3::X, -DVec3::X, DVec3::Y, -DVec3::Y] {
             column.touches(a.position + shift, a.radius, &mut touches);
             assert!(touches.is_empty(), "row {row} lies in the column");

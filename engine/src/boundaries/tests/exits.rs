@@ -48,14 +48,14 @@ fn check_every_step(plan: Inputs, steps: u32) -> Engine {
         for record in &engine.particles.records {
             let position = record.position;
             let inside = images.wrap(position);
-            for deletion in plan.physics.deletions() {
+            for deletion in &plan.physics.deletions {
                 assert!(
                     !deletion.region.contains(inside),
                     "step {step}: {position} is in {}",
                     deletion.name
                 );
             }
-            for axis in (0..3).filter(|&axis| !plan.physics.periodic()[axis]) {
+            for axis in (0..3).filter(|&axis| !plan.physics.periodic[axis]) {
                 assert!((0.0..=1.0).contains(&position[axis]), "step {step}");
             }
         }
@@ -63,7 +63,7 @@ fn check_every_step(plan: Inputs, steps: u32) -> Engine {
             engine.boundaries().inserted().number,
             engine.boundaries().removed().number,
         );
-        let start = plan.physics.particles().len() as u64;
+        let start = plan.physics.particles.len() as u64;
         assert_eq!(engine.particles.len() as u64, start + came - left);
     }
     engine

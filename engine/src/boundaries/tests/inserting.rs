@@ -30,14 +30,14 @@ impl Still {
     pub(super) fn new(draft: Inputs) -> Self {
         let physics = draft.physics().unwrap();
         let mut particles = Particles::new(false);
-        for new in physics.particles() {
-            let (record, mass, prescribed) = new.build(physics.materials(), physics.dimensions());
+        for new in &physics.particles {
+            let (record, mass, prescribed) = new.build(&physics.materials, physics.dimensions);
             particles.push(record, mass, prescribed);
         }
         let images = physics.images();
-        let (insertions, deletions) = (physics.insertions(), physics.deletions());
+        let (insertions, deletions) = (&physics.insertions, &physics.deletions);
         Self {
-            walls: WallNow::all(physics.walls(), physics.time_step(), &images),
+            walls: WallNow::all(&physics.walls, physics.time_step, &images),
             images,
             boundaries: Boundaries::new(insertions, deletions, &[], &physics.setting()),
             particles,
@@ -48,7 +48,7 @@ impl Still {
     pub(super) fn exchange(&mut self, time: f64) -> bool {
         self.boundaries.exchange(
             &mut self.particles,
-            self.physics.insertions(),
+            &self.physics.insertions,
             &self.physics.setting(),
             &self.images,
             &self.walls,
@@ -171,8 +171,8 @@ fn rates_are_kept_at_every_step() {
             assert_eq!(still.inserted().number, expected, "at {time} s");
         }
         assert_eq!(still.limit(), Limit::Time);
-        let requested = still.physics.insertions()[0].requested(1.0).unwrap().1;
-        let quantity_per_second = still.physics.insertions()[0].requested(1.1).unwrap().1;
+        let requested = still.physics.insertions[0].requested(1.0).unwrap().1;
+        let quantity_per_second = still.physics.insertions[0].requested(1.1).unwrap().1;
         assert_eq!(requested, quantity_per_second, "nothing more after the end");
     }
 }
@@ -267,7 +267,7 @@ fn mixtures_follow_their_shares_by_number() {
         clump: None,
         sizes: monodisperse(0.02),
         share: 3.0,
-        film_volume: 0.0,
+        properties: Vec::new(),
     });
     plan.insertions = vec![feed];
     let mut still = Still::new(plan);
@@ -427,7 +427,7 @@ fn goes_on_from_its_state_with_the_same_numbers() {
         if step % 37 == 0 {
             let state = stopped.boundaries.state();
             let physics = &stopped.physics;
-            let (insertions, deletions) = (physics.insertions(), physics.deletions());
+            let (insertions, deletions) = (&physics.insertions, &physics.deletions);
             stopped.boundaries = Boundaries::new(insertions, deletions, &[], &physics.setting());
             stopped
                 .boundaries
@@ -512,7 +512,7 @@ proptest! {
         prop_assert!(deepest_overlap(&still) <= 0.0, "{}", deepest_overlap(&still));
         let mut touches = Touches::new();
         for record in &still.particles.records[1..] {
-            for wall in still.physics.walls() {
+            for wall in &still.physics.walls {
                 wall.shape.touches(record.position, record.radius, &mut touches);
                 prop_assert!(touches.is_empty());
             }
@@ -540,7 +540,7 @@ fn by_quota(total: Total) -> Inputs {
         clump: None,
         sizes: uniform(0.01, 0.03),
         share: 2.0,
-        film_volume: 0.0,
+        properties: Vec::new(),
     });
     plan.insertions = vec![feed];
     plan
@@ -548,7 +548,7 @@ fn by_quota(total: Total) -> Inputs {
 
 /// Largest distance of the cumulative numbers of a material's particles, and how many there are.
 fn distance_of(still: &Still, material: usize) -> (f64, usize) {
-    let sizes = &still.physics.insertions()[0].mixture[material].sizes;
+    let sizes = &still.physics.insertions[0].mixture[material].sizes;
     let mut diameters: Vec<f64> = (still.particles.records.iter())
         .filter(|record| record.material.index() == material)
         .map(|record| 2.0 * record.radius)
@@ -594,7 +594,7 @@ fn a_quota_knows_the_ingredients_of_its_places() {
         clump: None,
         sizes,
         share: 0.0,
-        film_volume: 0.0,
+        properties: Vec::new(),
     };
     let mixture = &mut draft.insertions[0].mixture;
     mixture.insert(1, nothing(uniform(0.3, 0.4)));

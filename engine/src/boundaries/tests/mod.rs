@@ -68,7 +68,7 @@ fn insertion(region: Region, sizes: SizeDistribution, total: Total) -> Insertion
             clump: None,
             sizes,
             share: 1.0,
-            film_volume: 0.0,
+            properties: Vec::new(),
         }],
         by_quota: false,
         total: Some(total),

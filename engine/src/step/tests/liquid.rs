@@ -18,9 +18,10 @@ use crate::liquid::{BridgesForm, LiquidPlan};
 use crate::physics::Inputs;
 use crate::physics::Setup;
 use crate::state::NewParticle;
-use crate::state::{FILM_VOLUME, MaterialIndex};
+use crate::state::{MaterialIndex, StartValues};
 use crate::step::{Engine, Snapshot, StartOptions};
 use crate::walls::{Motion, Plane, Shape, Wall, WallFilmPlan};
+use mercury_common::particle_properties::FILM_VOLUME;
 
 /// A unit of volume, m^3: bridges of a few of them are short beside the radius.
 const UNIT: f64 = 1e-18;
@@ -57,9 +58,9 @@ fn row(law: AnyPairLaw, places: &[f64], films: &[f64]) -> Inputs {
     draft.particles = (places.iter())
         .map(|&x| NewParticle::at(DVec3::X * x, RADIUS, MaterialIndex::new(0)))
         .collect();
-    draft.liquid = Some(LiquidPlan {
-        films: films.iter().map(|film| film * UNIT).enumerate().collect(),
-        ..LiquidPlan::default()
+    draft.start_values.push(StartValues {
+        particles: films.iter().map(|film| film * UNIT).enumerate().collect(),
+        ..StartValues::new(&FILM_VOLUME)
     });
     draft
 }
@@ -111,7 +112,7 @@ fn rows(engine: &Engine) -> Vec<usize> {
 
 /// Films by id, in units.
 fn films(engine: &Engine) -> Vec<f64> {
-    let films = engine.particles.columns.get(FILM_VOLUME).unwrap();
+    let films = engine.particles.columns.get(FILM_VOLUME.name).unwrap();
     rows(engine).iter().map(|&row| films[row] / UNIT).collect()
 }
 
@@ -185,7 +186,7 @@ fn a_dry_touch_stays_dry() {
     let apart = 2.0 * RADIUS + TOUCH;
     let mut engine = start(row(law(liquid(2.5, 0.0, 1.0)), &[0.0, apart], &[0.0, 0.0]));
     assert!(bridges(&engine).is_empty());
-    engine.particles.columns.get_mut(FILM_VOLUME).unwrap()[0] = UNIT;
+    engine.particles.columns.get_mut(FILM_VOLUME.name).unwrap()[0] = UNIT;
     for _ in 0..3 {
         engine.step(None).unwrap();
         assert!(bridges(&engine).is_empty(), "liquid came after the touch");
@@ -331,7 +332,10 @@ fn cloud(
             }
         }
     }
-    plan.films = films;
+    draft.start_values.push(StartValues {
+        particles: films,
+        ..StartValues::new(&FILM_VOLUME)
+    });
     draft.liquid = Some(plan);
     draft.setup().unwrap()
 }
@@ -340,7 +344,7 @@ fn check_volumes(engine: &Engine, largest: f64) {
     let row = engine.liquid().unwrap();
     let total = row.balance.initial;
     assert!(row.error.abs() <= 2e-14 * total, "{} of {total}", row.error);
-    let films = engine.particles.columns.get(FILM_VOLUME).unwrap();
+    let films = engine.particles.columns.get(FILM_VOLUME.name).unwrap();
     assert!(films.iter().all(|&film| film >= 0.0));
     for bond in engine.bonds() {
         assert!(bond.bridge.volume > 0.0 && bond.bridge.volume <= largest);

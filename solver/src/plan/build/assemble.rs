@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use mercury_common::particle_properties::FILM_VOLUME;
 use mercury_common::scene::{ClumpMass, ClumpsAs, Scene, SceneErrors, Switches, stem};
 
 use super::laws::Laws;
@@ -9,7 +10,6 @@ use super::{Findings, Parts};
 use crate::plan::closing;
 use crate::plan::doubtful::{Doubt, doubts};
 use crate::plan::meshes;
-use crate::plan::particles::StartingParticles;
 use crate::plan::start_from_run::{Earlier, Here, carried};
 use crate::plan::time_step::{StepPlan, steps};
 use crate::plan::wall_films::wall_films;
@@ -20,6 +20,7 @@ use mercury_engine::contact::registry::LawTable;
 use mercury_engine::liquid::{LiquidPlan, Weight};
 use mercury_engine::physics::{Guard, Inputs};
 use mercury_engine::spray::SprayPlan;
+use mercury_engine::state::StartValues;
 use mercury_engine::walls::Wall;
 
 /// What the stages before have found.
@@ -52,7 +53,7 @@ pub(super) fn assemble(
         dimensions,
         walls,
         clumps,
-        mut start,
+        start,
         insertions,
         sprays,
         regions,
@@ -107,7 +108,7 @@ pub(super) fn assemble(
         &laws,
         sprays.as_ref(),
         &insertions,
-        &mut start,
+        &start.values,
         time_step,
     );
     let inputs = Inputs {
@@ -148,6 +149,8 @@ pub(super) fn assemble(
         clumps,
         bodies: start.bodies,
         carried: carried.map(Arc::new),
+        properties: Vec::new(),
+        start_values: start.values,
         insertions,
         deletions,
         orientations: scene.output.switches.data
@@ -203,27 +206,25 @@ pub(super) fn assemble(
     Ok(plan)
 }
 
-/// Films, bridges and droplets; `None` in scenes without liquid. It takes the films of the start.
+/// Films, bridges and droplets; `None` in scenes without liquid. `start`: values of properties of the start.
 fn liquid(
     scene: &Scene,
     walls: &[Wall],
     laws: &LawTable,
     sprays: Option<&SprayPlan>,
     insertions: &[InsertionPlan],
-    start: &mut StartingParticles,
+    start: &[StartValues],
     time_step: f64,
 ) -> Option<LiquidPlan> {
     let wall_films = wall_films(scene, walls);
     let has_liquid = !wall_films.is_empty()
         || laws.has_liquid()
         || sprays.is_some()
-        || !start.films.is_empty()
-        || !start.films_of_bodies.is_empty()
+        || start.iter().any(|values| *values.property == FILM_VOLUME)
         || (insertions.iter().flat_map(|insertion| &insertion.mixture))
-            .any(|part| part.film_volume > 0.0);
+            .flat_map(|part| &part.properties)
+            .any(|(property, _)| **property == FILM_VOLUME);
     has_liquid.then(|| LiquidPlan {
-        films: std::mem::take(&mut start.films),
-        films_of_bodies: std::mem::take(&mut start.films_of_bodies),
         neighbours: scene.liquid.neighbours,
         bridges_form: scene.liquid.bridges_form,
         evaporation: *scene.liquid.evaporation,

@@ -7,10 +7,10 @@ use mercury_engine::walls::Shape;
 /// A warning for each insertion and wall.
 pub(super) fn walls_that_close_over_insertions(plan: &Plan) -> Vec<Doubt> {
     let physics = plan.physics();
-    let insertions = physics.insertions().iter();
+    let insertions = physics.insertions.iter();
     let pairs = insertions.flat_map(|insertion| {
         let walls = insertion.closing.iter();
-        walls.map(move |&wall| (insertion, &physics.walls()[wall]))
+        walls.map(move |&wall| (insertion, &physics.walls[wall]))
     });
     pairs
         .map(|(insertion, wall)| {

@@ -10,7 +10,7 @@ use mercury_engine::walls::{Component, Shape, Wall};
 
 /// A warning for each such wall.
 pub(super) fn servos_that_lift_off(plan: &Plan) -> Vec<Doubt> {
-    let walls = plan.physics().walls().iter();
+    let walls = plan.physics().walls.iter();
     let found = walls.filter_map(|wall| is_driven_away(plan, wall));
     found.map(Doubt::Warning).collect()
 }

@@ -12,7 +12,7 @@ use mercury_engine::wear::{WearPlan, Worn};
 
 /// Warnings for each wall that wears.
 pub(super) fn wear_without_effect_or_too_fast(plan: &Plan) -> Vec<Doubt> {
-    let walls = plan.physics().wear().iter();
+    let walls = plan.physics().wear.iter();
     let found = walls.flat_map(|wear| of_wear(plan, wear));
     found.map(Doubt::Warning).collect()
 }
@@ -20,12 +20,11 @@ pub(super) fn wear_without_effect_or_too_fast(plan: &Plan) -> Vec<Doubt> {
 /// A wall that nothing can wear, or that is worn faster than its surface can follow.
 fn of_wear(plan: &Plan, wear: &WearPlan) -> Vec<String> {
     let physics = plan.physics();
-    let wall = &physics.walls()[wear.wall];
+    let wall = &physics.walls[wear.wall];
     let name = &wall.name;
-    let end = physics.steps() as f64 * physics.time_step();
-    let is_empty = physics.particles().is_empty()
-        && physics.bodies().is_empty()
-        && physics.insertions().is_empty();
+    let end = physics.steps as f64 * physics.time_step;
+    let is_empty =
+        physics.particles.is_empty() && physics.bodies.is_empty() && physics.insertions.is_empty();
     let reason = if is_empty {
         Some("the scene has no particles")
     } else if wall.from >= end || wall.until <= 0.0 {
@@ -62,27 +61,24 @@ fn of_wear(plan: &Plan, wear: &WearPlan) -> Vec<String> {
 fn can_reach(plan: &Plan, wall: &Wall) -> bool {
     let physics = plan.physics();
     let moves = |velocity: DVec3, spin: DVec3| velocity != DVec3::ZERO || spin != DVec3::ZERO;
-    physics.gravity() != DVec3::ZERO
+    physics.gravity != DVec3::ZERO
         || !wall.motion.is_static()
-        || physics
-            .walls()
-            .iter()
-            .any(|other| !other.motion.is_static())
-        || !physics.insertions().is_empty()
-        || (physics.particles().iter()).any(|new| moves(new.velocity, new.angular_velocity))
-        || (physics.bodies().iter()).any(|new| moves(new.velocity, new.angular_velocity))
+        || physics.walls.iter().any(|other| !other.motion.is_static())
+        || !physics.insertions.is_empty()
+        || (physics.particles.iter()).any(|new| moves(new.velocity, new.angular_velocity))
+        || (physics.bodies.iter()).any(|new| moves(new.velocity, new.angular_velocity))
 }
 
 /// The volume that one contact may wear in one step, m^3: the largest particle with its weight, at the reference speed of the time step.
 fn largest_volume(plan: &Plan, wear: &WearPlan) -> f64 {
     let physics = plan.physics();
-    let densities = physics.materials().iter().map(|material| material.density);
+    let densities = physics.materials.iter().map(|material| material.density);
     let density = densities.fold(0.0, f64::max);
     let radius = physics.largest_radius();
-    let mass = density * volume(radius, physics.dimensions());
+    let mass = density * volume(radius, physics.dimensions);
     let speed = plan.notes().step().reference_speed;
-    let load = mass * physics.gravity().length();
-    let way = speed * physics.time_step();
+    let load = mass * physics.gravity.length();
+    let way = speed * physics.time_step;
     // At the angle at which Finnie's law wears most, 17 degrees.
     let impact = Impact {
         mass,

@@ -15,30 +15,25 @@ const PACKED: [f64; 2] = [0.64, 0.84];
 /// The particles that an insertion brings at most: limited by its total, its rate and the space.
 #[must_use]
 pub(in crate::plan) fn expected_inserted(insertion: &InsertionPlan, plan: &Plan) -> f64 {
-    let densities: Vec<f64> = plan
-        .physics()
-        .materials()
-        .iter()
-        .map(|m| m.density)
-        .collect();
+    let densities: Vec<f64> = plan.physics().materials.iter().map(|m| m.density).collect();
     let of_total = |total| {
         let only = InsertionPlan {
             total: Some(total),
             ..insertion.clone()
         };
-        expected_number(&only, &densities, plan.physics().dimensions()).unwrap_or(f64::INFINITY)
+        expected_number(&only, &densities, plan.physics().dimensions).unwrap_or(f64::INFINITY)
     };
     let [placed, packed] =
-        [PLACED, PACKED].map(|part| part[usize::from(plan.physics().dimensions() == 2)]);
-    let (min, max) = (plan.physics().domain_min(), plan.physics().domain_max());
-    let space = |low: DVec3, high: DVec3| match plan.physics().dimensions() {
+        [PLACED, PACKED].map(|part| part[usize::from(plan.physics().dimensions == 2)]);
+    let (min, max) = (plan.physics().domain_min, plan.physics().domain_max);
+    let space = |low: DVec3, high: DVec3| match plan.physics().dimensions {
         2 => (high - low).truncate().max(DVec2::ZERO).element_product(),
         _ => (high - low).max(DVec3::ZERO).element_product(),
     };
     let by_total = match insertion.total {
         Some(Total::Full) => {
             let (low, high) = insertion.region.bounds();
-            let space = match plan.physics().dimensions() {
+            let space = match plan.physics().dimensions {
                 2 => space(low.max(min), high.min(max)),
                 _ => volume_within(&insertion.region, min, max),
             };
@@ -49,7 +44,7 @@ pub(in crate::plan) fn expected_inserted(insertion: &InsertionPlan, plan: &Plan)
     };
     let end = insertion
         .until
-        .min(plan.physics().steps() as f64 * plan.physics().time_step());
+        .min(plan.physics().steps as f64 * plan.physics().time_step);
     let by_rate = match &insertion.rate {
         _ if end < insertion.from => 0.0,
         None => f64::INFINITY,
@@ -70,7 +65,7 @@ pub(in crate::plan) fn grains_per_unit(
     quantity: Quantity,
     physics: &Physics,
 ) -> f64 {
-    let materials = physics.materials().iter();
+    let materials = physics.materials.iter();
     let densities: Vec<f64> = materials.map(|material| material.density).collect();
     let unit = InsertionPlan {
         total: Some(match quantity {
@@ -80,5 +75,5 @@ pub(in crate::plan) fn grains_per_unit(
         }),
         ..insertion.clone()
     };
-    expected_number(&unit, &densities, physics.dimensions()).unwrap_or(0.0)
+    expected_number(&unit, &densities, physics.dimensions).unwrap_or(0.0)
 }

@@ -108,7 +108,7 @@ fn plan_one(
             clump,
             sizes,
             share: component.share / per_particle,
-            film_volume: *component.film_volume,
+            properties: component.properties.clone(),
         });
     }
     let sum: f64 = mixture.iter().map(|ingredient| ingredient.share).sum();

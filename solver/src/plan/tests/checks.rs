@@ -21,7 +21,7 @@ fn particles_outside_the_domain_are_named() {
     // along a periodic axis there is no outside
     let text = format!("{HEAD}{scene}");
     let plan = planned_with(&text, &["domain.periodic=[\"z\"]"]).expect("plans");
-    assert_eq!(plan.physics().particles()[1].position.z, -0.5);
+    assert_eq!(plan.physics().particles[1].position.z, -0.5);
 }
 
 /// A sphere of 1 mm at 1e12 m: neighbouring numbers lie 0.1 mm apart there, and the energy of a contact came out 190 times too large.
@@ -62,7 +62,7 @@ fn rows_of_tables_are_named_by_their_lines() {
         plan(&scene)
     };
     let good = table("x,y,z,radius\n0,0,0,0.1\n0.5,0,0,0.1\n").expect("plans");
-    assert_eq!(good.physics().particles().len(), 2);
+    assert_eq!(good.physics().particles.len(), 2);
     let path = folder.path().join("beads.csv").display().to_string();
     for (content, message) in [
         (
@@ -150,7 +150,7 @@ fn many_particles_are_checked() {
     let lattice = "[[particles]]\nmaterial = \"ball\"\nradius = 0.01\nlattice = { min = [-0.98, -0.98, -0.98], max = [0.98, 0.98, 0.98], spacing = 0.042 }\n";
     // All pairs would take minutes.
     let plan = planned(&(BALL.to_owned() + lattice));
-    assert_eq!(plan.physics().particles().len(), 47usize.pow(3));
+    assert_eq!(plan.physics().particles.len(), 47usize.pow(3));
 }
 
 #[test]
@@ -179,7 +179,7 @@ fn two_dimensions_are_flat() {
     let text = format!("{HEAD}{flat}");
     let plan =
         planned_with(&text, &["domain.dimensions=2"]).unwrap_or_else(|errors| panic!("{errors}"));
-    assert_eq!(plan.physics().dimensions(), 2);
+    assert_eq!(plan.physics().dimensions, 2);
     // pi R^2 rho, m* = m/2
     let mass = std::f64::consts::PI * 0.01 * 1.909_859_317_102_744;
     let (k, gamma): (f64, f64) = (12496.02677090382, 17.83374719693662);
@@ -243,10 +243,10 @@ fn fixed_particles_have_no_velocity() {
         );
     let plan = planned(&moved);
     assert_eq!(
-        plan.physics().particles()[2].prescribed_motion().velocity,
+        plan.physics().particles[2].prescribed_motion().velocity,
         [Some(0.5), None, None]
     );
-    assert_eq!(plan.physics().particles()[2].velocity.x, 0.5);
+    assert_eq!(plan.physics().particles[2].velocity.x, 0.5);
 }
 
 #[test]
@@ -258,9 +258,9 @@ fn lattices_have_both_ends_and_frozen_jitter() {
         )
     };
     let still = planned_with(&scene(0.0), &[]).expect("plans");
-    assert_eq!(still.physics().particles().len(), 6);
+    assert_eq!(still.physics().particles.len(), 6);
     assert_eq!(
-        still.physics().particles()[1].position,
+        still.physics().particles[1].position,
         glam::DVec3::new(0.1, 0.0, 0.3)
     );
     let (a, b) = (
@@ -268,19 +268,14 @@ fn lattices_have_both_ends_and_frozen_jitter() {
         planned_with(&scene(0.01), &[]),
     );
     let (a, b) = (a.expect("plans"), b.expect("plans"));
-    assert_eq!(a.physics().particles(), b.physics().particles());
-    for (moved, site) in a
-        .physics()
-        .particles()
-        .iter()
-        .zip(still.physics().particles())
-    {
+    assert_eq!(&a.physics().particles, &b.physics().particles);
+    for (moved, site) in a.physics().particles.iter().zip(&still.physics().particles) {
         let shift = moved.position - site.position;
         assert!(shift.x != 0.0 && shift.y != 0.0 && shift.z == 0.0);
         assert!(shift.abs().max_element() <= 0.01);
     }
     let other = planned_with(&scene(0.01), &["seed=6"]).expect("plans");
-    assert_ne!(a.physics().particles(), other.physics().particles());
+    assert_ne!(&a.physics().particles, &other.physics().particles);
 }
 
 #[test]

@@ -30,7 +30,7 @@ fn scene(mesh: bool, output: &str, scale: f64, motion: &str) -> (tempfile::TempD
 fn notes(scale: f64, motion: &str) -> (Vec<String>, usize) {
     let (_folder, text) = scene(true, "", scale, motion);
     let plan = planned_with(&text, &[]).unwrap_or_else(|errors| panic!("{errors}"));
-    let Shape::Mesh(mesh) = &plan.physics().walls()[0].shape else {
+    let Shape::Mesh(mesh) = &plan.physics().walls[0].shape else {
         panic!("a mesh")
     };
     let about_floor = |note: &&String| note.starts_with("walls.floor");
@@ -184,7 +184,7 @@ fn a_cylinder_of_a_period_goes_on_and_says_so() {
         let said =
             "walls.pipe: the cylinder spans the periodic axis y and goes on for ever along it";
         let is_said = plan.notes().remarks().iter().any(|note| note == said);
-        let (low, high) = plan.physics().walls()[0].shape.bounds();
+        let (low, high) = plan.physics().walls[0].shape.bounds();
         assert_eq!(is_said, !(high - low).is_finite(), "{axis} {along}");
         is_said
     };

@@ -70,7 +70,7 @@ fn elastic_moduli_mix_exactly() {
     close(number(&plan, ab, "tangential.friction"), 0.375, 1e-15);
     // the single particle of a meets no other of its kind
     assert_eq!(plan.notes().pairs().len(), 1);
-    assert!(plan.physics().laws().get(0, 0).is_none() && plan.physics().laws().get(1, 0).is_some());
+    assert!(plan.physics().laws.get(0, 0).is_none() && plan.physics().laws.get(1, 0).is_some());
 }
 
 /// Where one material states k_t and the other k_t/k_n, the ratio is of that one's own normal stiffness, not of the pair's or of the other's.
@@ -169,7 +169,7 @@ fn linear_setters_give_the_collision_they_promise() {
                 1e-12,
             );
         }
-        let Some(law) = plan.physics().laws().get(0, 0) else {
+        let Some(law) = plan.physics().laws.get(0, 0) else {
             panic!()
         };
         let AnyNormal::Linear(law) = law.normal else {
@@ -341,7 +341,7 @@ fn rolling_takes_the_stiffness_of_the_contact_or_requests_one() {
         ],
     )
     .unwrap_or_else(|errors| panic!("{errors}"));
-    let Some(law) = plan.physics().laws().get(0, 1) else {
+    let Some(law) = plan.physics().laws.get(0, 1) else {
         panic!()
     };
     let AnyRolling::Luding(luding) = law.rolling else {
@@ -357,7 +357,7 @@ fn rolling_takes_the_stiffness_of_the_contact_or_requests_one() {
     // without friction the tangential law stays for its stiffness
     let entry = "[[contacts]]\nbetween = [\"a\", \"b\"]\ntangential = { friction = 0.0 }\n";
     let plan = planned(&pair(&rough, &rough, entry));
-    let Some(law) = plan.physics().laws().get(0, 1) else {
+    let Some(law) = plan.physics().laws.get(0, 1) else {
         panic!()
     };
     let AnyTangential::Linear(linear) = law.tangential else {
@@ -380,7 +380,7 @@ fn mindlin_conventions_arrive_and_always_project() {
         ],
     )
     .unwrap_or_else(|errors| panic!("{errors}"));
-    let Some(law) = plan.physics().laws().get(0, 1) else {
+    let Some(law) = plan.physics().laws.get(0, 1) else {
         panic!()
     };
     let AnyTangential::MindlinRescaled(mindlin) = law.tangential else {
@@ -401,9 +401,9 @@ fn a_smooth_material_makes_the_contact_smooth() {
         tangential = { law = \"linear\", stiffness = 2e3, friction = 0.5 }";
     let smooth = "normal = { law = \"linear\", stiffness = 1e4, dissipation = 0.0 }";
     let plan = planned(&pair(rough, smooth, ""));
-    let Some(law) = plan.physics().laws().get(0, 1) else {
+    let Some(law) = plan.physics().laws.get(0, 1) else {
         panic!()
     };
     assert_eq!(law.tangential, AnyTangential::None);
-    assert!(!plan.physics().laws().turns());
+    assert!(!plan.physics().laws.turns());
 }

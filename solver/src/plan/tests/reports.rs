@@ -22,7 +22,7 @@ const SCENE: &str = "title = \"Rain\"\ngravity = [0, 0, -9.81]\n\
 #[test]
 fn mixtures_by_mass_become_shares_of_number() {
     let plan = planned_with(SCENE, &[]).unwrap_or_else(|errors| panic!("{errors}"));
-    let insertion = &plan.physics().insertions()[0];
+    let insertion = &plan.physics().insertions[0];
     // Masses per particle 2500 (2 mm)^3 : 10000 (1 mm)^3 = 2 : 1, so half the mass each is 1 : 2 particles.
     close(insertion.mixture[0].share, 1.0 / 3.0, 1e-12);
     close(insertion.mixture[1].share, 2.0 / 3.0, 1e-12);
@@ -31,12 +31,12 @@ fn mixtures_by_mass_become_shares_of_number() {
     // by volume 8 : 1
     let plan = planned_with(SCENE, &["insertions.rain.share_by=volume"]).expect("plans");
     close(
-        plan.physics().insertions()[0].mixture[0].share,
+        plan.physics().insertions[0].mixture[0].share,
         1.0 / 9.0,
         1e-12,
     );
     let plan = planned_with(SCENE, &["insertions.rain.share_by=number"]).expect("plans");
-    close(plan.physics().insertions()[0].mixture[0].share, 0.5, 1e-12);
+    close(plan.physics().insertions[0].mixture[0].share, 0.5, 1e-12);
     assert_eq!(
         (
             plan.physics().smallest_radius(),
@@ -67,7 +67,7 @@ fn the_report_says_what_is_done_and_what_is_skipped() {
             "no line {line:?} in\n{text}"
         );
     }
-    assert!(!plan.physics().orientations());
+    assert!(!plan.physics().orientations);
     // Done and skipped together are all.
     let (done, skipped): (Vec<_>, Vec<_>) =
         passes(&plan).into_iter().partition(|pass| pass.is_done);

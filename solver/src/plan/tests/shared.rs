@@ -34,7 +34,7 @@ fn scenes_of_this_version_have_a_plan() {
         "data/bench/mesh-drum-6k.toml",
     ] {
         let plan = plan_of(&folder, name).unwrap_or_else(|e| panic!("{name}\n{e}"));
-        assert!(plan.physics().steps() > 0);
+        assert!(plan.physics().steps > 0);
         assert!(plan.notes().step().critical.is_some(), "{name}");
         assert!(!super::super::report(&plan, &crate::run::memory(&plan), None).is_empty());
     }

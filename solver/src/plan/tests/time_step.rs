@@ -28,8 +28,8 @@ fn linear_auto_is_a_fiftieth_of_the_collision_that_divides_the_interval() {
     // Case T1: t_c = 0.02 s, so 4e-4 s; 0.1 s holds 250 of them.
     let plan = planned(&(BALL.to_owned() + &two("ball", 0.5)));
     close(contact_time(&plan), 0.02, 1e-12);
-    close(plan.physics().time_step(), 4e-4, 1e-12);
-    assert_eq!(plan.physics().steps(), 2500);
+    close(plan.physics().time_step, 4e-4, 1e-12);
+    assert_eq!(plan.physics().steps, 2500);
     assert_eq!(
         plan.notes().step().reason,
         "1/50 of the shortest contact, 0.02 s (ball-ball, particles), rounded down to 1/250 of output.interval"
@@ -37,7 +37,7 @@ fn linear_auto_is_a_fiftieth_of_the_collision_that_divides_the_interval() {
     // 0.0999 s holds 249.75: rounded down to 0.0999/250.
     let text = format!("{HEAD}{BALL}{}", two("ball", 0.5));
     let plan = planned_with(&text, &["output.interval=0.0999"]).expect("plans");
-    close(plan.physics().time_step(), 0.0999 / 250.0, 1e-14);
+    close(plan.physics().time_step, 0.0999 / 250.0, 1e-14);
 }
 
 #[test]
@@ -57,7 +57,7 @@ fn walls_and_fixed_partners_count_with_the_whole_mass() {
         single.notes().step().contact.as_ref().expect("walls").of,
         "ball-ball, at a wall"
     );
-    assert_eq!(single.physics().walls().len(), 6);
+    assert_eq!(single.physics().walls.len(), 6);
     let held = particle("ball", 0.5, [0.52, 0.0, 0.0], "fixed = true");
     let held = planned(&(free + &particle("ball", 0.5, [-0.49, 0.0, 0.0], "") + &held));
     close(
@@ -192,7 +192,7 @@ fn stiff_dashpots_shorten_the_automatic_step() {
     let expected = 4.0 / (rate + (rate * rate + 4.0 * 12496.02677090382 / 0.5).sqrt());
     close(critical(&plan).0, expected, 1e-12);
     let parts = (0.1 / (expected / 5.0)).ceil();
-    close(plan.physics().time_step(), 0.1 / parts, 1e-14);
+    close(plan.physics().time_step, 0.1 / parts, 1e-14);
     assert!(
         plan.notes()
             .step()
@@ -342,10 +342,10 @@ proptest! {
         // The step: at most a fiftieth, at least the next part of the interval, and a part of it.
         for plan in [&unit, &other] {
             let wanted = contact_time(plan) / 50.0;
-            let parts = (0.1 / plan.physics().time_step()).round();
-            prop_assert!(plan.physics().time_step() <= wanted * (1.0 + 1e-8));
+            let parts = (0.1 / plan.physics().time_step).round();
+            prop_assert!(plan.physics().time_step <= wanted * (1.0 + 1e-8));
             prop_assert!(parts == 1.0 || 0.1 / (parts - 1.0) > wanted);
-            prop_assert!((plan.physics().time_step() * parts - 0.1).abs() < 1e-15);
+            prop_assert!((plan.physics().time_step * parts - 0.1).abs() < 1e-15);
         }
     }
 }
@@ -357,7 +357,7 @@ fn a_short_interval_decides_the_step_and_is_named() {
     // The contact allows 4e-4 s.
     for (interval, is_warned) in [("3e-4", false), ("2.1e-4", false), ("1e-4", true)] {
         let plan = planned_with(&text, &[&format!("output.interval={interval}")]).expect("plans");
-        close(plan.physics().time_step(), interval.parse().unwrap(), 1e-12);
+        close(plan.physics().time_step, interval.parse().unwrap(), 1e-12);
         let reason = &plan.notes().step().reason;
         assert!(
             reason.starts_with("output.interval, which is shorter than 1/50"),

@@ -85,14 +85,14 @@ fn what_a_part_takes_stands_by_its_name_in_the_budget() {
     let losses = engine.audit().losses;
     let stage = Arc::default();
     let writer = Writer::start(place.path(), &plan, (&columns, &losses), None, &stage).unwrap();
-    let mut schedule = Schedule::behind(plan.outputs().files(), plan.physics().time_step(), 0);
+    let mut schedule = Schedule::behind(plan.outputs().files(), plan.physics().time_step, 0);
     let at_start = Exchanged::by_now(&engine);
     assert!(writer.send(FrameCopy::take(
         &mut engine,
         schedule.everything(),
         &at_start
     )));
-    for step in 1..=plan.physics().steps() {
+    for step in 1..=plan.physics().steps {
         let due = schedule.due(step);
         engine.step(due.any().then(Watch::default)).unwrap();
         if due.any() {

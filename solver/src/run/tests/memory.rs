@@ -69,9 +69,8 @@ fn a_sketch_needs_the_memory_of_the_whole() {
     ] {
         let scene = scene(&body);
         let (whole, sketch) = (plan(&scene).unwrap(), sketch(&scene).unwrap());
-        let made = |plan: &crate::plan::Plan| {
-            plan.physics().particles().len() + plan.physics().bodies().len()
-        };
+        let made =
+            |plan: &crate::plan::Plan| plan.physics().particles.len() + plan.physics().bodies.len();
         assert!(made(&whole) > 60 && made(&sketch) <= 5);
         assert_eq!(memory(&sketch), memory(&whole));
         assert_eq!(whole.notes().counted().left_out, Default::default());

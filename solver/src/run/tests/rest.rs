@@ -14,12 +14,12 @@ fn particles(plan: Draft) -> Particles {
     let plan = plan.plan().unwrap();
     let physics = plan.physics();
     let mut particles = Particles::new(false);
-    for new in physics.particles() {
-        let (record, mass, prescribed) = new.build(physics.materials(), physics.dimensions());
+    for new in &physics.particles {
+        let (record, mass, prescribed) = new.build(&physics.materials, physics.dimensions);
         particles.push(record, mass, prescribed);
     }
-    for new in physics.bodies() {
-        new.add_to(&mut particles, physics.clumps());
+    for new in &physics.bodies {
+        new.add_to(&mut particles, &physics.clumps);
     }
     particles
 }
