@@ -1,7 +1,6 @@
 //! The engine of a discrete particle simulation: contact laws, neighbour lists, walls and the time step.
 //!
-//! The modules, each of which may use those below it: [`step`], [`physics`], [`boundaries`], [`bodies`], [`spray`], [`liquid`], [`wear`],
-//! [`membrane`], [`forces`], [`surface`], [`walls`], [`neighbours`], [`contact`], [`state`], [`lanes`], [`memory`], [`stage`].
+//! The table of modules is in `ARCHITECTURE.md`; each may use those below it.
 //! An [`Engine`](step::Engine) starts from a [`Setup`](physics::Setup) and makes steps; it knows nothing of scenes, plans and files.
 
 #![warn(clippy::disallowed_methods)]

@@ -201,3 +201,48 @@ fn spread(amount: f64, rows: &[usize], records: &[Particle], values: &mut [f64])
         values[first] += rest;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use mercury_common::particle_properties::FILM_VOLUME;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::state::{Material, MaterialIndex, NewParticle};
+
+    proptest! {
+        /// Of an amount the sum is kept to round-off, and no share is negative; of other numbers each row has the value.
+        #[test]
+        fn values_of_a_grain_of_several_rows(
+            radii in prop::collection::vec(1e-4..1e-2_f64, 1..20),
+            value in 0.0..1e-9_f64,
+        ) {
+            let temperature = ParticleProperty {
+                name: "temperature",
+                default: 293.15,
+                of_clump: OfClump::Mean,
+                ..FILM_VOLUME
+            };
+            let mut particles = Particles::default();
+            let material = Material { name: "m".to_owned(), density: 1.0 };
+            for &radius in &radii {
+                let new = NewParticle::at(glam::DVec3::ZERO, radius, MaterialIndex::new(0));
+                let (record, mass, _) = new.build(std::slice::from_ref(&material), 3);
+                particles.push(record, mass, None);
+            }
+            particles.begin(&FILM_VOLUME, None);
+            particles.begin(&temperature, None);
+            let rows: Vec<usize> = (1..radii.len()).collect();
+            particles.give(&FILM_VOLUME, &rows, value);
+            particles.give(&temperature, &rows, value);
+            let films = particles.columns.get(FILM_VOLUME.name).unwrap();
+            let sum: f64 = films.iter().sum();
+            let expected = if rows.is_empty() { 0.0 } else { value };
+            prop_assert!((sum - expected).abs() <= 20.0 * f64::EPSILON * value);
+            prop_assert!(films.iter().all(|&film| film >= 0.0) && films[0] == 0.0);
+            let temperatures = particles.columns.get("temperature").unwrap();
+            prop_assert_eq!(temperatures[0], 293.15);
+            prop_assert!(temperatures[1..].iter().all(|&given| given == value));
+        }
+    }
+}

@@ -1,37 +1,8 @@
-//! The modules of the engine and of the solver, and that none uses a module above it.
+//! The modules of the engine and of the solver, and that none uses a module above it: the table of `ARCHITECTURE.md`.
 
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
-
-/// From the top to the bottom: each module may use those below it, never those above (`ARCHITECTURE.md`).
-const MODULES: &[&str] = &[
-    "main",
-    "command",
-    "starters",
-    "study",
-    "run",
-    "results",
-    "output",
-    "plan",
-    "step",
-    "physics",
-    "boundaries",
-    "bodies",
-    "spray",
-    "liquid",
-    "wear",
-    "membrane",
-    "forces",
-    "surface",
-    "walls",
-    "neighbours",
-    "contact",
-    "state",
-    "lanes",
-    "memory",
-    "stage",
-];
 
 /// The part of the step that a feature is, beside the rest of the feature (`wear/part.rs`): it belongs to this module.
 const PARTS: (&str, &str) = ("part", "step");
@@ -42,6 +13,12 @@ const OWED: &[(&str, &str)] = &[];
 #[test]
 fn no_module_uses_a_module_above_it() {
     let solver = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let modules = modules(&fs::read_to_string(solver.join("../ARCHITECTURE.md")).unwrap());
+    assert!(
+        modules.len() > 20,
+        "the table of ARCHITECTURE.md was read as {modules:?}"
+    );
+    let place = |module: &str| modules.iter().position(|known| known == module);
     let mut wrong = String::new();
     let mut owed = Vec::new();
     for folder in ["../engine/src", "src"] {
@@ -60,7 +37,7 @@ fn no_module_uses_a_module_above_it() {
             let Some(height) = place(module) else {
                 let _ = writeln!(
                     wrong,
-                    "{folder}/{}: `{module}` is not in this test's list of modules: put it into MODULES, above all modules that it uses",
+                    "{folder}/{}: `{module}` is not in the table of modules of ARCHITECTURE.md: it belongs above all modules that it uses",
                     inside.display()
                 );
                 continue;
@@ -90,12 +67,27 @@ fn no_module_uses_a_module_above_it() {
         wrong.is_empty(),
         "{wrong}An arrow is turned by passing the lower module a value (a number, a slice, a struct of its own) instead of what \
         the upper module knows, or by moving the shared type down. The order of the modules: {}",
-        MODULES.join(" > ")
+        modules.join(" > ")
     );
 }
 
-fn place(module: &str) -> Option<usize> {
-    MODULES.iter().position(|known| *known == module)
+/// The names in the first column of the table, from the top to the bottom.
+fn modules(page: &str) -> Vec<String> {
+    let table = page
+        .split("\n## ")
+        .find(|section| section.starts_with("The modules"));
+    let rows = table
+        .unwrap()
+        .lines()
+        .filter_map(|line| line.strip_prefix("| "));
+    let cells = rows.filter_map(|row| row.split(" | ").next());
+    let names = cells.flat_map(|cell| cell.split('`').skip(1).step_by(2));
+    let names = names.map(|name| {
+        name.trim_end_matches(".rs")
+            .trim_end_matches('/')
+            .to_owned()
+    });
+    names.collect()
 }
 
 /// All Rust files below a folder but those of tests.

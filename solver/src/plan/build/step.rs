@@ -8,8 +8,8 @@ use super::{Findings, Parts};
 use crate::plan::membranes;
 use crate::plan::pair::PairPlan;
 use crate::plan::time_step::{
-    Limits, REFUSED_PART, StepPlan, WARNED_PART, automatic, automatic_part, bearable_step, limits,
-    steps,
+    Limit, Limits, REFUSED_PART, StepPlan, WARNED_PART, automatic, automatic_part, bearable_step,
+    limits, steps,
 };
 use crate::plan::usage::MaterialUse;
 use mercury_engine::contact::mixing::elastic_constants;
@@ -83,6 +83,14 @@ fn reference_speed(scene: &Scene, parts: &Parts) -> (f64, String) {
     (speed, reason.to_owned())
 }
 
+/// Critical steps of what acts beside the contacts, each with the way out if the step is too long. A force with one of its own has
+/// a line here.
+fn beside_contacts(parts: &Parts) -> impl Iterator<Item = (Limit, &'static str)> {
+    let of_sheets = parts.sheets.critical();
+    let all = [of_sheets.map(|limit| (limit, "soften the sheet, or coarsen its mesh"))];
+    all.into_iter().flatten()
+}
+
 /// The time step (s) and its reasons.
 pub(super) fn plan_step(
     scene: &Scene,
@@ -98,7 +106,8 @@ pub(super) fn plan_step(
         dimensions,
         ..
     } = parts;
-    let sheet = parts.sheets.critical();
+    let shortest = |one: &(Limit, _), other: &(Limit, _)| one.0.time.total_cmp(&other.0.time);
+    let beside = beside_contacts(parts).min_by(shortest);
     let (speed, speed_reason) = reference_speed(scene, parts);
     let Limits {
         contact,
@@ -111,11 +120,11 @@ pub(super) fn plan_step(
         TimeStep::Seconds(_) => contact.as_ref().zip(critical.as_ref()),
     };
     let would_be = would_be.map(|(contact, critical)| bearable_step(contact, critical));
-    // What the sheets allow, in the form of a contact that allows the same.
-    let by_sheet = sheet
+    // What all else allows, in the form of a contact that allows the same.
+    let by_others = beside
         .as_ref()
-        .map(|limit| limit.time / membranes::STEPS_PER_CRITICAL);
-    let would_be = match (scene.time.step.value, by_sheet) {
+        .map(|(limit, _)| limit.time / membranes::STEPS_PER_CRITICAL);
+    let would_be = match (scene.time.step.value, by_others) {
         (TimeStep::Seconds(_), Some(time)) => Some(would_be.map_or(time, |other| other.min(time))),
         _ => would_be,
     };
@@ -125,14 +134,14 @@ pub(super) fn plan_step(
     ) {
         (TimeStep::Seconds(step), _) => (step, "as given".to_owned()),
         (TimeStep::Auto, contacts)
-            if by_sheet.is_some_and(|time| {
+            if by_others.is_some_and(|time| {
                 contacts.is_none_or(|(contact, critical)| time < bearable_step(contact, critical))
             }) =>
         {
-            let limit = sheet.clone().unwrap_or_default();
+            let limit = beside.as_ref().map(|(limit, _)| limit.clone());
             let interval = *scene.output.interval;
             let (step, reason, warning) = automatic_part(
-                &limit,
+                &limit.unwrap_or_default(),
                 membranes::STEPS_PER_CRITICAL,
                 "critical step",
                 interval,
@@ -176,7 +185,7 @@ pub(super) fn plan_step(
         ));
         return None;
     }
-    if let Some(limit) = &sheet
+    if let Some((limit, way_out)) = &beside
         && step > REFUSED_PART * limit.time
     {
         let message = format!(
@@ -185,9 +194,9 @@ pub(super) fn plan_step(
             limit.of,
             short(limit.time)
         );
-        errors.push(place.error(message).with_help(
-            "the integration would be unstable: shorten the step (or use \"auto\"), soften the sheet, or coarsen its mesh",
-        ));
+        errors.push(place.error(message).with_help(format!(
+            "the integration would be unstable: shorten the step (or use \"auto\"), {way_out}"
+        )));
         return None;
     }
     if let Some(critical) = &critical
