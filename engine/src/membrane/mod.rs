@@ -7,6 +7,7 @@ mod critical;
 mod elements;
 mod forces;
 mod now;
+mod part;
 mod pressure;
 mod seen;
 mod shapes;
@@ -22,6 +23,7 @@ pub use now::{
     Fault, HoldCourse, HoldLoad, HoldPlan, MembraneNow, MembranePlan, Moment, STRETCHES,
     SavedMembrane, Works,
 };
+pub(crate) use part::Membranes;
 pub use pressure::{Enclosed, Load};
 pub use seen::{Scatter, Seen, TriangleTension};
 pub use shapes::{about_triangles, cylinder, disc, rectangle, sphere};

@@ -10,7 +10,7 @@ use super::pressure::Load;
 use super::sheet::Sheet;
 use crate::lanes::Width;
 use crate::neighbours::Images;
-use crate::surface::{CHUNK, LARGE, Surface, SurfaceMotion};
+use crate::surface::{CHUNK, LARGE, Surface};
 use crate::walls::{Motion, Pose, WallNow};
 
 /// Stands for "not held".
@@ -271,7 +271,7 @@ impl MembraneNow {
         surface: &mut Surface,
         (kicks, drift): (u32, f64),
         at: &Moment<'_>,
-    ) -> SurfaceMotion {
+    ) {
         let half = 0.5 * at.dt;
         let is_parallel = at.has_pool && surface.positions.len() >= LARGE;
         let Surface {
@@ -282,7 +282,7 @@ impl MembraneNow {
             ..
         } = surface;
         let chunk = |(first, (positions, velocities)): (usize, (&mut [DVec3], &mut [DVec3]))| {
-            let mut motion = SurfaceMotion::default();
+            let mut squared_speed: f64 = 0.0;
             for (offset, (x, v)) in positions.iter_mut().zip(velocities).enumerate() {
                 let k = first * CHUNK + offset;
                 if inverse_masses[k] > 0.0 {
@@ -291,33 +291,27 @@ impl MembraneNow {
                         *v += kick;
                     }
                     *x += *v * drift;
-                    motion.see(*v);
+                    squared_speed = squared_speed.max(v.length_squared());
                 }
             }
-            motion
+            squared_speed
         };
-        let mut motion = if is_parallel {
+        surface.squared_speed = if is_parallel {
             let chunks = positions
                 .par_chunks_mut(CHUNK)
                 .zip(velocities.par_chunks_mut(CHUNK));
-            let motions: Vec<SurfaceMotion> = chunks.enumerate().map(chunk).collect();
-            motions
-                .into_iter()
-                .fold(SurfaceMotion::default(), SurfaceMotion::merge)
+            // The largest is the same whatever threads find.
+            chunks.enumerate().map(chunk).reduce(|| 0.0, f64::max)
         } else {
             let chunks = positions
                 .chunks_mut(CHUNK)
                 .zip(velocities.chunks_mut(CHUNK));
-            chunks
-                .enumerate()
-                .map(chunk)
-                .fold(SurfaceMotion::default(), SurfaceMotion::merge)
+            chunks.enumerate().map(chunk).fold(0.0, f64::max)
         };
-        self.advance_held(plan, surface, (kicks, drift), at, &mut motion);
+        self.advance_held(plan, surface, (kicks, drift), at);
         if drift > 0.0 {
             self.works.pressure += 0.5 * drift * self.pressure_power(plan, surface, at.has_pool);
         }
-        motion
     }
 
     fn advance_held(
@@ -326,7 +320,6 @@ impl MembraneNow {
         surface: &mut Surface,
         (kicks, drift): (u32, f64),
         at: &Moment<'_>,
-        motion: &mut SurfaceMotion,
     ) {
         let half = 0.5 * at.dt;
         for (hold, is_active) in plan.holds.iter().zip(&self.is_active) {
@@ -371,7 +364,7 @@ impl MembraneNow {
                 }
                 surface.velocities[k] = velocity;
                 surface.positions[k] += velocity * drift;
-                motion.see(velocity);
+                surface.squared_speed = surface.squared_speed.max(velocity.length_squared());
             }
         }
     }

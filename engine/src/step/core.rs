@@ -6,12 +6,11 @@ use crate::boundaries::Boundaries;
 use crate::contact::HistoryNumber;
 use crate::forces::{ContactForces, MotionBound, Needs};
 use crate::lanes::Width;
-use crate::membrane::MembraneNow;
 use crate::neighbours::Images;
 use crate::physics::{Physics, Setup, Watched};
 use crate::stage::Stage;
-use crate::state::{Load, Particles};
-use crate::surface::{Surface, SurfaceMotion};
+use crate::state::Particles;
+use crate::surface::Surface;
 use crate::walls::{WallFilms, WallNow};
 
 use super::Lists;
@@ -32,16 +31,6 @@ pub struct Core {
     pub(crate) wall_films: WallFilms,
     /// One for each sheet of the plan.
     pub surfaces: Vec<Surface>,
-    /// Whether particles of the present candidate list are near each of them.
-    pub(super) is_near: Vec<bool>,
-    /// Whether the mesh of each of them was left behind, as no particle is near.
-    pub(super) stale: Vec<bool>,
-    /// Their mechanics, one for each, or none at all.
-    pub(super) membranes: Vec<MembraneNow>,
-    /// What walls did to the vertices of each sheet in the last forces; empty if none touches walls.
-    pub(super) vertex_loads: Vec<Vec<Load>>,
-    /// How the sheets moved in this step.
-    pub(super) surface_motion: SurfaceMotion,
     pub(crate) lists: Lists,
     pub(crate) step: u64,
     /// How particles move in this step.

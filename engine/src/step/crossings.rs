@@ -18,7 +18,7 @@ use crate::walls::{Pose, RigidVelocity, Touch, Touches, WallNow};
 
 /// By this part of its radius a centre may move against a wall in a step so that the contact loop sees it go through: before and after it, it
 /// touches the wall.
-pub(super) const SEEN: f64 = 0.5;
+pub(crate) const SEEN: f64 = 0.5;
 
 /// Least part of its way by which a centre is followed on: a damaged state may hold speeds at which a radius is no part of it.
 const LEAST: f64 = 1e-5;
@@ -58,8 +58,8 @@ impl<'a> Passing<'a> {
             images,
             surface,
         };
-        if surface.is_some() {
-            passing.way = core.surface_motion.squared_speed.sqrt() * dt;
+        if let Some(surface) = surface {
+            passing.way = surface.squared_speed.sqrt() * dt;
         }
         let state = &wall.state;
         if state.moves {

@@ -37,7 +37,6 @@ impl Engine {
             self.forces_alone(spring_time, watch);
             self.kick_due = true;
         }
-        self.load_surfaces();
         let sums = self.sums();
         self.call(|part, core| part.after_forces(core, sums.as_ref()));
     }
@@ -107,7 +106,6 @@ impl Engine {
             walls,
             wall_films,
             surfaces,
-            vertex_loads,
             images,
             pool,
             ..
@@ -124,8 +122,7 @@ impl Engine {
             part.inform(&mut context);
         }
         let bound = contacts.compute(particles, &context, pool.as_deref(), finish);
-        vertex_loads.clear();
-        let mut first = 0;
+        let (mut vertex_loads, mut first) = (Vec::new(), 0);
         for (number, (vertices, surface)) in vertices.iter().zip(&*surfaces).enumerate() {
             let mut loads = vec![Load::default(); vertices.len()];
             let pool = pool.as_deref();
@@ -133,9 +130,8 @@ impl Engine {
             first += surface.positions.len();
             vertex_loads.push(loads);
         }
-        if core.needs.after_contacts {
-            parts.iter_mut().for_each(|part| part.add_loads(core));
-        }
+        core.load_surfaces(&vertex_loads);
+        parts.iter_mut().for_each(|part| part.add_loads(core));
         bound
     }
 }

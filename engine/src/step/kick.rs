@@ -3,10 +3,26 @@
 use rayon::prelude::*;
 
 use super::motion::{KickDrift, turn_orientations};
-use super::{Core, RunError};
+use super::{Core, Engine, RunError};
 use crate::bodies::BodyStep;
 use crate::forces::{MotionBound, block_size};
 use crate::state::{Particle, Particles};
+
+impl Engine {
+    /// Makes the second half kick if it is still due, so that positions, velocities and forces belong to the same time.
+    ///
+    /// # Errors
+    /// If a particle's motion is no longer a number.
+    pub fn complete_step(&mut self) -> Result<(), RunError> {
+        if std::mem::take(&mut self.core.kick_due) {
+            if !self.advance(1, 0.0).sum_of_squares.is_finite() {
+                return Err(self.not_finite());
+            }
+            self.try_call(|part, core| part.advance(core, 1, 0.0))?;
+        }
+        Ok(())
+    }
+}
 
 impl Core {
     /// Kicks and drift of the particles, unless they were made with the forces of the last step. Returns the half kicks that
@@ -38,20 +54,6 @@ impl Core {
         let fastest = self.advance(kicks, drift);
         self.turn_orientations(drift);
         fastest
-    }
-
-    /// Makes the second half kick if it is still due, so that positions, velocities and forces belong to the same time.
-    ///
-    /// # Errors
-    /// If a particle's motion is no longer a number.
-    pub fn complete_step(&mut self) -> Result<(), RunError> {
-        if std::mem::take(&mut self.kick_due) {
-            if !self.advance(1, 0.0).sum_of_squares.is_finite() {
-                return Err(self.not_finite());
-            }
-            self.kick_surfaces(1, 0.0);
-        }
-        Ok(())
     }
 
     /// `kicks` half kicks, then a drift of `drift` seconds.

@@ -70,7 +70,7 @@ impl Engine {
         if !core.particles.records.iter().all(finite) {
             return Err(core.not_finite());
         }
-        core.freshen_surfaces()?;
+        (parts.iter_mut()).try_for_each(|part| part.before_list(core))?;
         if core.lists.validity.steps > 0 {
             let listed = core.contacts.listed();
             let idle = listed.saturating_sub(core.contacts.touching());
@@ -91,7 +91,6 @@ impl Engine {
             skin,
             ranges: core.ranges.clone(),
         };
-        parts.iter_mut().for_each(|part| part.before_list(core));
         if let Some(bodies) = &mut core.particles.bodies {
             bodies.wrap(&core.images);
         }
@@ -125,7 +124,6 @@ impl Engine {
             &margin,
             parallel,
         );
-        core.note_near_surfaces(&near_walls);
         let new_row: Vec<Option<Row>> = each(removed.len(), parallel, |old| {
             removed[old].map(|row| sorted[row.index()])
         });

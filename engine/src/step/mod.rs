@@ -7,7 +7,7 @@
 //! |---|---|
 //! | finish the last kick, kick, drift | `kick`, `motion` |
 //! | walls move, and change their shape | `walls` |
-//! | vertices of sheets move, and their meshes follow; loads on them | `surfaces` |
+//! | loads of contacts on vertices of sheets | `surfaces` |
 //! | particles come and go | `exchange` |
 //! | lists are kept valid | `lists` |
 //! | forces; loads of pebbles gathered; fused with them the kicks and the drift that follow | `forces` |
@@ -38,6 +38,7 @@ mod walls;
 
 pub use self::core::Core;
 pub use audit::{Audit, AuditedContact};
+pub(crate) use crossings::SEEN;
 pub use error::RunError;
 pub use lists::Lists;
 pub use losses::Losses;
@@ -131,14 +132,13 @@ impl Engine {
         self.call(|part, core| part.after_drift(core));
         self.move_walls();
         self.reshape_walls()?;
-        let fastest = self.fastest();
-        self.advance_surfaces(kicks, fastest)?;
+        let dt = self.physics.time_step;
+        self.try_call(|part, core| part.advance(core, kicks, dt))?;
         self.call(|part, core| part.after_walls(core));
         self.exchange_particles()?;
         self.keep_lists_valid()?;
         self.try_call(|part, core| part.before_forces(core))?;
-        self.evaluate_forces(self.physics.time_step, watch, fuse);
-        self.guard_membranes()?;
+        self.evaluate_forces(dt, watch, fuse);
         self.try_call(|part, core| part.end_step(core))
     }
 
@@ -180,12 +180,11 @@ impl Engine {
         self.with_parts(Observation { records, ..sums })
     }
 
-    /// With what sheets and parts add to an observation of the contacts.
+    /// With what parts add to an observation of the contacts.
     fn with_parts(&self, mut observation: Observation) -> Observation {
         for part in &self.parts {
-            part.observe(&mut observation);
+            part.observe(&self.core, &mut observation);
         }
-        self.add_holds_to_walls(&mut observation);
         observation
     }
 }

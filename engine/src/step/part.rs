@@ -45,6 +45,16 @@ pub trait Part: Any + Send {
         Vec::new()
     }
 
+    /// Walls have moved, too: kicks what has a motion of its own by so many half steps, as many as particles got in this step, and moves it by
+    /// `drift` (s). Without a drift the second half kick of the step is completed, so that the state can be observed.
+    ///
+    /// # Errors
+    /// Why the run cannot go on.
+    fn advance(&mut self, core: &mut Core, kicks: u32, drift: f64) -> Result<(), RunError> {
+        let _ = (core, kicks, drift);
+        Ok(())
+    }
+
     /// Particles, walls and sheets have moved; no particle has come or gone yet.
     fn after_walls(&mut self, core: &mut Core) {
         let _ = core;
@@ -61,8 +71,12 @@ pub trait Part: Any + Send {
     }
 
     /// Particles are about to be put back into a periodic domain and sorted.
-    fn before_list(&mut self, core: &mut Core) {
+    ///
+    /// # Errors
+    /// Why the run cannot go on.
+    fn before_list(&mut self, core: &mut Core) -> Result<(), RunError> {
         let _ = core;
+        Ok(())
     }
 
     /// There is a new candidate list.
@@ -84,7 +98,8 @@ pub trait Part: Any + Send {
         let _ = context;
     }
 
-    /// The loads of the contacts are known: adds its own, if it [`needs`](Self::needs) to come after them.
+    /// The loads of the contacts are known, on particles and on vertices of sheets: adds its own. To those of particles only a part may add
+    /// that [`needs`](Needs::after_contacts) to come after them; else particles may have made their next kicks already.
     fn add_loads(&mut self, core: &mut Core) {
         let _ = core;
     }
@@ -104,8 +119,8 @@ pub trait Part: Any + Send {
     }
 
     /// Adds its share of the present state to an observation of the contacts: energy stored, loads on walls.
-    fn observe(&self, observation: &mut Observation) {
-        let _ = observation;
+    fn observe(&self, core: &Core, observation: &mut Observation) {
+        let _ = (core, observation);
     }
 
     /// The energy that it has taken from the particles since the start, J; negative if it gave some; `None` if it takes none. The audit

@@ -8,6 +8,7 @@ use super::load_series::LoadSeries;
 use super::tracks::Tracks;
 use super::{Core, Engine, Part};
 use crate::liquid::Liquids;
+use crate::membrane::Membranes;
 use crate::spray::Sprays;
 use crate::wear::Wear;
 
@@ -16,6 +17,8 @@ type Begin = fn(&mut Core) -> Option<Box<dyn Part>>;
 
 /// All parts, in the order in which each place of the step calls them. Forces from outside follow.
 const PARTS: &[Begin] = &[
+    // Sheets move and are loaded before others look at them.
+    |core| boxed(Membranes::of(core)),
     |core| boxed(Sprays::of(core)),
     // The audit reads masses before liquid changes them.
     |core| boxed(Auditor::of(core)),

@@ -124,15 +124,6 @@ const SECTIONS: &[Section] = &[
             contacts.take_vertices((&vertices, walls), bytes)
         },
     },
-    Section {
-        name: "membranes",
-        is_there: |core| !core.membranes.is_empty(),
-        put: |core, pieces| core.saved_membranes().put(pieces.end()),
-        take: |core, bytes| {
-            let saved: Vec<_> = Plain::take(bytes)?;
-            core.restore_membranes(&saved)
-        },
-    },
 ];
 
 impl Snapshot {

@@ -7,12 +7,10 @@ use super::{parts, surfaces};
 use crate::boundaries::Boundaries;
 use crate::forces::{ContactForces, MotionBound, Needs, Watch, contact_loop};
 use crate::lanes::Width;
-use crate::membrane::Moment;
 use crate::neighbours::Skin;
 use crate::physics::{Setup, ToSetup};
 use crate::stage::Stage;
 use crate::state::{Particles, inverse_inertia_factor};
-use crate::surface::SurfaceMotion;
 use crate::walls::{WallFilms, WallNow};
 
 /// How a run is started or continued.
@@ -174,23 +172,8 @@ impl Engine {
             }
         };
         let mut walls = WallNow::all(&physics.walls, physics.time_step, &images);
-        let (mut surfaces, borrowing) =
-            surfaces::start(&physics.surfaces, physics.time_step, &images)?;
+        let (surfaces, borrowing) = surfaces::start(&physics.surfaces, physics.time_step, &images)?;
         walls.extend(borrowing);
-        let is_near = vec![true; surfaces.len()];
-        let stale = vec![false; surfaces.len()];
-        let membranes = surfaces::start_membranes(
-            (&physics.membranes, &mut surfaces),
-            &Moment {
-                time: 0.0,
-                dt: physics.time_step,
-                gravity: physics.gravity,
-                walls: &walls,
-                images: &images,
-                has_pool: false,
-                width: options.width.unwrap_or_else(Width::fastest),
-            },
-        );
         let has_servos = physics
             .walls
             .iter()
@@ -221,11 +204,6 @@ impl Engine {
             walls,
             wall_films: wall_films.unwrap_or_default(),
             surfaces,
-            vertex_loads: Vec::new(),
-            surface_motion: SurfaceMotion::default(),
-            membranes,
-            is_near,
-            stale,
             lists: Lists::new(skin),
             has_servos,
             width,

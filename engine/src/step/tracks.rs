@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Arrival, Core, Exchanged, Part};
+use super::{Arrival, Core, Exchanged, Part, RunError};
 use crate::neighbours::Images;
 use crate::physics::Tracking;
 use crate::state::{PEBBLE, PERIODS, Particles, TRACK};
@@ -36,8 +36,9 @@ impl Part for Tracks {
         }
     }
 
-    fn before_list(&mut self, core: &mut Core) {
+    fn before_list(&mut self, core: &mut Core) -> Result<(), RunError> {
         core.count_periods();
+        Ok(())
     }
 }
 

@@ -48,6 +48,8 @@ pub struct Surface {
     pub is_loaded: bool,
     /// All forces on the vertices but gravity in the present step, N.
     pub forces: Vec<DVec3>,
+    /// Largest v^2 of a vertex when they were last kicked, m^2/s^2.
+    pub squared_speed: f64,
     triangles: Vec<[u32; 3]>,
     /// Positions when the candidate list was built, m.
     listed: Vec<DVec3>,
@@ -55,33 +57,6 @@ pub struct Surface {
     vertex_of: Vec<u32>,
     /// The triangle that takes what acts on each feature of the mesh.
     taker_of: Vec<u32>,
-}
-
-/// How a sheet moved in a step.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct SurfaceMotion {
-    /// Largest v^2 of a vertex, m^2/s^2.
-    pub squared_speed: f64,
-    /// Sum of v^2 of all, which is not finite if one of them is not, m^2/s^2.
-    pub sum_of_squares: f64,
-}
-
-impl SurfaceMotion {
-    /// Takes in a vertex.
-    pub fn see(&mut self, velocity: DVec3) {
-        let squared = velocity.length_squared();
-        self.squared_speed = self.squared_speed.max(squared);
-        self.sum_of_squares += squared;
-    }
-
-    /// Of both.
-    #[must_use]
-    pub fn merge(self, other: Self) -> Self {
-        Self {
-            squared_speed: self.squared_speed.max(other.squared_speed),
-            sum_of_squares: self.sum_of_squares + other.sum_of_squares,
-        }
-    }
 }
 
 impl Surface {
@@ -115,6 +90,7 @@ impl Surface {
             triangle_loads: vec![DVec3::ZERO; plan.triangles.len()],
             is_loaded: false,
             forces: zeros,
+            squared_speed: 0.0,
             triangles: plan.triangles.clone(),
             listed: plan.vertices.clone(),
             vertex_of: mesh.vertex_numbers(&plan.vertices, &plan.triangles),
@@ -139,13 +115,8 @@ impl Surface {
     }
 
     /// Half kicks of `half` (s) each, as many as `kicks`, then a drift of `drift` (s); `gravity` in m/s^2. Vertices that are held only drift.
-    pub fn advance(
-        &mut self,
-        kicks: u32,
-        (half, drift): (f64, f64),
-        gravity: DVec3,
-    ) -> SurfaceMotion {
-        let mut motion = SurfaceMotion::default();
+    pub fn advance(&mut self, kicks: u32, (half, drift): (f64, f64), gravity: DVec3) {
+        self.squared_speed = 0.0;
         for k in 0..self.positions.len() {
             let kick = self.kick(k, half, gravity);
             let velocity = &mut self.velocities[k];
@@ -153,11 +124,8 @@ impl Surface {
                 *velocity += kick;
             }
             self.positions[k] += *velocity * drift;
-            let squared = velocity.length_squared();
-            motion.squared_speed = motion.squared_speed.max(squared);
-            motion.sum_of_squares += squared;
+            self.squared_speed = self.squared_speed.max(velocity.length_squared());
         }
-        motion
     }
 
     /// By how much the present forces and `gravity` (m/s^2) change the velocity of a vertex in `time` (s), m/s.

@@ -238,7 +238,6 @@ pub(super) fn report(
     warnings.extend(insertions::behind(plan, engine.boundaries()));
     warnings.extend(servos::missed(engine));
     warnings.extend(engine.warnings());
-    warnings.extend(engine.membrane_warnings());
     if written.deep_frames > 0 {
         warnings.push(format!(
             "overlaps above 10 % of a radius at {} of {} output times (the largest {:.0} %): the contacts are too soft, or particles were placed inside one another",

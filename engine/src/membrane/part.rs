@@ -1,0 +1,266 @@
+//! Sheets in a step: their vertices are kicked and drift, their meshes follow, and what acts inside them is added to what contacts do.
+
+use super::{Fault, MembraneNow, MembranePlan, Moment, STRETCHES, SavedMembrane};
+use crate::contact::parameter::short;
+use crate::forces::{NewList, Observation};
+use crate::physics::GuardPolicy;
+use crate::state::{Pieces, Plain};
+use crate::step::{Core, Engine, Part, RunError, SEEN};
+use crate::surface::Surface;
+
+/// What moves the sheets of a core.
+pub(crate) struct Membranes {
+    /// The mechanics of the sheets, one for each, or none at all.
+    all: Vec<MembraneNow>,
+    /// Whether particles of the present candidate list are near each wall.
+    is_near: Vec<bool>,
+    /// Whether the mesh of each sheet was left behind, as no particle is near.
+    stale: Vec<bool>,
+}
+
+/// The sheets of a core, their plans, and what their mechanics depend on.
+fn sheets(core: &mut Core) -> (&[MembranePlan], &mut [Surface], Moment<'_>) {
+    let (time, has_pool, width) = (core.time(), core.pool.is_some(), core.width);
+    let Core {
+        physics,
+        surfaces,
+        walls,
+        images,
+        ..
+    } = core;
+    let at = Moment {
+        time,
+        dt: physics.time_step,
+        gravity: physics.gravity,
+        walls,
+        images,
+        has_pool,
+        width,
+    };
+    (&physics.membranes, surfaces, at)
+}
+
+impl Part for Membranes {
+    fn name(&self) -> &str {
+        "membranes"
+    }
+
+    /// A mesh that no particle is near is left where it was until the candidate list is built.
+    fn advance(&mut self, core: &mut Core, kicks: u32, drift: f64) -> Result<(), RunError> {
+        let (plans, surfaces, at) = sheets(core);
+        for (number, surface) in surfaces.iter_mut().enumerate() {
+            match self.all.get_mut(number) {
+                Some(membrane) => membrane.advance(&plans[number], surface, (kicks, drift), &at),
+                None => surface.advance(kicks, (0.5 * at.dt, drift), at.gravity),
+            }
+        }
+        if drift == 0.0 {
+            return Ok(());
+        }
+        let physics = &core.physics;
+        let first = physics.walls.len();
+        // Others than contacts look for walls, too.
+        let speeds = core.surfaces.iter().map(|sheet| sheet.squared_speed.sqrt());
+        let fastest = speeds.fold(core.fastest(), f64::max);
+        let is_fast =
+            !core.particles.is_empty() && fastest * drift > SEEN * physics.smallest_radius();
+        let all = is_fast || core.needs.all_walls || core.boundaries.expects_more();
+        for number in 0..core.surfaces.len() {
+            if all || self.is_near[first + number] {
+                self.follow(core, number)?;
+            } else {
+                let way = core.surfaces[number].way_since_listed();
+                core.walls[first + number].note_way(way);
+                self.stale[number] = true;
+            }
+        }
+        Ok(())
+    }
+
+    /// Meshes that were left behind follow.
+    fn before_list(&mut self, core: &mut Core) -> Result<(), RunError> {
+        if core.particles.is_empty() {
+            return Ok(());
+        }
+        let first = core.physics.walls.len();
+        for number in 0..core.surfaces.len() {
+            if self.stale[number] {
+                self.follow(core, number)?;
+            }
+            core.walls[first + number].fit();
+        }
+        Ok(())
+    }
+
+    fn new_list(&mut self, list: &NewList<'_>) {
+        self.is_near.fill(false);
+        for near in list.near_walls {
+            self.is_near[near.wall.index()] = true;
+        }
+    }
+
+    /// Forces inside the sheets, pressure and drag, for the positions of the present step and the velocities of half a step before; then
+    /// holds begin or end.
+    fn add_loads(&mut self, core: &mut Core) {
+        let since = core.since_last();
+        let (plans, surfaces, at) = sheets(core);
+        for ((plan, surface), membrane) in plans.iter().zip(surfaces).zip(&mut self.all) {
+            membrane.add_forces(plan, surface, since, &at);
+            membrane.update_holds(plan, surface, &at);
+        }
+    }
+
+    /// Sheets that are stretched or turned beyond the limits stop the run, or are counted.
+    fn end_step(&mut self, core: &mut Core) -> Result<(), RunError> {
+        let physics = &core.physics;
+        let policy = physics.guard.policy;
+        let plans = physics.membranes.iter().zip(&core.surfaces);
+        for (number, (membrane, (plan, surface))) in self.all.iter_mut().zip(plans).enumerate() {
+            let Some(fault) = membrane.fault(plan, surface) else {
+                continue;
+            };
+            let is_lost = matches!(fault, Fault::NotFinite { .. });
+            if policy == GuardPolicy::Strict || is_lost {
+                let name = &physics.surfaces[number].name;
+                return Err(RunError::Guarded {
+                    step: core.step,
+                    time: core.time(),
+                    what: format!("membranes.{name}: {}", words_of(&fault, surface)),
+                    help: "the time step is too large for the sheet, or its loads are too large for its stiffness, or a hold is too fast; or go on with guard.policy = \"warn\"".to_owned(),
+                });
+            }
+            if policy == GuardPolicy::Warn {
+                membrane.faults += 1;
+            }
+        }
+        Ok(())
+    }
+
+    /// What sheets do to walls that hold their vertices is part of the loads of these walls.
+    fn observe(&self, core: &Core, observation: &mut Observation) {
+        let plans = core.physics.membranes.iter();
+        for (plan, membrane) in plans.zip(&self.all) {
+            for (wall, (load, power)) in observation.walls.iter_mut().enumerate() {
+                let state = &core.walls[wall].state;
+                let Some((force, torque)) = membrane.load_on_wall(plan, wall, state.reference)
+                else {
+                    continue;
+                };
+                load.add(force, torque);
+                let at_reference = state.velocity.at(state.reference);
+                *power -= force.dot(at_reference) + torque.dot(state.velocity.angular_velocity);
+            }
+        }
+    }
+
+    fn warnings(&self, core: &Core) -> Vec<String> {
+        let names = core.physics.surfaces.iter();
+        (names.zip(&self.all))
+            .filter(|(_, membrane)| membrane.faults > 0)
+            .map(|(surface, membrane)| {
+                format!(
+                    "membranes.{}: in {} steps an edge was shorter than {} or longer than {} of its length at rest, or a triangle turned over",
+                    surface.name, membrane.faults, STRETCHES[0], STRETCHES[1]
+                )
+            })
+            .collect()
+    }
+
+    fn put(&self, _: &Core, pieces: &mut Pieces) {
+        let saved: Vec<_> = self.all.iter().map(MembraneNow::save).collect();
+        saved.put(pieces.end());
+    }
+
+    fn take(&mut self, core: &mut Core, bytes: &mut &[u8]) -> Result<(), String> {
+        let saved: Vec<SavedMembrane> = Plain::take(bytes)?;
+        if saved.len() != self.all.len() {
+            let (found, planned) = (saved.len(), self.all.len());
+            return Err(format!(
+                "it has the mechanics of {found} membranes, the plan of {planned}"
+            ));
+        }
+        let plans = core.physics.membranes.iter().zip(&core.surfaces);
+        for (((plan, surface), membrane), saved) in plans.zip(&mut self.all).zip(&saved) {
+            membrane.restore(plan, surface, saved)?;
+        }
+        Ok(())
+    }
+}
+
+impl Engine {
+    /// The mechanics of the sheets, in the order of the plan; none where sheets have no inner forces.
+    #[must_use]
+    pub fn membranes(&self) -> &[MembraneNow] {
+        self.part::<Membranes>().map_or(&[], |part| &part.all)
+    }
+}
+
+impl Membranes {
+    /// In scenes with sheets; what holds them at the start holds them.
+    pub(crate) fn of(core: &mut Core) -> Option<Self> {
+        let (is_near, stale) = (
+            vec![true; core.walls.len()],
+            vec![false; core.surfaces.len()],
+        );
+        let (plans, surfaces, at) = sheets(core);
+        let all = plans.iter().zip(&mut *surfaces);
+        let all = all
+            .map(|(plan, surface)| MembraneNow::new(plan, surface, &at))
+            .collect();
+        (!surfaces.is_empty()).then_some(Self {
+            all,
+            is_near,
+            stale,
+        })
+    }
+
+    /// Puts the mesh of a sheet to where its vertices are.
+    fn follow(&mut self, core: &mut Core, number: usize) -> Result<(), RunError> {
+        let surface = &core.surfaces[number];
+        let wall = &mut core.walls[core.physics.walls.len() + number];
+        let (corners, way) = (surface.corners(), surface.way_since_listed());
+        // Triangles that were left behind for many steps may have turned.
+        let is_stale = std::mem::take(&mut self.stale[number]);
+        let images = &core.images;
+        let mut follow = || {
+            if is_stale {
+                wall.follow_anew(&corners, way, images)
+            } else {
+                wall.follow(&corners, way, images)
+            }
+        };
+        let followed = match core.pool.as_deref() {
+            Some(pool) => pool.install(follow),
+            None => follow(),
+        };
+        followed.map_err(|error| RunError::Surface {
+            surface: core.physics.surfaces[number].name.clone(),
+            step: core.step,
+            time: core.time(),
+            error,
+        })
+    }
+}
+
+fn words_of(fault: &Fault, surface: &Surface) -> String {
+    let at = |vertex: u32| {
+        let [x, y, z] = surface.positions[vertex as usize].to_array().map(short);
+        format!("[{x}, {y}, {z}] m")
+    };
+    match *fault {
+        Fault::Stretch { ends, stretch } => format!(
+            "the edge between the vertices {} and {}, at {}, has {} of its length at rest; {} to {} are allowed",
+            ends[0],
+            ends[1],
+            at(ends[0]),
+            short(stretch),
+            STRETCHES[0],
+            STRETCHES[1]
+        ),
+        Fault::TurnedOver { triangle } => format!(
+            "triangle {triangle}, at {}, turned over within a step",
+            at(surface.triangles()[triangle as usize][0])
+        ),
+        Fault::NotFinite { vertex } => format!("vertex {vertex} has left the numbers"),
+    }
+}
