@@ -1,14 +1,31 @@
 //! Liquid in a step: films and bridges after each force evaluation.
 
-use super::{EVAPORATES_EVERY, LiquidRow, Liquids, Surroundings};
+use super::{BridgesForm, EVAPORATES_EVERY, LiquidRow, Liquids, Surroundings};
 use crate::forces::{Needs, Observation, StepContext};
+use crate::physics::Setup;
 use crate::spray::Sprays;
 use crate::state::{Pieces, Plain};
-use crate::step::{Core, Engine, Exchanged, Leaving, Part, RunError};
+use crate::step::{Core, Crowd, Engine, Exchanged, Leaving, Part, RunError};
 
 impl Part for Liquids {
     fn name(&self) -> &str {
         "liquid"
+    }
+
+    fn of(core: &mut Core) -> Option<Self> {
+        core.physics.liquid.as_ref().map(Self::new)
+    }
+
+    fn bytes(setup: &Setup, crowd: &Crowd) -> f64 {
+        let Some(plan) = setup.physics.liquid.as_ref() else {
+            return 0.0;
+        };
+        // The column of films and, where bridges form as films meet, their thickness and volume.
+        let measured = f64::from(u8::from(plan.bridges_form != BridgesForm::Contact));
+        // Areas of the plan, areas and volumes of the films.
+        let walls = plan.wall_films.iter().flatten();
+        let places: usize = walls.map(|film| film.areas.len()).sum();
+        (crowd.rows * (1.0 + 2.0 * measured) + 3.0 * places as f64) * size_of::<f64>() as f64
     }
 
     fn needs(&self) -> Needs {
@@ -78,13 +95,6 @@ impl Part for Liquids {
 
     fn take(&mut self, core: &mut Core, bytes: &mut &[u8]) -> Result<(), String> {
         self.restore(&Plain::take(bytes)?, &mut core.wall_films)
-    }
-}
-
-impl Liquids {
-    /// In scenes with liquid.
-    pub(crate) fn of(core: &Core) -> Option<Self> {
-        core.physics.liquid.as_ref().map(Self::new)
     }
 }
 

@@ -48,6 +48,24 @@ pub struct Workspace {
 }
 
 impl Workspace {
+    /// Memory of that of a sheet, bytes: for estimates.
+    pub(super) fn bytes_of(sheet: &Sheet, has_pressure: bool) -> f64 {
+        let (triangles, vertices) = (sheet.triangles.len(), sheet.masses().len());
+        let edges = sheet.topology.edges().len();
+        let has_hinges = sheet.law.bending.is_some();
+        let [has_dashpots, has_damped_hinges] = sheet.has_dashpots();
+        let is_continuum = sheet.law.elasticity != Elasticity::Springs;
+        let times = |is_there: bool, count: usize| count * usize::from(is_there);
+        let of_triangles = [is_continuum, has_damped_hinges, has_hinges || has_pressure];
+        let quads = of_triangles.map(|is_there| times(is_there, triangles));
+        let quads = triangles
+            + vertices
+            + times(has_dashpots || has_damped_hinges, vertices)
+            + quads.iter().sum::<usize>();
+        let numbers = edges + times(has_hinges, edges);
+        (quads * size_of::<Quad>() + numbers * size_of::<f64>()) as f64
+    }
+
     /// Normal times area of the triangles from `first` on, m^2, as of the last evaluation.
     pub fn areas(&self, first: usize) -> impl Iterator<Item = DVec3> + '_ {
         self.faces[first..].iter().map(|&face| face.into())

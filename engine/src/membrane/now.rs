@@ -224,6 +224,15 @@ impl MembraneNow {
         new
     }
 
+    /// Memory of the mechanics of a sheet in a run, bytes: for estimates.
+    #[must_use]
+    pub fn bytes_of(plan: &MembranePlan) -> f64 {
+        let sheet = &plan.sheet;
+        let held = sheet.masses().len() * (size_of::<u32>() + size_of::<DVec3>());
+        let dashpots = sheet.topology().edges().len() * size_of::<f64>();
+        (held + dashpots) as f64 + Workspace::bytes_of(sheet, !plan.load.is_none())
+    }
+
     /// Holds that begin or end at the time of the positions.
     pub fn update_holds(&mut self, plan: &MembranePlan, surface: &mut Surface, at: &Moment<'_>) {
         let half = 0.5 * at.dt;

@@ -3,9 +3,9 @@
 use super::{Fault, MembraneNow, MembranePlan, Moment, STRETCHES, SavedMembrane};
 use crate::contact::parameter::short;
 use crate::forces::{NewList, Observation};
-use crate::physics::GuardPolicy;
+use crate::physics::{GuardPolicy, Setup};
 use crate::state::{Pieces, Plain};
-use crate::step::{Core, Engine, Part, RunError, SEEN};
+use crate::step::{Core, Crowd, Engine, Part, RunError, SEEN};
 use crate::surface::Surface;
 
 /// What moves the sheets of a core.
@@ -43,6 +43,35 @@ fn sheets(core: &mut Core) -> (&[MembranePlan], &mut [Surface], Moment<'_>) {
 impl Part for Membranes {
     fn name(&self) -> &str {
         "membranes"
+    }
+
+    /// What holds sheets at the start holds them.
+    fn of(core: &mut Core) -> Option<Self> {
+        let (is_near, stale) = (
+            vec![true; core.walls.len()],
+            vec![false; core.surfaces.len()],
+        );
+        let (plans, surfaces, at) = sheets(core);
+        let all = plans.iter().zip(&mut *surfaces);
+        let all = all
+            .map(|(plan, surface)| MembraneNow::new(plan, surface, &at))
+            .collect();
+        (!surfaces.is_empty()).then_some(Self {
+            all,
+            is_near,
+            stale,
+        })
+    }
+
+    /// Sheets, their mechanics and their meshes.
+    fn bytes(setup: &Setup, _: &Crowd) -> f64 {
+        let surfaces = setup.physics.surfaces.iter().map(Surface::bytes_of);
+        let membranes = setup
+            .physics
+            .membranes
+            .iter()
+            .map(|plan| plan.sheet.bytes() + MembraneNow::bytes_of(plan));
+        surfaces.sum::<f64>() + membranes.sum::<f64>()
     }
 
     /// A mesh that no particle is near is left where it was until the candidate list is built.
@@ -196,24 +225,6 @@ impl Engine {
 }
 
 impl Membranes {
-    /// In scenes with sheets; what holds them at the start holds them.
-    pub(crate) fn of(core: &mut Core) -> Option<Self> {
-        let (is_near, stale) = (
-            vec![true; core.walls.len()],
-            vec![false; core.surfaces.len()],
-        );
-        let (plans, surfaces, at) = sheets(core);
-        let all = plans.iter().zip(&mut *surfaces);
-        let all = all
-            .map(|(plan, surface)| MembraneNow::new(plan, surface, &at))
-            .collect();
-        (!surfaces.is_empty()).then_some(Self {
-            all,
-            is_near,
-            stale,
-        })
-    }
-
     /// Puts the mesh of a sheet to where its vertices are.
     fn follow(&mut self, core: &mut Core, number: usize) -> Result<(), RunError> {
         let surface = &core.surfaces[number];

@@ -145,7 +145,9 @@ impl<T: Ord + Copy> Grouped<T> {
         for k in 0..vertices {
             start[k + 1] += start[k];
         }
-        let entries = pairs.into_iter().map(|(_, entry)| entry).collect();
+        // Without the memory of the pairs, in which it may be made.
+        let mut entries: Vec<T> = pairs.into_iter().map(|(_, entry)| entry).collect();
+        entries.shrink_to_fit();
         Self { start, entries }
     }
 
@@ -387,6 +389,30 @@ impl Sheet {
     #[must_use]
     pub fn rest_area(&self) -> f64 {
         self.triangles.iter().map(|triangle| triangle.area).sum()
+    }
+
+    /// Memory that it takes, bytes: for estimates.
+    #[must_use]
+    pub fn bytes(&self) -> f64 {
+        let Gathers { edges, corners } = &self.gathers;
+        let (rest, bends) = (&self.rest, &self.bends);
+        let bytes = self.topology.bytes()
+            + size_of_val(&self.edges[..])
+            + size_of_val(&self.hinges[..])
+            + size_of_val(&self.triangles[..])
+            + size_of_val(&self.masses[..])
+            + size_of_val(&rest.pull[..])
+            + size_of_val(&rest.inverse[..])
+            + size_of_val(&bends.factor[..])
+            + size_of_val(&bends.half_sine[..])
+            + size_of_val(&self.ends[..])
+            + size_of_val(&edges.start[..])
+            + size_of_val(&edges.entries[..])
+            + size_of_val(&corners.start[..])
+            + size_of_val(&corners.entries[..])
+            + size_of_val(&self.edges_of[..])
+            + size_of_val(&self.sides_of[..]);
+        bytes as f64
     }
 
     /// Coefficients of the dashpots along the edges, N s/m: 2 xi sqrt(m k), 1/m the sum of the inverse masses of both ends.

@@ -84,6 +84,12 @@ pub enum TopologyError {
 const LEAST_AREA: f64 = 1e-9;
 
 impl Topology {
+    /// Memory that it takes, bytes.
+    pub(super) fn bytes(&self) -> usize {
+        let rims = self.rims.iter().map(|rim| size_of_val(&rim[..]));
+        size_of_val(&self.triangles[..]) + size_of_val(&self.edges[..]) + rims.sum::<usize>()
+    }
+
     /// Edges and rims of these triangles.
     ///
     /// # Errors
@@ -163,6 +169,7 @@ impl Topology {
         };
         new.rims = new.find_rims(&rim);
         new.edges.append(&mut rim);
+        new.edges.shrink_to_fit();
         Ok(new)
     }
 

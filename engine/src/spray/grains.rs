@@ -31,6 +31,10 @@ pub(super) struct Grains {
 }
 
 impl Grains {
+    /// Memory for each particle, bytes: with all cells, and a particle in eight of them.
+    pub(super) const BYTES_OF_ROW: usize =
+        CELLS_PER_GRAIN * (size_of::<u32>() + size_of::<Member>());
+
     /// Of all particles as they are now.
     pub(super) fn new(particles: &Particles, images: &Images) -> Self {
         let mean = if particles.is_empty() {

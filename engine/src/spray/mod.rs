@@ -32,6 +32,7 @@ use flight::Flight;
 use grains::Grains;
 use hits::{Catcher, Passing, Path};
 
+use crate::memory::GROWTH;
 use crate::neighbours::Images;
 use crate::state::Particles;
 use crate::walls::{Touches, WallFilms, WallNow};
@@ -182,6 +183,13 @@ pub struct TooMany {
 }
 
 impl Sprays {
+    /// Memory with so many droplets in flight among so many particles, bytes: for estimates.
+    #[must_use]
+    pub fn bytes_of(droplets: f64, rows: f64) -> f64 {
+        let of_droplets = size_of::<Droplet>() + 2 * size_of::<f64>();
+        GROWTH * droplets * of_droplets as f64 + rows * Grains::BYTES_OF_ROW as f64
+    }
+
     /// Before the first droplet.
     #[must_use]
     pub fn new(plan: &SprayPlan) -> Self {

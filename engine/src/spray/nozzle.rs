@@ -195,6 +195,20 @@ pub(super) struct Released {
 const WORDS: u64 = 6;
 
 impl NozzlePlan {
+    /// Droplets that are in flight at once, as they cross a domain of this size (m) with their mean speed; no more than allowed.
+    pub(super) fn in_flight(&self, across: f64) -> f64 {
+        let droplets = match &self.source {
+            SourcePlan::Nozzle {
+                flow, speed, sizes, ..
+            } => {
+                let flight = (across / speed[0]).min(self.until - self.from);
+                flow.largest() / sizes.mean_volume() * flight
+            }
+            SourcePlan::Points(points) => points.len() as f64,
+        };
+        droplets.min(self.max_droplets as f64)
+    }
+
     /// The next droplet, if it leaves until the end of the step.
     ///
     /// Droplet n leaves when flow times time reaches the volume of the first n, itself included, so that what was emitted is never

@@ -2,12 +2,27 @@
 
 use super::{Sprays, Surroundings};
 use crate::forces::Needs;
+use crate::physics::Setup;
 use crate::state::{Pieces, Plain};
-use crate::step::{Core, Engine, Part, RunError};
+use crate::step::{Core, Crowd, Engine, Part, RunError};
 
 impl Part for Sprays {
     fn name(&self) -> &str {
         "sprays"
+    }
+
+    fn of(core: &mut Core) -> Option<Self> {
+        core.physics.sprays.as_ref().map(Self::new)
+    }
+
+    fn bytes(setup: &Setup, crowd: &Crowd) -> f64 {
+        let Some(plan) = &setup.physics.sprays else {
+            return 0.0;
+        };
+        let physics = &setup.physics;
+        let across = (physics.domain_max - physics.domain_min).length();
+        let droplets = plan.nozzles.iter().map(|nozzle| nozzle.in_flight(across));
+        Self::bytes_of(droplets.sum(), crowd.rows)
     }
 
     fn needs(&self) -> Needs {
@@ -47,13 +62,6 @@ impl Part for Sprays {
 
     fn take(&mut self, _: &mut Core, bytes: &mut &[u8]) -> Result<(), String> {
         self.restore(Plain::take(bytes)?)
-    }
-}
-
-impl Sprays {
-    /// In scenes with sprays.
-    pub(crate) fn of(core: &Core) -> Option<Self> {
-        core.physics.sprays.as_ref().map(Self::new)
     }
 }
 

@@ -6,9 +6,11 @@
 
 use glam::DVec3;
 
-use super::{Core, Engine, Exchanged, Losses, Part};
+use super::{Core, Crowd, Engine, Exchanged, Losses, Part};
 use crate::bodies::{angular_velocity, constrained_spin};
 use crate::forces::{Exchange, FIRST_VERTEX, Needs, Observation, Partner, SpringEnergy};
+use crate::memory::GROWTH;
+use crate::physics::Setup;
 use crate::state::{Body, FIXED, Load, Pieces, Plain, PrescribedBody, Row};
 use crate::walls::{RigidVelocity, ServoState, WallNow};
 
@@ -164,6 +166,18 @@ impl Part for Auditor {
         "audit"
     }
 
+    fn of(core: &mut Core) -> Option<Self> {
+        let is_wanted = core.physics.energy_budget;
+        is_wanted.then(Self::default)
+    }
+
+    /// The contacts of the last forces, and what was observed of them.
+    fn bytes(setup: &Setup, crowd: &Crowd) -> f64 {
+        let each = size_of::<AuditedContact>() + size_of::<Exchange>();
+        let is_wanted = f64::from(u8::from(setup.physics.energy_budget));
+        is_wanted * GROWTH * crowd.touching * each as f64
+    }
+
     fn needs(&self) -> Needs {
         // The velocities at the time when all forces are known.
         Needs {
@@ -231,12 +245,6 @@ impl Engine {
 }
 
 impl Auditor {
-    /// In audited scenes.
-    pub(super) fn of(core: &Core) -> Option<Self> {
-        let is_wanted = core.physics.energy_budget;
-        is_wanted.then(Self::default)
-    }
-
     /// Takes the contacts of the force evaluation just made into the sums.
     fn take_in(&mut self, core: &Core, observation: &Observation) {
         let dt = core.since_last();

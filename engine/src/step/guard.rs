@@ -80,6 +80,15 @@ impl Part for Guard {
         "guard"
     }
 
+    fn of(core: &mut Core) -> Option<Self> {
+        let guard = core.physics.guard;
+        let is_off = guard.policy == GuardPolicy::Off;
+        Some(Self {
+            overlap: (!is_off).then_some(guard.overlap),
+            ..Self::default()
+        })
+    }
+
     fn after_drift(&mut self, core: &mut Core) {
         self.look_at_ways(core);
     }
@@ -125,16 +134,6 @@ impl Part for Guard {
 }
 
 impl Guard {
-    /// Before the first step.
-    pub(super) fn of(core: &Core) -> Option<Self> {
-        let guard = core.physics.guard;
-        let is_off = guard.policy == GuardPolicy::Off;
-        Some(Self {
-            overlap: (!is_off).then_some(guard.overlap),
-            ..Self::default()
-        })
-    }
-
     /// How often each kind happened, and the worst of it in numbers: what must be kept to go on later.
     fn save(&self) -> Vec<(u64, Vec<f64>)> {
         let counts = self.counts.iter();

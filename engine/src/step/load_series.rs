@@ -1,9 +1,12 @@
 //! Loads on the triangles of meshes, summed from one file to the next.
 
 use super::snapshot::MOST_STEPS;
-use super::{Core, Engine, Part};
-use crate::forces::{LoadSums, Observation};
+use super::{Core, Crowd, Engine, Part};
+use crate::forces::{FeatureKey, FeatureLoad, LoadSums, Observation};
+use crate::memory::GROWTH;
+use crate::physics::Setup;
 use crate::state::{Pieces, Plain};
+use crate::walls::Mesh;
 
 /// Sums since each series of files was written last: frames and files for ParaView have intervals of their own.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -26,17 +29,32 @@ impl LoadSeries {
         }
         Ok(())
     }
-
-    /// In scenes that sum up loads on triangles.
-    pub(super) fn of(core: &Core) -> Option<Self> {
-        let is_wanted = core.watched.triangle_loads;
-        is_wanted.then(Self::default)
-    }
 }
 
 impl Part for LoadSeries {
     fn name(&self) -> &str {
         "feature loads"
+    }
+
+    fn of(core: &mut Core) -> Option<Self> {
+        let is_wanted = core.watched.triangle_loads;
+        is_wanted.then(Self::default)
+    }
+
+    /// Sums of the contact loop and of each series, for as many features as particles may touch at once.
+    fn bytes(setup: &Setup, crowd: &Crowd) -> f64 {
+        let watched = &setup.watched;
+        if !watched.triangle_loads {
+            return 0.0;
+        }
+        let meshes = setup.physics.walls.iter();
+        let triangles: usize = meshes
+            .filter_map(|wall| wall.shape.mesh())
+            .map(Mesh::len)
+            .sum();
+        let series = watched.load_sums.iter().filter(|is_read| **is_read).count();
+        let each = (1 + series) * size_of::<(FeatureKey, FeatureLoad)>();
+        crowd.rows.min(triangles as f64) * GROWTH * each as f64
     }
 
     fn after_forces(&mut self, _: &mut Core, _: Option<&Observation>) {

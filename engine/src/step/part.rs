@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use super::{Core, RunError};
 use crate::forces::{ContactForces, Needs, NewList, Observation, StepContext};
-use crate::physics::Physics;
+use crate::physics::{Physics, Setup};
 use crate::state::{Particles, Pieces};
 use crate::walls::{WallFilms, WallNow};
 
@@ -22,6 +22,26 @@ use crate::walls::{WallFilms, WallNow};
 pub trait Part: Any + Send {
     /// A name for it, unique in the run: that of its section in a checkpoint.
     fn name(&self) -> &str;
+
+    /// The part of a plan that has this feature; it may add columns to the particles of the start. Parts that are
+    /// added from outside leave it out.
+    fn of(core: &mut Core) -> Option<Self>
+    where
+        Self: Sized,
+    {
+        let _ = core;
+        None
+    }
+
+    /// Memory that the feature takes in a run, beside what particles, lists and contacts take in any run, bytes: estimated before anything is made.
+    #[must_use]
+    fn bytes(setup: &Setup, crowd: &Crowd) -> f64
+    where
+        Self: Sized,
+    {
+        let _ = (setup, crowd);
+        0.0
+    }
 
     /// What it needs of the step; the same during a whole run.
     fn needs(&self) -> Needs {
@@ -153,6 +173,15 @@ pub trait Part: Any + Send {
         let _ = (core, bytes);
         Ok(())
     }
+}
+
+/// The numbers of a run that its memory depends on.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Crowd {
+    /// Particles and pebbles.
+    pub rows: f64,
+    /// Pairs of them that touch.
+    pub touching: f64,
 }
 
 /// Particles that are about to be removed.

@@ -6,37 +6,50 @@ use super::audit::Auditor;
 use super::guard::Guard;
 use super::load_series::LoadSeries;
 use super::tracks::Tracks;
-use super::{Core, Engine, Part};
+use super::{Core, Crowd, Engine, Part};
 use crate::liquid::Liquids;
 use crate::membrane::Membranes;
+use crate::physics::Setup;
 use crate::spray::Sprays;
 use crate::wear::Wear;
 
-/// The part of a plan that has this feature; it may add columns to the particles of the start.
-type Begin = fn(&mut Core) -> Option<Box<dyn Part>>;
+/// A kind of part, before there is one.
+struct Kind {
+    of: fn(&mut Core) -> Option<Box<dyn Part>>,
+    bytes: fn(&Setup, &Crowd) -> f64,
+}
+
+const fn kind<P: Part>() -> Kind {
+    Kind {
+        of: |core| P::of(core).map(|part| Box::new(part) as Box<dyn Part>),
+        bytes: P::bytes,
+    }
+}
 
 /// All parts, in the order in which each place of the step calls them. Forces from outside follow.
-const PARTS: &[Begin] = &[
+const PARTS: &[Kind] = &[
     // Sheets move and are loaded before others look at them.
-    |core| boxed(Membranes::of(core)),
-    |core| boxed(Sprays::of(core)),
+    kind::<Membranes>(),
+    kind::<Sprays>(),
     // The audit reads masses before liquid changes them.
-    |core| boxed(Auditor::of(core)),
-    |core| boxed(Liquids::of(core)),
-    |core| boxed(Tracks::of(core)),
-    |core| boxed(LoadSeries::of(core)),
-    |core| boxed(Wear::of(core)),
+    kind::<Auditor>(),
+    kind::<Liquids>(),
+    kind::<Tracks>(),
+    kind::<LoadSeries>(),
+    kind::<Wear>(),
     // What is beyond a limit stops the run when all others have made their step.
-    |core| boxed(Guard::of(core)),
+    kind::<Guard>(),
 ];
-
-fn boxed<P: Part>(part: Option<P>) -> Option<Box<dyn Part>> {
-    part.map(|part| Box::new(part) as Box<dyn Part>)
-}
 
 /// The parts of a plan.
 pub(super) fn all(core: &mut Core) -> Vec<Box<dyn Part>> {
-    PARTS.iter().filter_map(|begin| begin(core)).collect()
+    PARTS.iter().filter_map(|kind| (kind.of)(core)).collect()
+}
+
+/// Memory that the parts of a setup take together ([`Part::bytes`]).
+#[must_use]
+pub fn bytes_of_parts(setup: &Setup, crowd: &Crowd) -> f64 {
+    PARTS.iter().map(|kind| (kind.bytes)(setup, crowd)).sum()
 }
 
 impl Engine {

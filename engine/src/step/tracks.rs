@@ -2,17 +2,21 @@
 
 use glam::DVec3;
 
-use super::{Arrival, Core, Exchanged, Part, RunError};
+use super::{Arrival, Core, Crowd, Exchanged, Part, RunError};
 use crate::neighbours::Images;
-use crate::physics::Tracking;
+use crate::physics::{Setup, Tracking};
 use crate::state::{PEBBLE, PERIODS, Particles, TRACK};
 
 /// The part that follows particles: by columns of theirs.
 pub(super) struct Tracks;
 
-impl Tracks {
-    /// Gives the particles of the start their tracks, if the plan has any.
-    pub(super) fn of(core: &mut Core) -> Option<Self> {
+impl Part for Tracks {
+    fn name(&self) -> &str {
+        "tracks"
+    }
+
+    /// Gives the particles of the start their tracks.
+    fn of(core: &mut Core) -> Option<Self> {
         let tracking = &core.watched.tracking;
         if tracking.is_empty() {
             return None;
@@ -20,11 +24,14 @@ impl Tracks {
         begin(tracking, &core.images, &mut core.particles);
         Some(Self)
     }
-}
 
-impl Part for Tracks {
-    fn name(&self) -> &str {
-        "tracks"
+    fn bytes(setup: &Setup, crowd: &Crowd) -> f64 {
+        let columns = match setup.physics.images().any() {
+            _ if setup.watched.tracking.is_empty() => 0,
+            true => 1 + PERIODS.len(),
+            false => 1,
+        };
+        crowd.rows * (columns * size_of::<f64>()) as f64
     }
 
     fn after_exchange(&mut self, core: &mut Core, exchanged: &Exchanged) {

@@ -108,6 +108,19 @@ impl Surface {
         Ok((surface, wall))
     }
 
+    /// Memory of a sheet of a plan, its plan and the mesh that borrows its shape, bytes: for estimates.
+    #[must_use]
+    pub fn bytes_of(plan: &SurfacePlan) -> f64 {
+        let (vertices, triangles) = (plan.vertices.len(), plan.triangles.len());
+        // Of the plan a place and a mass; positions, velocities, loads, forces, positions when listed, inverse mass, number.
+        let of_vertices =
+            vertices * (6 * size_of::<DVec3>() + 2 * size_of::<f64>() + size_of::<u32>());
+        // Of the plan and of the sheet the corners; loads, and the takers of its feature, of half as many corners and 3/2 as many edges.
+        let of_triangles =
+            triangles * (2 * size_of::<[u32; 3]>() + size_of::<DVec3>() + 3 * size_of::<u32>());
+        (of_vertices + of_triangles) as f64 + Mesh::bytes_of(triangles)
+    }
+
     /// Vertices of each triangle, in the order of the file.
     #[must_use]
     pub fn triangles(&self) -> &[[u32; 3]] {

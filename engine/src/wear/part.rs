@@ -5,13 +5,34 @@ use mercury_common::readable::rounded;
 use super::{Wear, Worn};
 use crate::contact::parameter::short;
 use crate::forces::Observation;
-use crate::physics::GuardPolicy;
+use crate::physics::{GuardPolicy, Setup};
 use crate::state::{Pieces, Plain, WallIndex};
-use crate::step::{Core, Engine, Part, RunError};
+use crate::step::{Core, Crowd, Engine, Part, RunError};
 
 impl Part for Wear {
     fn name(&self) -> &str {
         "wear"
+    }
+
+    fn of(core: &mut Core) -> Option<Self> {
+        let wear = Self::new(&core.physics.wear, &core.walls)?;
+        for wall in &wear.walls {
+            core.walls[wall.plan().wall].set_wearing();
+        }
+        Some(wear)
+    }
+
+    fn bytes(setup: &Setup, _: &Crowd) -> f64 {
+        let walls = &setup.physics.walls;
+        let plans = setup.physics.wear.iter();
+        let meshes = plans.filter_map(|plan| Some((plan, walls[plan.wall].shape.mesh()?)));
+        meshes
+            .map(|(plan, mesh)| {
+                // The wall has a mesh of its own as soon as it moves.
+                let own = if plan.moves { mesh.bytes() } else { 0 };
+                own as f64 + Worn::bytes_of(mesh)
+            })
+            .sum()
     }
 
     fn after_forces(&mut self, core: &mut Core, _: Option<&Observation>) {
@@ -95,15 +116,6 @@ impl Engine {
 }
 
 impl Wear {
-    /// In scenes with walls that wear.
-    pub(crate) fn of(core: &mut Core) -> Option<Self> {
-        let wear = Self::new(&core.physics.wear, &core.walls)?;
-        for wall in &wear.walls {
-            core.walls[wall.plan().wall].set_wearing();
-        }
-        Some(wear)
-    }
-
     fn move_surfaces(
         &mut self,
         core: &mut Core,

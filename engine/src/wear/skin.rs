@@ -52,10 +52,10 @@ impl Lists {
         for node in 0..nodes {
             start[node + 1] += start[node];
         }
-        Self {
-            start,
-            items: pairs.into_iter().map(|(_, item)| item).collect(),
-        }
+        // Without the memory of the pairs, in which it may be made.
+        let mut items: Vec<u32> = pairs.into_iter().map(|(_, item)| item).collect();
+        items.shrink_to_fit();
+        Self { start, items }
     }
 
     fn of(&self, node: u32) -> &[u32] {
@@ -65,6 +65,15 @@ impl Lists {
 }
 
 impl Skin {
+    /// Memory of one with so many corners and triangles, bytes: for estimates.
+    pub(super) fn bytes_of(corners: usize, triangles: usize) -> f64 {
+        let index = size_of::<u32>();
+        let of_corners = 2 * size_of::<DVec3>() + 5 * index;
+        let of_triangles = 3 * index + size_of::<(DVec3, f64)>();
+        // Three corners of each triangle; two neighbours at each edge, of which there are 3/2 for each triangle.
+        (corners * of_corners + triangles * (of_triangles + 6 * index)) as f64
+    }
+
     pub(super) fn new(mesh: &Mesh) -> Self {
         let first = mesh.corners().to_vec();
         let triangles = mesh.triangles();

@@ -108,6 +108,16 @@ pub struct WornVertex {
 }
 
 impl Worn {
+    /// Memory that a wall of this mesh takes beside it, bytes: for estimates.
+    #[must_use]
+    pub fn bytes_of(mesh: &Mesh) -> f64 {
+        let (corners, triangles) = (mesh.corners().len(), mesh.triangles().len());
+        let of_nodes =
+            size_of::<DVec3>() + 4 * size_of::<f64>() + 3 * size_of::<bool>() + size_of::<u32>();
+        let of_triangles = 3 * size_of::<f64>() + size_of::<u32>();
+        (corners * of_nodes + triangles * of_triangles) as f64 + Skin::bytes_of(corners, triangles)
+    }
+
     /// Unworn.
     #[must_use]
     pub fn new(plan: WearPlan, mesh: &Mesh) -> Self {

@@ -1,6 +1,8 @@
 //! The memory that outputs take.
 
-use mercury_common::frames::{ColumnKind, ParticleFrame, Table};
+use mercury_common::frames::{
+    ColumnKind, MembraneFrame, MembraneTriangleFrame, ParticleFrame, Table,
+};
 
 use super::particle_frames::ParticleTable;
 use crate::plan::{Expected, FieldPlan, Plan};
@@ -8,6 +10,7 @@ use mercury_engine::contact::HistoryNumber;
 use mercury_engine::forces::ContactRecord;
 use mercury_engine::memory::GROWTH;
 use mercury_engine::state::{Bodies, Particles};
+use mercury_engine::surface::SurfacePlan;
 
 /// Characters of a number in a text file, its separator among them.
 const TEXT: f64 = 20.0;
@@ -41,11 +44,13 @@ pub fn output_bytes(plan: &Plan, expected: &Expected, history: &[HistoryNumber])
     }
     // A state is sorted column by column; then the frame takes its own columns, which are encoded as a whole.
     let mut writing = 0.0f64;
-    let columns = ParticleFrame::specs(&ParticleTable::new(plan).columns);
-    let columns: usize = columns.iter().map(|column| bytes(column.kind)).sum();
+    let columns = row_bytes::<ParticleFrame>(&ParticleTable::new(plan).columns);
     if output.frames || output.vtk || !output.fields.is_empty() {
-        writing = writing.max(2.0 * rows * columns as f64);
+        writing = writing.max(2.0 * rows * columns);
     }
+    let sheets: f64 = plan.physics().surfaces.iter().map(sheet_bytes).sum();
+    kept += GROWTH * sheets;
+    writing += sheets;
     if output.data {
         kept += GROWTH * rows * NUMBERS[0] * TEXT;
         writing = writing.max(rows * NUMBERS[0] * 8.0);
@@ -85,6 +90,19 @@ fn state_bytes(plan: &Plan) -> f64 {
     // Its rank, but not where it was listed.
     let row = Particles::bytes_per_row(plan.physics().orientations) + size_of::<u32>();
     (row - size_of::<glam::DVec3>()) as f64
+}
+
+/// Bytes of the tables of a sheet.
+fn sheet_bytes(sheet: &SurfacePlan) -> f64 {
+    sheet.vertices.len() as f64 * row_bytes::<MembraneFrame>(&())
+        + sheet.triangles.len() as f64 * row_bytes::<MembraneTriangleFrame>(&())
+}
+
+/// Bytes of a row of a table.
+fn row_bytes<T: Table>(layout: &T::Layout) -> f64 {
+    let columns = T::specs(layout);
+    let bytes: usize = columns.iter().map(|column| bytes(column.kind)).sum();
+    bytes as f64
 }
 
 fn bytes(kind: ColumnKind) -> usize {

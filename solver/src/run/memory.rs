@@ -9,15 +9,17 @@ use crate::plan::{Memory, Plan, StartBytes, expected, largest, lattice_grains, p
 use mercury_engine::forces::{contact_loop, parked_bytes};
 use mercury_engine::memory::{GROWTH, MANY};
 use mercury_engine::neighbours::{build_bytes, list_bytes};
+use mercury_engine::physics::ToSetup;
 use mercury_engine::state::{Bodies, Particles};
+use mercury_engine::step::{Crowd, bytes_of_parts};
 
 /// The memory of any run: the program, its libraries, its pictures.
 const PROGRAM: f64 = 16e6;
 
 /// What the run of a plan is expected to take.
 ///
-/// The sum of the memory of particles, lists and outputs, for the expected number of particles and contacts. A list that is built
-/// while a frame is written takes somewhat more than either, and so do states that wait for a slow disk.
+/// The sum of the memory of particles, lists, parts of the step and outputs, for the expected number of particles and contacts.
+/// A list that is built while a frame is written takes somewhat more than either, and so do states that wait for a slow disk.
 #[must_use]
 pub fn memory(plan: &Plan) -> Memory {
     let expected = expected(plan);
@@ -35,9 +37,14 @@ pub fn memory(plan: &Plan) -> Memory {
     let parked = parked_bytes(rows, expected.touching);
     let output = output_bytes(plan, &expected, &layout.columns);
     let start = StartBytes::of(plan);
+    let crowd = Crowd {
+        rows,
+        touching: expected.touching,
+    };
+    let parts = bytes_of_parts(&plan.to_setup(), &crowd);
     let checkpoint = particles + layout.saved_bytes(rows, expected.listed, expected.touching);
 
-    let steps = PROGRAM + start.plan + particles + slots + parked + output.kept;
+    let steps = PROGRAM + start.plan + particles + parts + slots + parked + output.kept;
     // A list is made while the old slots exist; then their histories are kept, twice for a moment, for the new ones.
     let searching = build_bytes(rows, expected.listed);
     let waiting = (GROWTH + 1.0) * expected.touching * carried;

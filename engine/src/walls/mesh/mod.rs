@@ -180,6 +180,16 @@ impl Mesh {
             + self.topology.bytes()
     }
 
+    /// The same of so many triangles, two at each edge and six at each corner, before there is a mesh.
+    #[must_use]
+    pub fn bytes_of(triangles: usize) -> f64 {
+        let each = size_of::<Facet>()
+            + size_of::<u32>()
+            + (size_of::<Leaf>() + Tree::BYTES_OF_LEAF) / LANES;
+        let of_vertices = size_of::<DVec3>() / 2;
+        (triangles * (each + of_vertices + Topology::BYTES_OF_TRIANGLE)) as f64
+    }
+
     /// The wall of `triangles`; `place` maps its coordinates into the scene (m), a similarity. `front_only`: only the side acts
     /// to which the triangles turn counter-clockwise. Triangles without area to within the precision of the coordinates are
     /// left out.

@@ -37,6 +37,13 @@ impl Topology {
             + size_of_val(&self.corner_normals[..])
     }
 
+    /// For each triangle, where two meet at each edge and six at each corner, and both sides act.
+    pub(super) const BYTES_OF_TRIANGLE: usize = {
+        let of_edge = size_of::<[u32; 2]>() + 5 * size_of::<u32>();
+        let of_corner = 7 * size_of::<u32>() + size_of::<bool>();
+        (3 * of_edge + of_corner) / 2
+    };
+
     /// Of these triangles, and the edges of each.
     pub(super) fn new(
         vertices: &[DVec3],

@@ -125,6 +125,9 @@ impl Tree {
         size_of_val(&self.nodes[..])
     }
 
+    /// For each leaf, if all nodes have all their children.
+    pub(super) const BYTES_OF_LEAF: usize = size_of::<Node>() / (WIDE - 1);
+
     /// Sorts the triangles so that those of a leaf lie together, [`LANES`] of them but for the last leaf, and builds the tree over them.
     pub(super) fn build(vertices: &[DVec3], triangles: &mut [(u32, [u32; 3])]) -> Self {
         let mut tree = Self { nodes: Vec::new() };
