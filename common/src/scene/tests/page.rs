@@ -278,8 +278,8 @@ fn missing(text: &str) -> Vec<&'static str> {
     all.into_iter().collect()
 }
 
-/// The scene with these keys behind the others of their section, such as `[output]`, with their examples and texts.
-fn with_keys(text: &str, missing: &[&str]) -> String {
+/// The scene with each key of a section such as `[output]`, those that it lacks behind the others with their examples and texts.
+fn with_keys(text: &str) -> String {
     let mut scene = text.to_owned();
     for section in all_keys(&SCENE) {
         let head = format!("\n[{}]", section.name);
@@ -287,12 +287,17 @@ fn with_keys(text: &str, missing: &[&str]) -> String {
             continue;
         };
         let begin = begin + head.len();
-        let end = scene[begin..]
-            .find("\n[")
-            .map_or(scene.len(), |end| begin + end);
+        let end = (scene[begin..].find("\n[")).map_or(scene.len(), |end| begin + end);
         let end = begin + scene[begin..end].trim_end().len();
+        let is_there = |key: &&SceneKey| {
+            let mut lines = scene[begin..end].lines();
+            lines.any(|line| {
+                let line = line.trim_start_matches(['#', ' ']).strip_prefix(key.name);
+                line.is_some_and(|rest| rest.trim_start().starts_with('='))
+            })
+        };
         let keys = table.keys.iter().copied().flatten();
-        let lines: String = (keys.filter(|key| missing.contains(&key.name)))
+        let lines: String = (keys.filter(|key| !is_there(key)))
             .map(|key| {
                 let example = key.example.split("   # ").next().unwrap();
                 format!("\n{} = {example}   # {}", key.name, key.text)
@@ -307,13 +312,17 @@ fn with_keys(text: &str, missing: &[&str]) -> String {
 fn the_scene_of_all_keys_has_each_of_them() {
     let path = repository().join("scenes/keys.toml");
     let text = fs::read_to_string(&path).unwrap();
-    let lacks = missing(&text);
-    let added = with_keys(&text, &lacks);
-    if std::env::var_os("MERCURY_BLESS").is_some() && added != text {
-        fs::write(&path, &added).unwrap();
+    let whole = with_keys(&text);
+    if std::env::var_os("MERCURY_BLESS").is_some() && whole != text {
+        fs::write(&path, &whole).unwrap();
     }
-    let lacks = missing(&fs::read_to_string(&path).unwrap());
+    let text = fs::read_to_string(&path).unwrap();
+    let lacks = missing(&text);
     assert!(lacks.is_empty(), "scenes/keys.toml lacks {lacks:?}");
+    assert!(
+        text == whole,
+        "a section of scenes/keys.toml lacks a key; MERCURY_BLESS=1 cargo test -p mercury-common --lib scene::tests::page adds it"
+    );
 }
 
 /// A key that is taken out comes back into its section.
@@ -325,7 +334,7 @@ fn a_key_that_the_scene_lacks_is_added_to_its_section() {
         .filter(|line| !line.starts_with("track_every "))
         .collect();
     assert_eq!(missing(&without), ["track_every"]);
-    let added = with_keys(&without, &["track_every"]);
+    let added = with_keys(&without);
     let [output, key] = ["\n[output]", "\ntrack_every = "].map(|head| added.find(head).unwrap());
     assert!(!added[output + 1..key].contains("\n["));
     assert_eq!(missing(&added), [""; 0]);
