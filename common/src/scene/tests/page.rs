@@ -1,6 +1,7 @@
 //! The page of the scene format has the tables of keys that the reader has, and the scene of all keys has each of them.
 //!
-//! `MERCURY_BLESS=1 cargo test -p mercury-common --lib scene::tests::page` writes the tables of the page anew.
+//! `MERCURY_BLESS=1 cargo test -p mercury-common --lib scene::tests::page` writes the tables of the page anew, and adds keys to the sections of
+//! that scene.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -266,14 +267,75 @@ fn names(
     }
 }
 
-#[test]
-fn the_scene_of_all_keys_has_each_of_them() {
-    let text = fs::read_to_string(repository().join("scenes/keys.toml")).unwrap();
+/// The keys of the format that a scene lacks.
+fn missing(text: &str) -> Vec<&'static str> {
     let is_word = |c: char| c.is_ascii_alphanumeric() || "_-+*".contains(c);
     let words: BTreeSet<&str> = text.split(|c| !is_word(c)).collect();
     let mut all = BTreeSet::new();
     names(&SCENE, &mut Vec::new(), &mut all);
     assert!(all.len() > 200, "{}", all.len());
-    let missing: Vec<&&str> = all.iter().filter(|name| !words.contains(**name)).collect();
-    assert!(missing.is_empty(), "scenes/keys.toml lacks {missing:?}");
+    all.retain(|name| !words.contains(name));
+    all.into_iter().collect()
+}
+
+/// The scene with each key of a section such as `[output]`, those that it lacks behind the others with their examples and texts.
+fn with_keys(text: &str) -> String {
+    let mut scene = text.to_owned();
+    for section in all_keys(&SCENE) {
+        let head = format!("\n[{}]", section.name);
+        let (Some(table), Some(begin)) = (table_of(&section.kind), scene.find(&head)) else {
+            continue;
+        };
+        let begin = begin + head.len();
+        let end = (scene[begin..].find("\n[")).map_or(scene.len(), |end| begin + end);
+        let end = begin + scene[begin..end].trim_end().len();
+        let is_there = |key: &&SceneKey| {
+            let mut lines = scene[begin..end].lines();
+            lines.any(|line| {
+                let line = line.trim_start_matches(['#', ' ']).strip_prefix(key.name);
+                line.is_some_and(|rest| rest.trim_start().starts_with('='))
+            })
+        };
+        let keys = table.keys.iter().copied().flatten();
+        let lines: String = (keys.filter(|key| !is_there(key)))
+            .map(|key| {
+                let example = key.example.split("   # ").next().unwrap();
+                format!("\n{} = {example}   # {}", key.name, key.text)
+            })
+            .collect();
+        scene.insert_str(end, &lines);
+    }
+    scene
+}
+
+#[test]
+fn the_scene_of_all_keys_has_each_of_them() {
+    let path = repository().join("scenes/keys.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    let whole = with_keys(&text);
+    if std::env::var_os("MERCURY_BLESS").is_some() && whole != text {
+        fs::write(&path, &whole).unwrap();
+    }
+    let text = fs::read_to_string(&path).unwrap();
+    let lacks = missing(&text);
+    assert!(lacks.is_empty(), "scenes/keys.toml lacks {lacks:?}");
+    assert!(
+        text == whole,
+        "a section of scenes/keys.toml lacks a key; MERCURY_BLESS=1 cargo test -p mercury-common --lib scene::tests::page adds it"
+    );
+}
+
+/// A key that is taken out comes back into its section.
+#[test]
+fn a_key_that_the_scene_lacks_is_added_to_its_section() {
+    let text = fs::read_to_string(repository().join("scenes/keys.toml")).unwrap();
+    let lines = text.split_inclusive('\n');
+    let without: String = lines
+        .filter(|line| !line.starts_with("track_every "))
+        .collect();
+    assert_eq!(missing(&without), ["track_every"]);
+    let added = with_keys(&without);
+    let [output, key] = ["\n[output]", "\ntrack_every = "].map(|head| added.find(head).unwrap());
+    assert!(!added[output + 1..key].contains("\n["));
+    assert_eq!(missing(&added), [""; 0]);
 }
