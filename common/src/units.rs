@@ -367,7 +367,7 @@ fn no_unit(symbol: &str) -> String {
         _ => return format!("there is no unit {symbol:?}"),
     };
     format!(
-        "degrees {name} begin at another zero than kelvin: write kelvin, 293.15 K for 20 \u{b0}C"
+        "is in degrees {name}, which begin at another zero than kelvin: write kelvin, 293.15 K for 20 \u{b0}C"
     )
 }
 
@@ -550,11 +550,11 @@ mod tests {
             ("5 kmin", "there is no unit \"kmin\""),
             (
                 "20 \u{b0}C",
-                "degrees Celsius begin at another zero than kelvin: write kelvin, 293.15 K for 20 \u{b0}C",
+                "is in degrees Celsius, which begin at another zero than kelvin: write kelvin, 293.15 K for 20 \u{b0}C",
             ),
             (
                 "68 degF",
-                "degrees Fahrenheit begin at another zero than kelvin: write kelvin, 293.15 K for 20 \u{b0}C",
+                "is in degrees Fahrenheit, which begin at another zero than kelvin: write kelvin, 293.15 K for 20 \u{b0}C",
             ),
             ("5 m/", "nothing follows a `/` of the unit \"m/\""),
             ("5 m0", "\"0\" is no exponent of a unit"),

@@ -141,7 +141,7 @@ fn bad_input_is_located_and_explained() {
             "halve",
         ),
         (
-            "x,y,z,radius,temperature\n",
+            "x,y,z,radius,colour\n",
             1,
             14,
             "unknown column",
