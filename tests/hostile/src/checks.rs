@@ -44,10 +44,11 @@ impl Bound {
 }
 
 /// The most time that a file of this size may take at `opt-level` 1. A reader of linear time takes a hundredth of it; one of quadratic time
-/// exceeds it at some hundred kilobytes.
+/// exceeds it at some hundred kilobytes. Whatever its size, a scene may need the bounded work of a plan, such as the way of a wall over all
+/// steps: up to 1 s of the base.
 #[must_use]
 pub fn longest(size: u64) -> Duration {
-    Duration::from_millis(1000) + Duration::from_micros(6) * u32::try_from(size).unwrap_or(u32::MAX)
+    Duration::from_millis(2000) + Duration::from_micros(6) * u32::try_from(size).unwrap_or(u32::MAX)
 }
 
 /// Time that this thread has computed, so that what else the machine does counts little; by the clock where the system does not say.
