@@ -352,8 +352,7 @@ def processor_time(command):
     return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
 
 
-# Skins over the smallest radius that are tried for the peers, and how their lists are made.
-SKINS = [0.2, 0.4, 0.8]
+# How the peers make their lists.
 PEERS = {"liggghts": ["liggghts"], "lammps": ["lammps"], "lammps multi": ["lammps", "--multi"]}
 
 
@@ -372,7 +371,7 @@ def peers(options):
                 # With equal spheres both kinds of lists of LAMMPS are the same.
                 if name == "lammps multi" and ratio == 1:
                     continue
-                for skin in SKINS:
+                for skin in options.skins:
                     ways[f"{name}, skin {skin}"] = lambda steps, arguments=arguments, skin=skin: [ROOT / "benches" / "peers.py", *arguments, scene, "--warm", "1", "--steps", steps, "--skin", skin]
             found = {}
             for _ in range(options.rounds):
@@ -476,6 +475,7 @@ def main():
     parser.add_argument("--lanes", default=[], type=lambda lanes: ["--lanes", lanes], help="`count` takes 4 unless it is given")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--steps", type=int, default=400, help="that are timed")
+    parser.add_argument("--skins", type=float, nargs="+", default=[0.2, 0.4, 0.8], help="over the smallest radius, that `peers` tries")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     if options.what == "count" and not options.lanes:
