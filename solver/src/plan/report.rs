@@ -167,12 +167,7 @@ fn write_memory(
     let spheres = memory.spheres.round();
     let mut steps = bytes(memory.steps);
     if spheres >= 1.0 {
-        let _ = write!(
-            steps,
-            " for {} spheres, {} each",
-            short(spheres),
-            bytes(memory.steps / spheres)
-        );
+        let _ = write!(steps, " for {} spheres", short(spheres));
     }
     line(text, "time loop", &steps)?;
     let most = format!(
