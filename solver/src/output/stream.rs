@@ -145,10 +145,8 @@ impl Beginning<'_> {
         ending: &str,
         layout: &T::Layout,
     ) -> Result<TableWriter<T>, OutputError> {
-        let (path, header) = (
-            self.folder.join(self.name(ending)),
-            frames_header(self.plan),
-        );
+        let path = self.folder.join(self.name(ending));
+        let header = frames_header(self.plan);
         Ok(match self.at {
             None => TableWriter::create(path, &header, layout)?,
             Some(frames) => TableWriter::resume(path, &header, layout, frames as usize)?,
