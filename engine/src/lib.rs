@@ -15,6 +15,7 @@ pub mod liquid;
 pub mod membrane;
 pub mod memory;
 pub mod neighbours;
+mod parallel;
 pub mod physics;
 pub mod spray;
 pub mod stage;

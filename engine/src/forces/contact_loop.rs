@@ -21,8 +21,6 @@ mod vertices;
 mod walls;
 mod watching;
 
-use rayon::prelude::*;
-
 use super::{
     BondPlace, ContactForces, FeatureLoads, Finish, MotionBound, NearWall, Needs, StepContext,
     block_size,
@@ -31,6 +29,7 @@ use crate::contact::{
     AdhesionLaw, Bridge, Histories, NoAdhesion, NormalLaw, PairLaw, RollingLaw, TangentialLaw,
 };
 use crate::neighbours::CandidateList;
+use crate::parallel::each_part;
 use crate::state::{Load, Particle, Particles, Row, WallIndex};
 use block::Block;
 use contact_batch::Numbers;
@@ -146,11 +145,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
             block.take_over(&near_meshes);
             block.note_targets(block_size);
         };
-        if parallel {
-            self.blocks.par_iter_mut().for_each(fill);
-        } else {
-            self.blocks.iter_mut().for_each(fill);
-        }
+        each_part(parallel, &mut self.blocks, fill);
         self.link();
     }
 

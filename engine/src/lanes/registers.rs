@@ -30,7 +30,7 @@ use instructions;
 /// Numbers in a register, and the mask that a comparison of two gives.
 macro_rules! register {
     (
-        $(#[$text:meta])* $name:ident: $register:ident of $lanes:literal,
+        $(#[$text:meta])* $name:ident: $register:ident of $lanes:literal [$($lane:literal),*],
         [$add:ident, $sub:ident, $mul:ident, $div:ident, $sqrt:ident, $min:ident, $max:ident],
         [$xor:ident, $andnot:ident, $splat:ident, $from_lanes:expr],
         $mask:ident: $bits_of_mask:ident,
@@ -95,7 +95,8 @@ macro_rules! register {
             #[inline(always)]
             fn from_lanes(mut number: impl FnMut(usize) -> f64) -> Self {
                 let from_lanes: fn([f64; $lanes]) -> $register = $from_lanes;
-                Self(from_lanes(std::array::from_fn(&mut number)))
+                // Not `array::from_fn`, which would be a tenth of the crate's code before it is optimised.
+                Self(from_lanes([$(number($lane)),*]))
             }
 
             #[inline(always)]

@@ -14,12 +14,12 @@
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::elements::{Sides, Strained};
 use super::sheet::{Elasticity, RestTriangle, Sheet};
 use super::topology::NONE;
 use crate::lanes::{MOST_LANES, Mask, Quad, Real, Task, Vector, Width};
+use crate::parallel::each_part;
 
 /// Elements, and vertices, that a thread takes at a time. Sums are made within these and then over them, so they do not depend on threads.
 const CHUNK: usize = 1024;
@@ -124,20 +124,6 @@ pub struct Evaluation<'a> {
     pub is_parallel: bool,
     /// Lanes in which edges and triangles are taken.
     pub width: Width,
-}
-
-/// Work on each of these, by all threads if `is_parallel`.
-fn share<T: Send>(
-    is_parallel: bool,
-    pieces: impl Iterator<Item = T>,
-    work: impl Fn(T) + Send + Sync,
-) {
-    if is_parallel {
-        let pieces: Vec<T> = pieces.collect();
-        pieces.into_par_iter().for_each(work);
-    } else {
-        pieces.for_each(work);
-    }
 }
 
 /// Slices of a chunk each, and behind them empty ones without end: of numbers that a sheet does not have.
@@ -261,7 +247,7 @@ impl Sheet {
         let (faces, places, tensions) = (&work.faces, &work.places, &work.tensions);
         let moments = &work.moments;
         let along = work.along.chunks_mut(CHUNK).enumerate();
-        share(at.is_parallel, along, |(chunk, along)| {
+        each_part(at.is_parallel, along, |(chunk, along)| {
             let range = chunk * CHUNK..chunk * CHUNK + along.len();
             at.width.run(Along {
                 triangles: &self.topology.triangles()[range.clone()],
@@ -275,7 +261,7 @@ impl Sheet {
         });
         let along = &work.along;
         let forces = forces.chunks_mut(CHUNK).enumerate();
-        share(at.is_parallel, forces, |(chunk, forces)| {
+        each_part(at.is_parallel, forces, |(chunk, forces)| {
             at.width.run(Gather {
                 sheet: self,
                 first: chunk * CHUNK,
@@ -353,12 +339,12 @@ impl Sheet {
             .places
             .chunks_mut(CHUNK)
             .zip(at.positions.chunks(CHUNK));
-        share(at.is_parallel, places, copy);
+        each_part(at.is_parallel, places, copy);
         let speeds = work
             .speeds
             .chunks_mut(CHUNK)
             .zip(at.velocities.chunks(CHUNK));
-        share(at.is_parallel, speeds, copy);
+        each_part(at.is_parallel, speeds, copy);
     }
 
     /// Areas of the triangles, and what else follows from their corners. Returns the first of them that turned over since the evaluation before.
@@ -368,7 +354,7 @@ impl Sheet {
         let (places, speeds) = (&work.places, &work.speeds);
         let faces = work.faces.chunks_mut(CHUNK).enumerate();
         let pieces = faces.zip(slices(&mut work.sides).zip(slices(&mut work.rates)));
-        share(
+        each_part(
             at.is_parallel,
             pieces,
             |((chunk, faces), (sides, rates))| {
@@ -402,7 +388,7 @@ impl Sheet {
         let (faces, sides, rates) = (&work.faces, &work.sides, &work.rates);
         let tensions = work.tensions.chunks_mut(CHUNK).enumerate();
         let pieces = tensions.zip(slices(&mut work.moments).zip(&mut work.sums));
-        share(at.is_parallel, pieces, |(tensions, (moments, sum))| {
+        each_part(at.is_parallel, pieces, |(tensions, (moments, sum))| {
             let (chunk, tensions) = tensions;
             let range = chunk * CHUNK..chunk * CHUNK + tensions.len();
             // Hinges are the first of the edges.

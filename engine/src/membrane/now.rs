@@ -10,6 +10,7 @@ use super::pressure::Load;
 use super::sheet::Sheet;
 use crate::lanes::Width;
 use crate::neighbours::Images;
+use crate::parallel::map_parts;
 use crate::surface::{CHUNK, LARGE, Surface};
 use crate::walls::{Motion, Pose, WallNow};
 
@@ -449,7 +450,7 @@ impl MembraneNow {
         };
         let is_parallel = has_pool && surface.positions.len() >= LARGE;
         let chunks = triangles.chunks(CHUNK).enumerate();
-        let sums = map_chunks(is_parallel, chunks, |(chunk, triangles)| {
+        let sums = map_parts(is_parallel, chunks, |(chunk, triangles)| {
             swept(chunk * CHUNK, triangles)
         });
         let swept: f64 = sums.into_iter().sum();
@@ -553,20 +554,6 @@ impl MembraneNow {
     }
 }
 
-/// What comes of each of these, in their order; by all threads if `is_parallel`.
-fn map_chunks<T: Send, R: Send>(
-    is_parallel: bool,
-    chunks: impl Iterator<Item = T>,
-    work: impl Fn(T) -> R + Send + Sync,
-) -> Vec<R> {
-    if is_parallel {
-        let chunks: Vec<T> = chunks.collect();
-        chunks.into_par_iter().map(work).collect()
-    } else {
-        chunks.map(work).collect()
-    }
-}
-
 /// Adds the drag on the vertices to all forces on them. Returns what it loses, W.
 fn drag(sheet: &Sheet, surface: &mut Surface, is_parallel: bool) -> f64 {
     let drag = sheet.law().drag;
@@ -576,7 +563,7 @@ fn drag(sheet: &Sheet, surface: &mut Surface, is_parallel: bool) -> f64 {
     let vertices = surface.velocities.chunks(CHUNK);
     let vertices = vertices.zip(sheet.masses().chunks(CHUNK));
     let chunks = surface.forces.chunks_mut(CHUNK).zip(vertices);
-    let lost = map_chunks(is_parallel, chunks, |(forces, (velocities, masses))| {
+    let lost = map_parts(is_parallel, chunks, |(forces, (velocities, masses))| {
         let mut lost = 0.0;
         for ((force, velocity), mass) in forces.iter_mut().zip(velocities).zip(masses) {
             *force -= *velocity * (drag * mass);

@@ -1,8 +1,8 @@
 //! Extra skin for the few particles that move farthest.
 
 use super::Skin;
-use super::rows::each;
 use super::validity::displacement;
+use crate::parallel::each;
 use crate::state::Particles;
 
 /// One particle of this many gets extra skin.

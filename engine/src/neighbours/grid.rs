@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::Images;
 use super::lines::Lines;
-use super::rows::{each, each_of};
+use crate::parallel::{each, each_part};
 
 /// A grid of cells over the particles; rows are sorted by cell, line by line along the fastest axis, the lines brick by brick (`lines.rs`).
 ///
@@ -107,13 +107,17 @@ impl Grid {
             rest = others;
             counts.push((range, own));
         }
-        each_of(counts, |(range, own): (Range<usize>, &mut [u32])| {
-            for &cell in cell_of {
-                if let Some(count) = own.get_mut((cell as usize).wrapping_sub(range.start)) {
-                    *count += 1;
+        each_part(
+            counts.len() > 1,
+            counts,
+            |(range, own): (Range<usize>, &mut [u32])| {
+                for &cell in cell_of {
+                    if let Some(count) = own.get_mut((cell as usize).wrapping_sub(range.start)) {
+                        *count += 1;
+                    }
                 }
-            }
-        });
+            },
+        );
         for cell in 0..cells {
             self.start[cell + 1] += self.start[cell];
         }
@@ -136,7 +140,7 @@ impl Grid {
             places.push((first, self.start[first..end].to_vec(), begin, own));
             first = end;
         }
-        each_of(places, |(first, mut next, begin, own)| {
+        each_part(places.len() > 1, places, |(first, mut next, begin, own)| {
             for (row, &cell) in cell_of.iter().enumerate() {
                 if let Some(place) = next.get_mut((cell as usize).wrapping_sub(first)) {
                     own[(*place - begin) as usize] = row as u32;

@@ -4,13 +4,12 @@ use std::ops::Range;
 
 use bytemuck::Zeroable;
 use bytemuck::allocation::zeroed_vec;
-use rayon::prelude::*;
 
 use super::grid::MOST_LATER;
 use super::other_pairs::OtherPairs;
-use super::rows::{change_each, each};
 use super::{Grid, Images, Levels, Margin, NO_SHIFT};
 use crate::memory::GROWTH;
+use crate::parallel::{change_each, each, each_part, map_parts};
 use crate::state::{Bodies, Particle, Particles, Row};
 
 /// A listed partner of a row.
@@ -196,12 +195,7 @@ fn list(members: &Members, grid: &Grid, images: &Images, parallel: bool) -> Cand
     let layers = grid.layers();
     let layer =
         |(lines, c): &(Range<usize>, usize)| layer(&spots, grid, lines.clone(), *c, &through);
-    let layers: Vec<CandidateList> = if parallel {
-        layers.par_iter().map(layer).collect()
-    } else {
-        layers.iter().map(layer).collect()
-    };
-    put_together(layers, parallel)
+    put_together(map_parts(parallel, &layers, layer), parallel)
 }
 
 /// The lists of layers, one behind the other; the `start` of each holds the ends of its rows alone.
@@ -229,11 +223,7 @@ fn put_together(layers: Vec<CandidateList>, parallel: bool) -> CandidateList {
             }
             entries.copy_from_slice(&layer.entries);
         };
-    if parallel {
-        parts.into_par_iter().for_each(put);
-    } else {
-        parts.into_iter().for_each(put);
-    }
+    each_part(parallel, parts, put);
     whole
 }
 

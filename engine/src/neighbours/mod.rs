@@ -13,7 +13,6 @@ mod lines;
 mod list;
 mod margin;
 mod other_pairs;
-mod rows;
 mod skin;
 mod validity;
 
@@ -25,6 +24,5 @@ pub use images::{Images, NO_SHIFT, opposite};
 pub use levels::Levels;
 pub use list::{Built, Candidate, CandidateList, build, build_bytes, list_bytes};
 pub use margin::Margin;
-pub(crate) use rows::each;
 pub use skin::Skin;
 pub use validity::Validity;

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::rows::RUN;
+use crate::parallel::RUN;
 use crate::state::Particles;
 
 /// Upper bound of the share of its skin that a particle has used up since the list was built: of half the thickness and the own

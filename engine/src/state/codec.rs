@@ -7,9 +7,9 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, VecDeque};
 
 use glam::{DQuat, DVec3};
-use rayon::prelude::*;
 
 use super::sections::Sections;
+use crate::parallel::each_part_by;
 
 /// The first bytes.
 const MAGIC: &[u8; 8] = b"MERCSTAT";
@@ -348,12 +348,7 @@ impl Pieces {
         let threads = pool.map_or(1, rayon::ThreadPool::current_num_threads);
         let share = values.len().div_ceil(threads);
         let mut pieces: Vec<_> = values.chunks(share).map(|_| self.memory()).collect();
-        match pool {
-            Some(pool) => pool.install(|| {
-                (pieces.par_iter_mut().zip(values.par_chunks(share))).for_each(fill);
-            }),
-            None => pieces.iter_mut().zip(values.chunks(share)).for_each(fill),
-        }
+        each_part_by(pool, pieces.iter_mut().zip(values.chunks(share)), fill);
         pieces.into_iter().for_each(|piece| self.push(piece));
     }
 }

@@ -9,6 +9,7 @@ use super::{Block, ContactLoop};
 use crate::contact::{AdhesionLaw, Histories, History, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::NearWall;
 use crate::neighbours::CandidateList;
+use crate::parallel::map_parts;
 use crate::state::{Row, WallIndex};
 use crate::walls::NearMeshes;
 
@@ -108,7 +109,7 @@ fn going_on<'a, H>(
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<N, T, R, A> {
     /// Histories of pairs that touch or are bonded, by their new rows. Slots with histories are freed at the same time: memory
-    /// holds each history once. memory holds them once.
+    /// holds each history once.
     pub(super) fn carried(
         &mut self,
         new_row: &[Option<Row>],
@@ -142,10 +143,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
         };
         let pairs: Vec<Vec<Vec<_>>> = if <Histories<N, T, R, A>>::LENGTH == 0 {
             Vec::new()
-        } else if parallel {
-            self.blocks.par_iter_mut().map(of_block).collect()
         } else {
-            self.blocks.iter_mut().map(of_block).collect()
+            map_parts(parallel, &mut self.blocks, of_block)
         };
         let of_part = |part: usize| {
             let pairs = pairs.iter().map(|of_block| &of_block[part][..]);
@@ -154,12 +153,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
         };
         Carried {
             per_part,
-            parts: if parallel {
-                let parts = (0..parts).into_par_iter().with_max_len(1);
-                parts.map(of_part).collect()
-            } else {
-                (0..parts).map(of_part).collect()
-            },
+            parts: map_parts(parallel, 0..parts, of_part),
         }
     }
 
@@ -182,17 +176,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
             }
             carried
         };
-        // Those of one wall that a particle touches keep their order.
-        if parallel {
-            let blocks = self.blocks.par_iter();
-            let mut carried: Vec<_> = blocks.flat_map_iter(of_block).collect();
-            carried.par_sort_by_key(|&(key, _)| key);
-            carried
-        } else {
-            let mut carried: Vec<_> = self.blocks.iter().flat_map(of_block).collect();
-            carried.sort_by_key(|&(key, _)| key);
-            carried
-        }
+        let carried = map_parts(parallel, &self.blocks, of_block).concat();
+        // Those of one wall that a particle touches keep their order. What is sorted has no type of a law, so that the sort is compiled once.
+        let mut places: Vec<(NearKey, u32)> =
+            (0..).zip(&carried).map(|(k, one)| (one.0, k)).collect();
+        sort(&mut places, parallel);
+        (places.into_iter().map(|(_, k)| carried[k as usize])).collect()
     }
 
     /// Takes the lists of facets out of the blocks.
@@ -212,12 +201,17 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
             }
             of_block.push(lists);
         }
-        if parallel {
-            places.par_sort_unstable();
-        } else {
-            places.sort_unstable();
-        }
+        sort(&mut places, parallel);
         CarriedNearMeshes { of_block, places }
+    }
+}
+
+/// Sorts a list without equal entries.
+fn sort<T: Ord + Send>(list: &mut [T], parallel: bool) {
+    if parallel {
+        list.par_sort_unstable();
+    } else {
+        list.sort_unstable();
     }
 }
 

@@ -9,7 +9,7 @@ use super::sheets::Joined;
 use crate::contact::{AdhesionLaw, Histories, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
 use crate::forces::blocks::place;
 use crate::forces::{Finish, MotionBound, Observation, Partner, StepContext};
-use crate::lanes::Width;
+use crate::lanes::Task;
 use crate::state::{Bodies, Id, Load, Particle};
 use crate::surface::Place;
 
@@ -111,8 +111,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             (None, false) => width.run(self.pairs::<false, false>(block, rows, loads, numbers)),
             (None, true) => width.run(self.pairs::<true, false>(block, rows, loads, numbers)),
             // Observed steps are few: a shift of zero, which changes no bit, is cheaper there than one more copy of the loop.
-            // Observed contacts are recorded one by one.
-            (Some(_), _) => Width::ONE.run(self.pairs::<true, true>(block, rows, loads, numbers)),
+            // Observed contacts are recorded one by one. Not by `Width::ONE`, for which the loop would be compiled in all widths.
+            (Some(_), _) => (self.pairs::<true, true>(block, rows, loads, numbers)).run::<f64>(),
         }
         self.walls(block, rows, loads);
     }

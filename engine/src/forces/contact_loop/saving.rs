@@ -1,13 +1,12 @@
 //! The slots of a contact loop as bytes, and back.
 
-use rayon::prelude::*;
-
 use super::ContactLoop;
 use super::block::Block;
 use super::slots::{FREE, IMAGE, Slot, WITH_HISTORY};
 use crate::contact::{AdhesionLaw, Histories, History, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::saved::{MOST_AT_WALL, Stretch, most_bytes_of_pairs, put_stretches};
 use crate::forces::{HistoryLayout, SavedLoads, SavedSlot, SavedSlots, SavesContacts, SlotState};
+use crate::parallel::each_part_by;
 use crate::state::{Pieces, Plain};
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<N, T, R, A> {
@@ -129,14 +128,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> SavesContact
             .into_iter()
             .map(|heads| Stretch::reusing(heads, pieces.memory()))
             .collect();
-        match pool {
-            Some(pool) => pool.install(|| {
-                (stretches.par_iter_mut().zip(self.blocks.par_chunks(share)))
-                    .for_each(|(stretch, blocks)| Self::put_blocks(stretch, blocks, &nothing));
-            }),
-            None => (stretches.iter_mut().zip(self.blocks.chunks(share)))
-                .for_each(|(stretch, blocks)| Self::put_blocks(stretch, blocks, &nothing)),
-        }
+        let parts = stretches.iter_mut().zip(self.blocks.chunks(share));
+        each_part_by(pool, parts, |(stretch, blocks)| {
+            Self::put_blocks(stretch, blocks, &nothing);
+        });
         put_stretches(pieces, &nothing, stretches);
     }
 

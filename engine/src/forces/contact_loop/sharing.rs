@@ -98,20 +98,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             });
             patience
         };
-        let others = AtomicUsize::new(0);
-        let this_thread = || rayon::current_thread_index().unwrap_or_default();
-        pool.scope(|scope| {
-            for _ in 1..pool.current_num_threads() {
-                // When this thread is done, it takes back the blocks that no other thread has taken, and finds nothing left to do
-                // in them.
-                scope.spawn(|_| {
-                    others.fetch_add(1, Ordering::Relaxed);
-                    work(this_thread());
-                    others.fetch_sub(1, Ordering::Release);
-                });
-            }
-            work(this_thread()).look(|| others.load(Ordering::Acquire) == 0);
-        });
+        by_all_threads(pool, &work);
         for index in 0..stations.len() {
             if !stations[index].finished.load(Ordering::Relaxed) {
                 finish_if_ready(&stations, index, finish);
@@ -155,6 +142,23 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             stations[read].readers.fetch_sub(1, Ordering::Release);
         }
     }
+}
+
+/// Calls a function with the number of each thread that comes. Not generic, so that it is compiled once for all laws.
+fn by_all_threads(pool: &rayon::ThreadPool, work: &(dyn Fn(usize) -> Patience + Sync)) {
+    let others = AtomicUsize::new(0);
+    let this_thread = || rayon::current_thread_index().unwrap_or_default();
+    pool.scope(|scope| {
+        for _ in 1..pool.current_num_threads() {
+            // When this thread is done, it takes back the blocks that no other thread has taken, and finds nothing left to do in them.
+            scope.spawn(|_| {
+                others.fetch_add(1, Ordering::Relaxed);
+                work(this_thread());
+                others.fetch_sub(1, Ordering::Release);
+            });
+        }
+        work(this_thread()).look(|| others.load(Ordering::Acquire) == 0);
+    });
 }
 
 /// Adds what was parked for one block, and finishes the block if its records are no longer needed.

@@ -2,14 +2,13 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use super::ContactLoop;
 use super::block::Block;
 use super::pass::{Pass, Rows};
 use super::slots::{FREE, WallSlot};
 use crate::contact::{AdhesionLaw, Histories, History, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::{FIRST_VERTEX, NearWall, Observation, SavedSlots, StepContext, Watch};
+use crate::parallel::each_part_by;
 use crate::state::{Load, Particle};
 
 /// Vertices of a sheet that a thread takes at a time. Sums are made within these and then over them, so they do not depend on threads.
@@ -93,10 +92,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
                 exchange.row += FIRST_VERTEX + first as u32;
             }
         };
-        match pool.filter(|_| pieces.len() > 1) {
-            Some(pool) => pool.install(|| pieces.into_par_iter().for_each(touch)),
-            None => pieces.into_iter().for_each(touch),
-        }
+        let pool = pool.filter(|_| pieces.len() > 1);
+        each_part_by(pool, pieces, touch);
     }
 
     /// What contacts of vertices remember, sheet by sheet.

@@ -8,7 +8,7 @@ use crate::lanes::{MOST_LANES, Mask, Quad, Real, Vector};
 
 register! {
     /// Four numbers side by side.
-    Four: __m256d of 4,
+    Four: __m256d of 4 [0, 1, 2, 3],
     [_mm256_add_pd, _mm256_sub_pd, _mm256_mul_pd, _mm256_div_pd, _mm256_sqrt_pd, _mm256_min_pd, _mm256_max_pd],
     [_mm256_xor_pd, _mm256_andnot_pd, _mm256_set1_pd, |[a, b, c, d]| instructions!(_mm256_set_pd(d, c, b, a))],
     FourMask: __m256d,

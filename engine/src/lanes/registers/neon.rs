@@ -8,7 +8,7 @@ use crate::lanes::{MOST_LANES, Mask, Quad, Real, Vector};
 
 register! {
     /// Two numbers side by side.
-    Two: float64x2_t of 2,
+    Two: float64x2_t of 2 [0, 1],
     [vaddq_f64, vsubq_f64, vmulq_f64, vdivq_f64, vsqrtq_f64, smaller, larger],
     [xor, andnot, vdupq_n_f64, |numbers| Two::from_array(numbers).0],
     TwoMask: uint64x2_t,

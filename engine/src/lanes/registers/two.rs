@@ -8,7 +8,7 @@ use crate::lanes::{Mask, Quad, Real};
 
 register! {
     /// Two numbers side by side.
-    Two: __m128d of 2,
+    Two: __m128d of 2 [0, 1],
     [_mm_add_pd, _mm_sub_pd, _mm_mul_pd, _mm_div_pd, _mm_sqrt_pd, _mm_min_pd, _mm_max_pd],
     [_mm_xor_pd, _mm_andnot_pd, _mm_set1_pd, |[a, b]| instructions!(_mm_set_pd(b, a))],
     TwoMask: __m128d,

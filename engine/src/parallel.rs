@@ -1,0 +1,130 @@
+//! Work on all rows, or on a few parts, by one thread or by all.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use rayon::ThreadPool;
+use rayon::prelude::*;
+
+/// Rows that a thread takes at a time.
+pub(crate) const RUN: usize = 2048;
+
+/// The results of a function of the row, in the order of the rows; `parallel`: with the threads of the pool from which this is
+/// called.
+pub(crate) fn each<T: Send>(
+    count: usize,
+    parallel: bool,
+    of_row: impl Fn(usize) -> T + Sync + Send,
+) -> Vec<T> {
+    if parallel {
+        let rows = (0..count).into_par_iter().with_min_len(RUN);
+        rows.map(of_row).collect()
+    } else {
+        (0..count).map(of_row).collect()
+    }
+}
+
+/// Changes each element of a list by its row.
+pub(crate) fn change_each<T: Send>(
+    all: &mut [T],
+    parallel: bool,
+    change: impl Fn(usize, &mut T) + Sync + Send,
+) {
+    if parallel {
+        let rows = all.par_iter_mut().with_min_len(RUN).enumerate();
+        rows.for_each(|(row, one)| change(row, one));
+    } else {
+        let rows = all.iter_mut().enumerate();
+        rows.for_each(|(row, one)| change(row, one));
+    }
+}
+
+/// Calls a function for each of a few parts; `parallel`: with the threads of the pool from which this is called.
+pub(crate) fn each_part<T: Send>(
+    parallel: bool,
+    parts: impl IntoIterator<Item = T>,
+    work: impl Fn(T) + Sync,
+) {
+    if parallel {
+        share(None, parts.into_iter().collect(), work);
+    } else {
+        parts.into_iter().for_each(work);
+    }
+}
+
+/// Calls a function for each of a few parts, with the threads of a pool if there is one.
+pub(crate) fn each_part_by<T: Send>(
+    pool: Option<&ThreadPool>,
+    parts: impl IntoIterator<Item = T>,
+    work: impl Fn(T) + Sync,
+) {
+    if pool.is_some() {
+        share(pool, parts.into_iter().collect(), work);
+    } else {
+        parts.into_iter().for_each(work);
+    }
+}
+
+/// The results of a function of each of a few parts, in their order; `parallel` as in [`each_part`].
+pub(crate) fn map_parts<T: Send, U: Send>(
+    parallel: bool,
+    parts: impl IntoIterator<Item = T>,
+    of_part: impl Fn(T) -> U + Sync,
+) -> Vec<U> {
+    let mut parts: Vec<(Option<T>, Option<U>)> =
+        (parts.into_iter().map(|part| (Some(part), None))).collect();
+    each_part(parallel, &mut parts, |(part, result)| {
+        *result = part.take().map(&of_part);
+    });
+    parts.into_iter().filter_map(|(_, result)| result).collect()
+}
+
+/// Calls a function for each part, with the threads of a pool, or of the one from which this is called.
+fn share<T: Send>(pool: Option<&ThreadPool>, parts: Vec<T>, work: impl Fn(T) + Sync) {
+    let parts: Vec<_> = (parts.into_iter().map(|part| Mutex::new(Some(part)))).collect();
+    each_number(pool, parts.len(), &|k| {
+        if let Some(part) = locked(&parts[k]).take() {
+            work(part);
+        }
+    });
+}
+
+/// Calls a function with each number below `count`. What rayon needs is compiled here once, and not with the laws of each contact loop.
+fn each_number(pool: Option<&ThreadPool>, count: usize, work: &(dyn Fn(usize) + Sync)) {
+    let all = || {
+        let numbers = (0..count).into_par_iter().with_max_len(1);
+        numbers.for_each(work);
+    };
+    match pool {
+        Some(pool) => pool.install(all),
+        None => all(),
+    }
+}
+
+/// The content of a lock. A panic elsewhere ends the run anyway, so a poisoned lock is ignored.
+fn locked<T>(lock: &Mutex<T>) -> MutexGuard<'_, T> {
+    lock.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        /// Each part is worked on once, and results keep the order of the parts, with threads and without.
+        #[test]
+        fn parts_are_worked_on_once_and_in_order(count in 0..200usize, threads in 1..4usize) {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let expected: Vec<usize> = (0..count).map(|k| k * k + 1).collect();
+            for parallel in [false, true] {
+                let squares = pool.install(|| map_parts(parallel, 0..count, |k| k * k + 1));
+                prop_assert_eq!(&squares, &expected);
+                let mut visits = vec![1; count];
+                let parts = visits.iter_mut().enumerate();
+                each_part_by(parallel.then_some(&pool), parts, |(k, visit)| *visit += k * k);
+                prop_assert_eq!(&visits, &expected);
+            }
+        }
+    }
+}
