@@ -16,6 +16,7 @@ use mercury_engine::forces::Watch;
 use mercury_engine::step::Engine;
 use mercury_solver::plan::{plan, read_scene};
 use mercury_solver::run::checkpoint;
+use rayon::prelude::*;
 
 /// Kills in one run of this test; `MERCURY_KILLS` sets more.
 const KILLS: usize = 200;
@@ -180,16 +181,16 @@ fn interrupted(case: &Case, interruptions: usize, random: &mut Random) -> [usize
 #[test]
 fn interrupted_runs_of_all_scenes_end_with_the_same_bytes() {
     let kills = std::env::var("MERCURY_KILLS").map_or(KILLS, |text| text.parse().unwrap());
-    let cases: Vec<Case> = scenes().into_iter().map(Case::new).collect();
-    let mut random = Random(0x9e37_79b9_7f4a_7c15);
-    let [mut killed, mut stopped] = [0; 2];
-    for (number, case) in cases.iter().enumerate() {
+    let scenes = scenes();
+    let count = scenes.len();
+    // Two at a time or more: each waits for its runs.
+    let interruptions = scenes.into_par_iter().enumerate().map(|(number, scene)| {
         // They are shared out evenly.
-        let own = kills * (number + 1) / cases.len() - kills * number / cases.len();
-        let [killed_here, stopped_here] = interrupted(case, own, &mut random);
-        killed += killed_here;
-        stopped += stopped_here;
-    }
+        let own = kills * (number + 1) / count - kills * number / count;
+        let mut random = Random(0x9e37_79b9_7f4a_7c15 ^ number as u64);
+        interrupted(&Case::new(scene), own, &mut random)
+    });
+    let [killed, stopped] = interruptions.reduce(|| [0; 2], |[a, b], [c, d]| [a + c, b + d]);
     assert!(
         killed + stopped >= kills,
         "{killed} killed, {stopped} stopped"
