@@ -15,7 +15,7 @@ if grep -rnE 'innerHTML|outerHTML|insertAdjacentHTML|document\.write' web/page -
 fi
 
 bin="${MERCURY_BIN:-$PWD/../target/release}"
-export MERCURY_BIN="$PWD/target/debug:$bin"
+export MERCURY_BIN="${CARGO_TARGET_DIR:-$PWD/target}/debug:$bin"
 if ! command -v python3 > /dev/null; then
   echo "cloud: whole programs not tested, python3 is missing"
   exit 0
