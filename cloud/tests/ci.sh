@@ -15,7 +15,8 @@ if grep -rnE 'innerHTML|outerHTML|insertAdjacentHTML|document\.write' web/page -
 fi
 
 bin="${MERCURY_BIN:-$PWD/../target/release}"
-export MERCURY_BIN="${CARGO_TARGET_DIR:-$PWD/target}/debug:$bin"
+# The solver in release first: a target folder of both workspaces has it in debug, too.
+export MERCURY_BIN="$bin:${CARGO_TARGET_DIR:-$PWD/target}/debug"
 if ! command -v python3 > /dev/null; then
   echo "cloud: whole programs not tested, python3 is missing"
   exit 0
