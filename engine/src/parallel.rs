@@ -1,6 +1,6 @@
 //! Work on all rows, or on a few parts, by one thread or by all.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{LockResult, Mutex, PoisonError};
 
 use rayon::ThreadPool;
 use rayon::prelude::*;
@@ -45,7 +45,7 @@ pub(crate) fn each_part<T: Send>(
     work: impl Fn(T) + Sync,
 ) {
     if parallel {
-        share(None, parts.into_iter().collect(), work);
+        share(None, parts, work);
     } else {
         parts.into_iter().for_each(work);
     }
@@ -58,7 +58,7 @@ pub(crate) fn each_part_by<T: Send>(
     work: impl Fn(T) + Sync,
 ) {
     if pool.is_some() {
-        share(pool, parts.into_iter().collect(), work);
+        share(pool, parts, work);
     } else {
         parts.into_iter().for_each(work);
     }
@@ -70,22 +70,29 @@ pub(crate) fn map_parts<T: Send, U: Send>(
     parts: impl IntoIterator<Item = T>,
     of_part: impl Fn(T) -> U + Sync,
 ) -> Vec<U> {
-    let mut parts: Vec<(Option<T>, Option<U>)> =
-        (parts.into_iter().map(|part| (Some(part), None))).collect();
-    each_part(parallel, &mut parts, |(part, result)| {
-        *result = part.take().map(&of_part);
-    });
-    parts.into_iter().filter_map(|(_, result)| result).collect()
+    if parallel {
+        share(None, parts, of_part)
+    } else {
+        parts.into_iter().map(of_part).collect()
+    }
 }
 
-/// Calls a function for each part, with the threads of a pool, or of the one from which this is called.
-fn share<T: Send>(pool: Option<&ThreadPool>, parts: Vec<T>, work: impl Fn(T) + Sync) {
-    let parts: Vec<_> = (parts.into_iter().map(|part| Mutex::new(Some(part)))).collect();
-    each_number(pool, parts.len(), &|k| {
-        if let Some(part) = locked(&parts[k]).take() {
-            work(part);
-        }
+/// The results of a function of each part, with the threads of a pool, or of the one from which this is called.
+fn share<T: Send, U: Send>(
+    pool: Option<&ThreadPool>,
+    parts: impl IntoIterator<Item = T>,
+    work: impl Fn(T) -> U + Sync,
+) -> Vec<U> {
+    let place = |part| Mutex::new((Some(part), None));
+    let places: Vec<Mutex<(Option<T>, Option<U>)>> = parts.into_iter().map(place).collect();
+    each_number(pool, places.len(), &|k| {
+        let (part, result) = &mut *content(places[k].lock());
+        *result = part.take().map(&work);
     });
+    let results = places
+        .into_iter()
+        .map(|place| content(place.into_inner()).1);
+    results.flatten().collect()
 }
 
 /// Calls a function with each number below `count`. What rayon needs is compiled here once, and not with the laws of each contact loop.
@@ -101,8 +108,8 @@ fn each_number(pool: Option<&ThreadPool>, count: usize, work: &(dyn Fn(usize) + 
 }
 
 /// The content of a lock. A panic elsewhere ends the run anyway, so a poisoned lock is ignored.
-fn locked<T>(lock: &Mutex<T>) -> MutexGuard<'_, T> {
-    lock.lock().unwrap_or_else(PoisonError::into_inner)
+fn content<T>(locked: LockResult<T>) -> T {
+    locked.unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

@@ -108,7 +108,7 @@ impl Grid {
             counts.push((range, own));
         }
         each_part(
-            counts.len() > 1,
+            parts > 1,
             counts,
             |(range, own): (Range<usize>, &mut [u32])| {
                 for &cell in cell_of {
@@ -140,7 +140,7 @@ impl Grid {
             places.push((first, self.start[first..end].to_vec(), begin, own));
             first = end;
         }
-        each_part(places.len() > 1, places, |(first, mut next, begin, own)| {
+        each_part(parts > 1, places, |(first, mut next, begin, own)| {
             for (row, &cell) in cell_of.iter().enumerate() {
                 if let Some(place) = next.get_mut((cell as usize).wrapping_sub(first)) {
                     own[(*place - begin) as usize] = row as u32;

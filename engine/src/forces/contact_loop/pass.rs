@@ -111,7 +111,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             (None, false) => width.run(self.pairs::<false, false>(block, rows, loads, numbers)),
             (None, true) => width.run(self.pairs::<true, false>(block, rows, loads, numbers)),
             // Observed steps are few: a shift of zero, which changes no bit, is cheaper there than one more copy of the loop.
-            // Observed contacts are recorded one by one. Not by `Width::ONE`, for which the loop would be compiled in all widths.
+            // Observed contacts are recorded one by one. Not through `Width::run`, with which the loop is compiled in all widths.
             (Some(_), _) => (self.pairs::<true, true>(block, rows, loads, numbers)).run::<f64>(),
         }
         self.walls(block, rows, loads);

@@ -144,7 +144,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
     }
 }
 
-/// Calls a function with the number of each thread that comes. Not generic, so that it is compiled once for all laws.
+/// Calls a function on each thread of the pool that is free, with the number of the thread. Not generic, so that it is compiled once for all laws.
 fn by_all_threads(pool: &rayon::ThreadPool, work: &(dyn Fn(usize) -> Patience + Sync)) {
     let others = AtomicUsize::new(0);
     let this_thread = || rayon::current_thread_index().unwrap_or_default();
