@@ -183,7 +183,7 @@ fn interrupted_runs_of_all_scenes_end_with_the_same_bytes() {
     let kills = std::env::var("MERCURY_KILLS").map_or(KILLS, |text| text.parse().unwrap());
     let scenes = scenes();
     let count = scenes.len();
-    // Two at a time or more: each waits for its runs.
+    // Several at a time, as each waits for its runs most of the time.
     let interruptions = scenes.into_par_iter().enumerate().map(|(number, scene)| {
         // They are shared out evenly.
         let own = kills * (number + 1) / count - kills * number / count;
