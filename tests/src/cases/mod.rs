@@ -24,6 +24,7 @@ mod squeezed;
 mod three_beads;
 mod wear;
 mod wet;
+mod wet_pairs;
 
 pub(crate) use collision::lag;
 
@@ -146,5 +147,6 @@ pub fn all() -> Vec<Case> {
     cases.extend(sheets_alone::cases());
     cases.extend(membranes::cases());
     cases.extend(wet::cases());
+    cases.extend(wet_pairs::cases());
     cases
 }

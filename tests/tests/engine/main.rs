@@ -6,5 +6,6 @@ mod convergence;
 mod crates;
 mod determinism;
 mod leaving;
+mod observed;
 mod rotation;
 mod state_bytes;

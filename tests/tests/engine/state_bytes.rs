@@ -18,7 +18,7 @@ use proptest::strategy::ValueTree as _;
 use proptest::test_runner::{Config, TestRunner};
 
 /// The scenes that run as they stand.
-fn scenes() -> Vec<PathBuf> {
+pub(super) fn scenes() -> Vec<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
     let mut files = Vec::new();
     for folder in ["", "clumps", "bench"] {
@@ -34,7 +34,7 @@ fn scenes() -> Vec<PathBuf> {
     files
 }
 
-fn planned(path: &Path) -> Arc<Plan> {
+pub(super) fn planned(path: &Path) -> Arc<Plan> {
     let scene = read_scene(path, &[]).expect("an example scene is whole");
     Arc::new(plan(&scene).expect("an example scene can be planned"))
 }

@@ -17,7 +17,7 @@ const _: () = assert!(CHUNK + MOST_LANES <= ROOM);
 const PAIRS: usize = 64;
 
 /// Each number at its own place.
-const IN_ORDER: [u8; ROOM] = {
+static IN_ORDER: [u8; ROOM] = {
     let mut places = [0; ROOM];
     let mut k = 0;
     while k < ROOM {
@@ -56,7 +56,7 @@ pub(super) struct ContactBatch<'a> {
 }
 
 /// The numbers of the contacts found in a chunk of slots. One for all blocks of a thread: making it takes as long as some
-/// contacts. making it takes as long as some contacts.
+/// contacts. Each chunk writes every number that it reads; nothing is kept for the next chunk.
 #[derive(Debug)]
 pub(super) struct Numbers {
     // As they were found, in the order of the slots.
@@ -66,13 +66,11 @@ pub(super) struct Numbers {
     pub(super) squared: Column,
     /// R_A + R_B, m.
     pub(super) reach: Column,
-    /// Their positions in the columns below.
-    pub(super) places: [u8; ROOM],
+    /// Their positions in the columns below, in a chunk whose [`Turn`] is sorted.
+    places: [u8; ROOM],
 
     // In the order of evaluation: those of one law side by side, groups filled up by repetition.
-    /// Whether this order differs from that of the slots.
-    is_sorted: bool,
-    /// Index among the contacts found.
+    /// Index among the contacts found, in a chunk whose [`Turn`] is sorted.
     turn: [u8; ROOM],
     /// Slot in the chunk.
     pub(super) slot: [u8; ROOM],
@@ -107,9 +105,8 @@ impl Numbers {
             offset: [Column::ZERO; 3],
             squared: Column::ZERO,
             reach: Column::ZERO,
-            places: IN_ORDER,
-            is_sorted: false,
-            turn: IN_ORDER,
+            places: [0; ROOM],
+            turn: [0; ROOM],
             slot: [0; ROOM],
             pair: [0; ROOM],
             normal: [Column::ZERO; 3],
@@ -126,6 +123,16 @@ impl Numbers {
     }
 }
 
+/// The order in which the contacts found in one chunk are evaluated. A value of that chunk alone, so that the order of one chunk
+/// is never applied to another.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Turn {
+    /// End of the last group of lanes.
+    pub(super) end: usize,
+    /// Whether this order differs from that of the slots.
+    is_sorted: bool,
+}
+
 impl<'a> ContactBatch<'a> {
     /// Nothing yet; `filler` fills all entries.
     pub(super) fn new(filler: &'a Particle, numbers: &'a mut Numbers) -> Self {
@@ -136,21 +143,24 @@ impl<'a> ContactBatch<'a> {
         }
     }
 
-    /// Fixes the order in which the first `count` contacts found are evaluated, in groups of `lanes`; returns the end of the last
-    /// group.
-    #[inline(always)]
+    /// Fixes the order in which the first `count` contacts found are evaluated, in groups of `lanes`.
+    ///
     /// `by_touch`: those that touch are put apart from those that do not.
+    #[inline(always)]
     pub(super) fn put_in_turn(
         &mut self,
         count: usize,
         materials: usize,
         lanes: usize,
         by_touch: bool,
-    ) -> usize {
+    ) -> Turn {
         if (materials > 1 || by_touch)
             && let Some(end) = self.put_laws_side_by_side(count, materials, lanes, by_touch)
         {
-            return end;
+            return Turn {
+                end,
+                is_sorted: true,
+            };
         }
         let end = count.next_multiple_of(lanes);
         for k in count..end {
@@ -163,7 +173,21 @@ impl<'a> ContactBatch<'a> {
             self.numbers.squared.0[k] = self.numbers.squared.0[last];
             self.numbers.reach.0[k] = self.numbers.reach.0[last];
         }
-        end
+        Turn {
+            end,
+            is_sorted: false,
+        }
+    }
+
+    /// The positions, in the order of evaluation, of the first `count` contacts found.
+    #[inline(always)]
+    pub(super) fn places(&self, turn: Turn, count: usize) -> &[u8] {
+        let places = if turn.is_sorted {
+            &self.numbers.places
+        } else {
+            &IN_ORDER
+        };
+        &places[..count]
     }
 
     /// The same where they may follow several laws, whose indices are noted; `None` if they are evaluated in the order of their slots.
@@ -198,11 +222,6 @@ impl<'a> ContactBatch<'a> {
         let kinds = &kinds[..count];
         let least = kinds.iter().copied().min().unwrap_or(0);
         let most = kinds.iter().copied().max().unwrap_or(0);
-        (
-            self.numbers.places,
-            self.numbers.turn,
-            self.numbers.is_sorted,
-        ) = (IN_ORDER, IN_ORDER, false);
         if lanes == 1 || least >= most || most as usize >= PAIRS {
             return None;
         }
@@ -237,7 +256,6 @@ impl<'a> ContactBatch<'a> {
         for (slot, &from) in self.numbers.slot[..end].iter_mut().zip(&self.numbers.turn) {
             *slot = found[usize::from(from) % CHUNK];
         }
-        self.numbers.is_sorted = true;
         Some(end)
     }
 
@@ -257,14 +275,14 @@ impl<'a> ContactBatch<'a> {
         }
     }
 
-    /// Normals, velocities, masses and radii of the contacts up to `end`, with the roots and divisions that need nothing else:
+    /// Normals, velocities, masses and radii of the contacts in their order, with the roots and divisions that need nothing else:
     /// all of them at once, before the long dependent chains of each contact. Returns whether one of them may overlap by more
     /// than `limit` of the smaller radius, which is at least R*.
     ///
     /// `lag` (s): the time between the normal for sliding velocities and the positions; `None` where nothing slides or turns.
     #[inline(always)]
-    pub(super) fn prepare<L: Real>(&mut self, end: usize, limit: f64, lag: Option<f64>) -> bool {
-        let is_sorted = self.numbers.is_sorted;
+    pub(super) fn prepare<L: Real>(&mut self, turn: Turn, limit: f64, lag: Option<f64>) -> bool {
+        let Turn { end, is_sorted } = turn;
         let mut is_deep = 0;
         let mut base = 0;
         while base < end {

@@ -77,9 +77,10 @@ where
             rest = later;
             let count = pass.search::<L, PERIODIC>(slots, first_row, rows, &mut found);
             let by_touch = A::ACTIVE && L::LANES > 1;
-            let end = found.put_in_turn(count, pass.materials, L::LANES, by_touch);
-            if found.prepare::<L>(end, pass.context.overlap_limit, lag) {
-                let contacts = found.numbers.places[..count].iter().map(|&at| {
+            let turn = found.put_in_turn(count, pass.materials, L::LANES, by_touch);
+            let end = turn.end;
+            if found.prepare::<L>(turn, pass.context.overlap_limit, lag) {
+                let contacts = found.places(turn, count).iter().map(|&at| {
                     let at = usize::from(at);
                     (found.numbers.slot[at], found.numbers.overlap.0[at])
                 });
@@ -99,7 +100,7 @@ where
                 let seen = (&mut *observation, &mut block.events);
                 pass.act::<L, WATCHED>(slots, first, &mut found, some, seen);
             }
-            for &at in &found.numbers.places[..count] {
+            for &at in found.places(turn, count) {
                 let at = usize::from(at);
                 let slot = &slots[usize::from(found.numbers.slot[at])];
                 let owner = &mut loads[slot.owner()];
