@@ -17,6 +17,7 @@ const ALL: Needs = Needs {
     contacts: true,
     couples: false,
     rotation: false,
+    liquid: false,
     identity: false,
 };
 
