@@ -161,7 +161,9 @@ fn films_and_bridges_of_a_frame_are_those_of_its_row_of_the_balance() {
 
 #[test]
 fn liquid_of_particles_needs_no_contacts_and_is_a_result() {
-    let folder = folder_with("wet.toml", PAIR);
+    let fields =
+        "[[fields]]\nname = \"all\"\nfields = [\"liquid_fraction\"]\ncoordinates = \"O\"\n";
+    let folder = folder_with("wet.toml", &format!("{PAIR}{fields}"));
     let set = ["--set", "output.fstat=false"];
     let result = ["--result", "held=sum(particles.liquid_volume)"];
     let output = solve(
@@ -185,6 +187,20 @@ fn liquid_of_particles_needs_no_contacts_and_is_a_result() {
         assert!(
             (held / expected - 1.0).abs() < 4.0 * f64::EPSILON,
             "{held} {expected}"
+        );
+    }
+    // The mean over the domain, a cube of 0.04 m, in every frame.
+    let text = fs::read_to_string(folder.path().join("wet/wet.fields.all.csv")).unwrap();
+    let rows = text
+        .lines()
+        .skip(2)
+        .map(|line| line.rsplit(',').next().unwrap());
+    let fractions: Vec<f64> = rows.map(|cell| cell.parse().unwrap()).collect();
+    assert!(fractions.len() > 900 && text.lines().nth(1) == Some("time,liquid_fraction"));
+    for fraction in fractions {
+        assert!(
+            (fraction * 6.4e-5 / 4e-12 - 1.0).abs() < 1e-14,
+            "{fraction}"
         );
     }
     let summary = fs::read_to_string(folder.path().join("wet/summary.json")).unwrap();
