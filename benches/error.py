@@ -56,7 +56,7 @@ def rows(folder, suffix):
     """A CSV file of the run as dictionaries of numbers where they are numbers."""
     with open(next(folder.glob(f"*.{suffix}.csv"))) as file:
         for row in csv.DictReader(line for line in file if not line.startswith("#")):
-            yield {key: number(value) for key, value in row.items()}
+            yield {key.split(" [")[0]: number(value) for key, value in row.items()}
 
 
 def number(text):

@@ -101,7 +101,9 @@ def head(scene, what, arguments, factor, step, count):
 
 def compare(scene, track, reference=None):
     cfg = tomllib.load(open(scene, "rb"))
-    ours = {round(float(r["time"]), 6): float(r["z"]) for r in csv.DictReader(open(track))}
+    # Names stand before their units: "z [m]".
+    table = ({key.split(" [")[0]: value for key, value in row.items()} for row in csv.DictReader(open(track)))
+    ours = {round(float(r["time"]), 6): float(r["z"]) for r in table}
     heights, count, loop = fly(cfg, os.path.dirname(os.path.abspath(scene)), max(ours))
     if reference:
         with open(reference, "w") as f:

@@ -137,7 +137,7 @@ impl Field {
         let free = |sum: &Sum| {
             matches!(
                 sum,
-                Sum::Sizes | Sum::Volume | Sum::Touching | Sum::AngularVelocity
+                Sum::Sizes | Sum::Volume | Sum::Touching | Sum::AngularVelocity | Sum::Liquid
             ) || matches!(
                 sum.spread(),
                 Spread::Lines | Spread::Moments | Spread::Boundary
@@ -155,6 +155,12 @@ impl Field {
                 Sum::AngularVelocity | Sum::Spin | Sum::SpinFlux | Sum::SpinEnergy
             )
         })
+    }
+
+    /// Whether it cannot be known without the liquid of particles.
+    #[must_use]
+    pub fn needs_liquid(&self) -> bool {
+        self.sums.contains(&Sum::Liquid)
     }
 
     /// Whether it compares a frame with an earlier one.
@@ -236,6 +242,7 @@ fields! {
     radius_skewness "1" Scalar [Sizes] per Sizes "third central moment of the radii over the 3/2 power of the variance";
     radius_kurtosis "1" Scalar [Sizes] per Sizes "fourth central moment of the radii over the square of the variance";
     volume_fraction "1" Scalar [Volume] "sum V phi: solid volume per volume";
+    liquid_fraction "1" Scalar [Liquid] "sum L phi: volume of liquid per volume, L = liquid_volume of a particle: its film, half of each bridge to a particle, all of each to a wall";
     density "kg/m^3" Scalar [Mass] "rho = sum m phi";
     momentum "kg/(m^2 s)" Vector [Momentum] "j = sum m v phi";
     velocity "m/s" Vector [Mass Momentum] per Mass "V = j / rho";
@@ -340,5 +347,7 @@ mod tests {
         assert!(field("coordination").needs_contacts() && field("couple_stress").needs_couples());
         assert!(field("inertial_number").needs_gradient() && field("strain").needs_displacement());
         assert!(field("spin").needs_rotation() && !field("velocity").needs_rotation());
+        let wet = field("liquid_fraction");
+        assert!(wet.needs_liquid() && !wet.needs_contacts() && !wet.needs_mass());
     }
 }

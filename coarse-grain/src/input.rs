@@ -53,6 +53,8 @@ pub struct Needs {
     pub couples: bool,
     /// Angular velocities.
     pub rotation: bool,
+    /// The liquid of particles.
+    pub liquid: bool,
     /// The identity of particles from frame to frame.
     pub identity: bool,
 }
@@ -115,6 +117,12 @@ impl Source {
         }
         // `.restart` and `.data` may be packed.
         let (plain, _) = plain_name(&name);
+        if needs.liquid && path.exists() {
+            return Err(CgError::Input(format!(
+                "{}: this file does not say which particle holds how much liquid\nhelp: the .particles.arrow of a run with liquid does",
+                path.display()
+            )));
+        }
         if plain.ends_with(".data") || series_number(&name).is_some() {
             return Ok(Self::Data(Box::new(DataSource::open(path, given, needs)?)));
         }
@@ -237,10 +245,12 @@ pub fn check(state: &State, origin: &str) -> Result<(), CgError> {
             }
         }
         let mass = p.mass.get(row).copied().unwrap_or(0.0);
+        let liquid = p.liquid.get(row).copied().unwrap_or(0.0);
         for (name, size) in [
             ("radius", p.radius[row]),
             ("volume", p.volume[row]),
             ("mass", mass),
+            ("liquid volume", liquid),
         ] {
             if !(size >= 0.0 && size.is_finite()) {
                 return Err(wrong("particle", row, format!("has the {name} {size}")));

@@ -101,7 +101,11 @@ impl Wanted {
                 "all" => FIELDS
                     .iter()
                     .filter(|field| has_contacts || !field.needs_contacts())
-                    .filter(|field| !(field.needs_couples() || field.needs_displacement()))
+                    .filter(|field| {
+                        !(field.needs_couples()
+                            || field.needs_displacement()
+                            || field.needs_liquid())
+                    })
                     .filter(|field| self.shape != KernelShape::Heaviside || !field.needs_gradient())
                     .for_each(&mut push),
                 name => match Field::by_name(name) {
@@ -153,6 +157,7 @@ impl Wanted {
             couples: fields.iter().any(|field| field.needs_couples()),
             rotation: fields.iter().any(|field| field.needs_rotation())
                 && !self.fields.iter().any(|name| name == "all"),
+            liquid: fields.iter().any(|field| field.needs_liquid()),
             identity: fields.iter().any(|field| field.needs_displacement()),
         };
         let source = Source::open(path, given, needs(&without))?;

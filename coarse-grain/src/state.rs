@@ -25,6 +25,8 @@ pub struct Particles {
     pub angular_velocity: Vec<DVec3>,
     /// Angular momentum about the centre, kg m^2/s; empty without masses or angular velocities.
     pub spin: Vec<DVec3>,
+    /// Volume of the liquid that the particle holds, m^3; empty if the input knows none.
+    pub liquid: Vec<f64>,
 }
 
 impl Particles {

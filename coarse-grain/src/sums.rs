@@ -127,6 +127,8 @@ sums! {
     SpinFlux: Particles, Rank::AxialTensor;
     /// Rotational energy w . I w / 2.
     SpinEnergy: Particles, Rank::Scalars(1);
+    /// Volume of the liquid that it holds.
+    Liquid: Particles, Rank::Scalars(1);
     /// Mass of the particles whose displacement is known.
     DisplacedMass: Particles, Rank::Scalars(1);
     /// Their mass times displacement m u.

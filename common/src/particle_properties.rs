@@ -56,7 +56,18 @@ pub const FILM_VOLUME: ParticleProperty = ParticleProperty {
     of_clump: OfClump::Sum,
 };
 
-/// All of them, in the order of files.
+/// Volume of the liquid that the particle holds in its film and in bridges. It follows from the state when a frame is written: the engine has no
+/// column of it.
+pub const LIQUID_VOLUME: ParticleProperty = ParticleProperty {
+    name: "liquid_volume",
+    unit: "m3",
+    meaning: "volume of the liquid: film, half of each bridge to a particle, all of each to a wall",
+    default: 0.0,
+    given: None,
+    of_clump: OfClump::Sum,
+};
+
+/// All that the engine keeps, in the order of files.
 pub const PARTICLE_PROPERTIES: &[ParticleProperty] = &[FILM_VOLUME];
 
 /// A property and its value, SI.

@@ -214,6 +214,10 @@ fn images_for_paraview_hold_every_field() {
         folder.path(),
     );
     let bytes = fs::read(folder.path().join("a.vti")).unwrap();
+    // Units are field data: a text as the numbers of its bytes.
+    let text = String::from_utf8_lossy(&bytes);
+    let unit = "<Array type=\"String\" Name=\"density_unit\" NumberOfTuples=\"1\" format=\"ascii\">107 103 47 109 94 51 0</Array>";
+    assert!(text.contains(unit), "{}", &text[..2000.min(text.len())]);
     let text = String::from_utf8_lossy(&bytes);
     let head = text.split("  <AppendedData").next().unwrap().to_owned() + "</VTKFile>";
     let document = roxmltree::Document::parse(&head).unwrap();

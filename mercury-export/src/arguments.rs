@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use mercury_common::cli;
 use mercury_common::formats::vtu::{VtuCompression, VtuPrecision};
+use mercury_export::run_table::RunTable;
 use mercury_export::sinks::pictures;
 use mercury_export::{ClumpsAs, FrameChoice, Region, Table};
 
@@ -18,6 +19,7 @@ Examples:
   mercury-export vtu old.data                    a file of MercuryDPM, or the .disp or .xballs that shows it
   mercury-export vtu stones --clumps surface     clumps as their own surfaces, stones.clumps.pvd
   mercury-export csv drum --frames \"every 10\"    a table per frame
+  mercury-export csv drum --table walls          the loads on the walls, drum.walls.csv, names with units
   mercury-export parquet drum --table contacts   all contacts of all frames in one table
   mercury-export parquet repose-study            the table of a study: repose-study/study.parquet
   mercury-export particles drum --frames last    the table that scenes read: file = \"drum.0010.csv\"
@@ -78,11 +80,11 @@ pub(crate) enum Command {
         #[arg(long, value_parser = clap::value_parser!(u8).range(1..=17), allow_negative_numbers = true)]
         digits: Option<u8>,
     },
-    /// Tables as text, one file per frame
+    /// Tables as text, one file per frame; of those that a run writes as text the whole
     Csv {
         #[command(flatten)]
         common: Common,
-        /// Particles, contacts or bodies (clumps)
+        /// Particles, contacts, bodies (clumps) or worn triangles frame by frame; any other as a whole
         #[arg(long, value_enum, default_value_t)]
         table: TableName,
     },
@@ -90,7 +92,7 @@ pub(crate) enum Command {
     Parquet {
         #[command(flatten)]
         common: Common,
-        /// Particles, contacts or bodies (clumps)
+        /// Particles, contacts, bodies (clumps) or worn triangles, all frames; or a table that the run wrote as text
         #[arg(long, value_enum, default_value_t)]
         table: TableName,
     },
@@ -226,14 +228,45 @@ pub(crate) enum TableName {
     Particles,
     Contacts,
     Bodies,
+    #[value(name = "wear_triangles", alias = "wear-triangles")]
+    WearTriangles,
+    Walls,
+    Regions,
+    Flux,
+    Left,
+    Track,
+    Budget,
+    Liquid,
+    Wear,
+    Membranes,
+    Holds,
 }
 
-impl From<TableName> for Table {
-    fn from(name: TableName) -> Self {
-        match name {
-            TableName::Particles => Self::Particles,
-            TableName::Contacts => Self::Contacts,
-            TableName::Bodies => Self::Bodies,
+impl TableName {
+    /// A table of frames, or one that is text.
+    pub(crate) fn kind(self) -> Result<Table, RunTable> {
+        let text = |name, from| Err(RunTable { name, from });
+        match self {
+            Self::Particles => Ok(Table::Particles),
+            Self::Contacts => Ok(Table::Contacts),
+            Self::Bodies => Ok(Table::Bodies),
+            Self::WearTriangles => Ok(Table::WearTriangles),
+            Self::Walls => text(
+                "walls",
+                "a scene with walls and without walls = false in [output]",
+            ),
+            Self::Regions => text("regions", "[[regions]] in the scene"),
+            Self::Flux => text("flux", "[[fluxes]] in the scene"),
+            Self::Left => text("left", "left = true in [output] of the scene"),
+            Self::Track => text("track", "track = [\"NAME\"] in [output] of the scene"),
+            Self::Budget => text("budget", "energy_budget = true in [output] of the scene"),
+            Self::Liquid => text(
+                "liquid",
+                "a scene with liquid and without liquid = false in [output]",
+            ),
+            Self::Wear => text("wear", "`wear` at a wall of the scene"),
+            Self::Membranes => text("membranes", "[[membranes]] in the scene"),
+            Self::Holds => text("holds", "a hold of one of the [[membranes]] in the scene"),
         }
     }
 }

@@ -12,13 +12,14 @@ use mercury_common::formats::number::NumberStyle;
 use mercury_common::formats::vtu::VtuOptions;
 use mercury_common::readable::counted;
 use mercury_export::output::{Output, ending_of_file, takes_folder};
+use mercury_export::run_table::{Format, RunTable};
 use mercury_export::sinks::pictures::{PictureKind, Pictures};
 use mercury_export::sinks::{
     Density, Info, Parquet, Stl, Vtu, VtuChoice, Xballs, XballsChoice, csv, data_files, dump,
     particle_tables,
 };
 use mercury_export::{
-    ExportError, FrameChoice, Job, Outcome, Selection, Sink, Source, export, study_table,
+    ExportError, FrameChoice, Job, Outcome, Selection, Sink, Source, export, run_table, study_table,
 };
 
 use arguments::{Arguments, Command, Common};
@@ -82,9 +83,13 @@ fn execute(command: Command) -> Result<(), ExportError> {
                 Ok(Box::new(Xballs::begin(&job.output, choice)?))
             })
         }
-        Command::Csv { common, table } => run(&common, "csv", |job| {
-            Ok(Box::new(csv(&job.output, table.into())))
-        }),
+        Command::Csv { common, table } => match table.kind() {
+            Ok(table) => run(&common, "csv", |job| Ok(Box::new(csv(&job.output, table)))),
+            Err(table) => {
+                takes_folder("csv", common.output.as_deref())?;
+                whole(&common, table, "csv", None, Format::Csv)
+            }
+        },
         Command::Parquet { common, .. } if study_table::table_in(&common.input).is_some() => {
             let found = study_table::table_in(&common.input).unwrap_or_default();
             let output = common.output.as_deref();
@@ -105,9 +110,12 @@ fn execute(command: Command) -> Result<(), ExportError> {
             if file.is_none() {
                 takes_folder("parquet", common.output.as_deref())?;
             }
-            run_into(&common, "parquet", file, |job| {
-                Ok(Box::new(Parquet::new(&job.output, table.into())))
-            })
+            match table.kind() {
+                Ok(table) => run_into(&common, "parquet", file, |job| {
+                    Ok(Box::new(Parquet::new(&job.output, table)))
+                }),
+                Err(table) => whole(&common, table, "parquet", file, Format::Parquet),
+            }
         }
         Command::Particles { common } => run(&common, "particles", |job| {
             Ok(Box::new(particle_tables(&job.output)))
@@ -142,6 +150,36 @@ fn execute(command: Command) -> Result<(), ExportError> {
             duration,
         } => draw(&common, &look, "film", PictureKind::Apng(duration)),
     }
+}
+
+/// Writes a table that the run has as text, and says so.
+fn whole(
+    common: &Common,
+    table: RunTable,
+    beside: &str,
+    file: Option<&Path>,
+    format: Format,
+) -> Result<(), ExportError> {
+    let source = Source::open(&common.input)?;
+    let output = match file {
+        Some(file) => Output::to_file(&source, file, common.force)?,
+        None => Output::new(&source, common.output.as_deref(), beside, common.force)?,
+    };
+    let selection = Selection {
+        frames: common.frames,
+        region: common.region,
+        materials: common.material.clone(),
+    };
+    let (path, rows) = run_table::export(&source, table, &selection, &output, format)?;
+    if !common.quiet {
+        let _ = writeln!(
+            std::io::stdout(),
+            "{} in {}",
+            counted(rows, "row"),
+            path.display()
+        );
+    }
+    Ok(())
 }
 
 fn draw(common: &Common, look: &Look, beside: &str, kind: PictureKind) -> Result<(), ExportError> {

@@ -14,7 +14,7 @@ use crate::arguments::ClumpsName;
 /// How a picture looks.
 #[derive(Debug, Args)]
 pub(crate) struct Look {
-    /// auto (speed; height where nothing moves), none, speed, height, material, body, clump (its kind), depth (of worn walls), film (volume of the liquid film), or any column or vector of the input
+    /// auto (speed; height where nothing moves), none, speed, height, diameter, material, body, clump (its kind), depth (of worn walls), film (volume of the liquid film), liquid (film and bridges), or any column or vector of the input
     #[arg(
         long,
         visible_alias = "color",
@@ -28,6 +28,9 @@ pub(crate) struct Look {
     /// Values at the ends of the colour bar [default: from the frames]
     #[arg(long, value_name = "LOW..HIGH", value_parser = range, allow_hyphen_values = true)]
     range: Option<(f64, f64)>,
+    /// A logarithmic colour scale: equal steps of colour for equal ratios
+    #[arg(long)]
+    log: bool,
     /// oblique, front, back, left, right (side), top, bottom, iso, or AZIMUTH,ELEVATION in degrees
     #[arg(long, default_value = "oblique", allow_hyphen_values = true)]
     view: View,
@@ -54,6 +57,9 @@ pub(crate) struct Look {
     /// light, dark or transparent
     #[arg(long, default_value = "light")]
     background: Background,
+    /// Leave particles out, to see walls and what their colours show
+    #[arg(long, conflicts_with = "opacity")]
+    no_particles: bool,
     /// Opacity of the particles, 0 to 1 [default: 1, with --contacts or --bridges 0.15]
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     opacity: Option<f64>,
@@ -125,6 +131,8 @@ impl Look {
             quantity: self.colour.clone(),
             range: self.range,
             map: self.map,
+            logarithmic: self.log,
+            particles: !self.no_particles,
             contacts: self.contacts,
             bridges: self.bridges,
             droplets: self.droplets,

@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use mercury_tables::{Column, Table, Values};
+use mercury_tables::Table;
 
 use crate::ExportError;
 use crate::output::{ending_of_file, takes_folder};
+use crate::run_table::typed;
 
 /// What the solver calls the table of a study.
 const FILE: &str = "study.csv";
@@ -50,34 +51,8 @@ pub fn to_parquet(
             "the folder cannot be made",
         ))?;
     }
-    let mut typed = Table::default();
-    for column in read.columns() {
-        let cells: Vec<String> = read.values(&column.name)?;
-        let values = numbers(&cells).unwrap_or(Values::Text(cells));
-        typed = typed.with(Column::new(
-            column.name.clone(),
-            column.unit.clone(),
-            values,
-        ));
-    }
-    typed.write_parquet(&path)?;
+    typed(&read)?.write_parquet(&path)?;
     Ok((path, read.rows()))
-}
-
-/// The cells as numbers, if all that are not empty are, and one is not empty.
-fn numbers(cells: &[String]) -> Option<Values> {
-    if cells.iter().all(String::is_empty) {
-        return None;
-    }
-    let number = |cell: &String| match cell.as_str() {
-        "" => Some(f64::NAN),
-        text => text.parse().ok(),
-    };
-    cells
-        .iter()
-        .map(number)
-        .collect::<Option<_>>()
-        .map(Values::F64)
 }
 
 #[cfg(test)]

@@ -136,6 +136,7 @@ fn main() -> Result<(), PictureError> {
             unit: "J".into(),
             range: Some((-0.1, 0.4)),
             map,
+            logarithmic: false,
         };
         gallery.draw(
             &format!("map-{name}"),

@@ -1,5 +1,7 @@
 //! Three views of a rigid body: its pebbles and the surface they stand for.
 
+use std::borrow::Cow;
+
 use glam::DVec3;
 
 use crate::PictureError;
@@ -100,6 +102,7 @@ fn sheet<'a>(clump: &ClumpScene, frame: &'a Frame, options: &Options) -> Sheet<'
             frame,
             look: Look {
                 theme,
+                spheres: Cow::Borrowed(&frame.spheres),
                 sphere_colours: (0..number).map(colour).collect(),
                 grain_colours: Vec::new(),
                 sphere_opacity: 1.0,

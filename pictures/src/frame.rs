@@ -23,6 +23,9 @@ pub struct Frame {
     /// The particles. Those whose centre or radius is not finite or whose radius is not positive are left out and
     /// counted in the heading.
     pub spheres: Vec<Sphere>,
+    /// Droplets in flight, drawn like the spheres, but no particles: they are counted apart, and decide neither the range of colours nor what is
+    /// framed. Those without a value have a colour of their own.
+    pub droplets: Vec<Sphere>,
     /// Particles of other shapes, drawn like the spheres.
     pub grains: Vec<Grain>,
     /// Mesh walls.

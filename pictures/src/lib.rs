@@ -45,7 +45,7 @@ pub use frame::{Contact, Frame, Grain, Line, SHEET_OPACITY, Sphere, Surface, upw
 pub use image::Image;
 pub use options::{Background, ColourBy, ContactStyle, Framing, Options, Projection, View};
 pub use page::Painter;
-pub use scenery::{moves, wall_surfaces};
+pub use scenery::{moves, wall_surfaces, worn_triangles};
 
 /// The examples of the documentation, compiled and run as tests.
 #[cfg(doctest)]

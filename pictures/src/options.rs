@@ -26,7 +26,7 @@ pub struct Options {
     pub target: Option<DVec3>,
     /// What the colours of the spheres show.
     pub colour: ColourBy,
-    /// Below 1 the spheres let see what lies behind them, contacts for example.
+    /// Below 1 the particles let see what lies behind them, contacts for example. Walls that are coloured by a value stay as they are.
     pub sphere_opacity: f64,
     /// How contacts are drawn, if a frame has any.
     pub contacts: ContactStyle,
@@ -130,6 +130,18 @@ impl Options {
                     format!("must go from a lower to a higher number, got {low} to {high}"),
                 ));
             }
+        }
+        if let ColourBy::Scalar {
+            logarithmic: true,
+            range: Some((low, _)),
+            ..
+        } = self.colour
+            && low <= 0.0
+        {
+            return Err(PictureError::option(
+                "range",
+                format!("must begin above 0 where colours are logarithmic, got {low}"),
+            ));
         }
         Ok(())
     }
@@ -278,6 +290,8 @@ pub enum ColourBy {
         range: Option<(f64, f64)>,
         /// The colours.
         map: ColourMap,
+        /// Equal steps of colour stand for equal ratios. Values that are not above 0 take the colour of the lower end.
+        logarithmic: bool,
     },
     /// One of a few things: materials, bodies.
     Category {
@@ -297,6 +311,7 @@ impl ColourBy {
             unit: unit.into(),
             range: None,
             map: ColourMap::Viridis,
+            logarithmic: false,
         }
     }
 }

@@ -20,7 +20,11 @@ pub(crate) use facets::{facing, folded_edges};
 pub(crate) use light::shaded;
 pub(crate) use strokes::WALL_EDGE;
 
+use std::borrow::Cow;
+
+use crate::camera::Lens;
 use crate::colour::Colour;
+use crate::frame::{Grain, Sphere};
 use crate::theme::Theme;
 
 /// Samples per pixel along each axis.
@@ -32,11 +36,13 @@ pub(crate) const TILE: usize = 64;
 #[derive(Debug)]
 pub(crate) struct Look<'a> {
     pub(crate) theme: Theme,
-    /// One colour for each sphere of the frame.
+    /// Spheres of the frame, then its droplets.
+    pub(crate) spheres: Cow<'a, [Sphere]>,
+    /// One colour for each of them.
     pub(crate) sphere_colours: Vec<Colour>,
     /// One colour for each grain of the frame.
     pub(crate) grain_colours: Vec<Colour>,
-    /// Of spheres and grains.
+    /// Of spheres and grains that are no walls.
     pub(crate) sphere_opacity: f64,
     /// Colour and width (pixels) of each contact of the frame.
     pub(crate) contacts: Vec<(Colour, f64)>,
@@ -45,4 +51,20 @@ pub(crate) struct Look<'a> {
     /// Pixels per unit of the widths that frames give.
     pub(crate) unit: f64,
     pub(crate) frame: &'a crate::frame::Frame,
+}
+
+impl Look<'_> {
+    /// Opacity of a grain: walls that are coloured by a value hide what lies behind them.
+    pub(crate) fn opacity_of(&self, grain: &Grain) -> f64 {
+        match grain.of_wall {
+            true => 1.0,
+            false => self.sphere_opacity.clamp(0.0, 1.0),
+        }
+    }
+
+    /// Whether the box of the domain is drawn: it is left out where a part of it would lie outside of the window, which has this size in pixels of
+    /// the lens.
+    pub(crate) fn shows_domain(&self, lens: &Lens, size: (usize, usize)) -> bool {
+        self.domain && lens.holds(&self.frame.domain_corners(), size)
+    }
 }

@@ -3,6 +3,7 @@
 
 use glam::{DQuat, DVec3};
 use mercury_common::formats::mesh::TriangleMesh;
+use mercury_common::frames::WearFrame;
 use mercury_common::surfaces::{self, Placement, faces_of_one_box};
 
 use crate::frame::{Grain, Surface};
@@ -57,6 +58,36 @@ pub fn wall_surfaces(
         walls.push(wall);
     }
     walls
+}
+
+/// The triangles of these mesh walls, as far as they are there, as they are worn: each is coloured by its mean depth (m).
+#[must_use]
+pub fn worn_triangles(
+    wear: &WearFrame,
+    walls: &[u32],
+    shapes: &[surfaces::Surface],
+    standing: &[Option<Placement>],
+) -> Vec<Grain> {
+    let mut triangles = Vec::new();
+    for (wall, (shape, place)) in (0u32..).zip(shapes.iter().zip(standing)) {
+        let (surfaces::Surface::Mesh(mesh), Some(place)) = (shape, place) else {
+            continue;
+        };
+        if !walls.contains(&wall) {
+            continue;
+        }
+        let (worn, depths) = wear.worn(wall, mesh);
+        for corners in &worn.triangles {
+            let depth: f64 = corners.iter().map(|&k| depths[k as usize]).sum();
+            triangles.push(Grain {
+                triangles: vec![corners.map(|k| place.to_global(worn.vertices[k as usize]))],
+                value: depth / 3.0,
+                fixed: false,
+                of_wall: true,
+            });
+        }
+    }
+    triangles
 }
 
 impl Grain {

@@ -25,6 +25,8 @@ pub(crate) struct Theme {
     pub(crate) fixed: Colour,
     /// Particles without a value.
     pub(crate) missing: Colour,
+    /// Droplets without a value.
+    pub(crate) droplet: Colour,
     /// Contacts by strength.
     pub(crate) contacts: ColourMap,
     /// The arrow of gravity.
@@ -45,6 +47,7 @@ impl Theme {
             plain: Colour(196, 184, 160),
             fixed: Colour::FIXED,
             missing: Colour(120, 116, 122),
+            droplet: Colour(70, 150, 220),
             contacts: ColourMap::Embers,
             gravity: Colour(190, 72, 50),
             haze: Colour(236, 239, 243),
@@ -65,6 +68,7 @@ impl Theme {
                 plain: Colour(206, 192, 166),
                 fixed: Colour(130, 134, 140),
                 missing: Colour(96, 92, 100),
+                droplet: Colour(110, 180, 240),
                 contacts: ColourMap::Inferno,
                 gravity: Colour(236, 120, 92),
                 haze: Colour(34, 40, 50),

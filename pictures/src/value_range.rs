@@ -9,6 +9,8 @@ pub(crate) struct ValueRange {
     full: Option<(f64, f64)>,
     /// Without the few that lie far outside.
     usual: Option<(f64, f64)>,
+    /// The least of those above 0, without the few that lie far below the others.
+    positive: Option<f64>,
 }
 
 /// Fewer values than this have no outliers.
@@ -40,6 +42,16 @@ impl ValueRange {
                 usual.0 = hundredth;
             }
         }
+        let mut positive: Vec<f64> = values
+            .iter()
+            .copied()
+            .filter(|value| *value > 0.0)
+            .collect();
+        if !positive.is_empty() {
+            let hundredth = (positive.len() - 1) / 100;
+            let least = *positive.select_nth_unstable_by(hundredth, f64::total_cmp).1;
+            self.positive = Some(self.positive.map_or(least, |old| old.min(least)));
+        }
         let join = |old: Option<(f64, f64)>, (low, high): (f64, f64)| {
             let (a, b) = old.unwrap_or((low, high));
             Some((a.min(low), b.max(high)))
@@ -69,6 +81,20 @@ impl ValueRange {
         Some(opened(low, high))
     }
 
+    /// The ends of a logarithmic colour bar, never empty; none if no value is above 0.
+    pub(crate) fn logarithmic_bar(&self) -> Option<(f64, f64)> {
+        let (low, (_, high)) = (self.positive?, self.usual?);
+        Some(if high > low * (1.0 + 1e-9) {
+            (low, high)
+        } else {
+            // Finite and above 0 for any value.
+            (
+                (0.1 * low).max(f64::MIN_POSITIVE),
+                (10.0 * low).min(f64::MAX),
+            )
+        })
+    }
+
     /// The ends of a colour bar whose middle is 0, never empty.
     pub(crate) fn centred(&self) -> Option<(f64, f64)> {
         let (low, high) = self.usual?;
@@ -96,6 +122,20 @@ pub(crate) fn share(value: f64, (low, high): (f64, f64)) -> f64 {
     // Halves, because the whole range may not be a number.
     let share = (0.5 * value - 0.5 * low) / (0.5 * high - 0.5 * low);
     // The smallest range has no halves.
+    if share.is_nan() {
+        0.0
+    } else {
+        share.clamp(0.0, 1.0)
+    }
+}
+
+/// The place of a value between the ends of a logarithmic bar (above 0), 0 to 1; values that are not above 0 stand at its lower end.
+pub(crate) fn logarithmic_share(value: f64, (low, high): (f64, f64)) -> f64 {
+    if value <= low {
+        return 0.0;
+    }
+    // Differences of logarithms: ratios of the largest and the smallest numbers are none.
+    let share = (libm::log(value) - libm::log(low)) / (libm::log(high) - libm::log(low));
     if share.is_nan() {
         0.0
     } else {
@@ -145,6 +185,33 @@ mod tests {
         assert!(low == 0.0 && high < 0.2, "{low} {high}");
     }
 
+    #[test]
+    fn equal_ratios_are_equal_steps_of_a_logarithmic_bar() {
+        let mut range = ValueRange::default();
+        range.add([0.0, -1.0, 1e-3, 1.0].into_iter());
+        range.add([10.0].into_iter());
+        let bar = range.logarithmic_bar().unwrap();
+        assert_eq!(bar, (1e-3, 10.0));
+        for (value, share) in [
+            (1e-3, 0.0),
+            (1e-2, 0.25),
+            (0.1, 0.5),
+            (10.0, 1.0),
+            (0.0, 0.0),
+        ] {
+            assert!(
+                (logarithmic_share(value, bar) - share).abs() < 1e-15,
+                "{value}"
+            );
+        }
+        let mut one = ValueRange::default();
+        one.add([2.0].into_iter());
+        assert_eq!(one.logarithmic_bar(), Some((0.2, 20.0)));
+        one = ValueRange::default();
+        one.add([0.0, -1.0].into_iter());
+        assert_eq!(one.logarithmic_bar(), None);
+    }
+
     proptest! {
         #[test]
         fn a_bar_is_never_empty(bits in prop::collection::vec(any::<u64>(), 1..300)) {
@@ -153,6 +220,14 @@ mod tests {
                 prop_assert!(low < high && low.is_finite() && high.is_finite());
                 for value in values.iter().filter(|v| !v.is_nan()) {
                     prop_assert!((0.0..=1.0).contains(&share(*value, (low, high))));
+                }
+            }
+            let mut range = ValueRange::default();
+            range.add(values.iter().copied());
+            if let Some((low, high)) = range.logarithmic_bar() {
+                prop_assert!(0.0 < low && low < high && high.is_finite());
+                for value in values.iter().filter(|v| !v.is_nan()) {
+                    prop_assert!((0.0..=1.0).contains(&logarithmic_share(*value, (low, high))));
                 }
             }
         }

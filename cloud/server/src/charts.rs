@@ -2,6 +2,7 @@
 
 use cloud_api::answers::{Chart, TableInfo};
 use cloud_store::{Result, Store};
+use mercury_common::formats::table_head;
 
 use crate::content::Content;
 
@@ -72,7 +73,9 @@ pub(crate) fn describe(
     lines(store, content, |line| {
         if head.is_empty() {
             if is_head(line) {
-                head = fields(line).into_iter().map(str::to_owned).collect();
+                head = (fields(line).into_iter())
+                    .map(|cell| table_head::name(cell).to_owned())
+                    .collect();
             }
             return true;
         }
@@ -164,9 +167,9 @@ pub(crate) fn chart(
             if !is_head(line) {
                 return true;
             }
-            let place = |wanted: &str| fields.iter().position(|field| *field == wanted);
+            let place = |wanted: &str| (fields.iter()).position(|cell| table_head::name(cell) == wanted);
             places = place(column).map(|at| (at, place("name")));
-            return places.is_some() && fields.first() == Some(&"time");
+            return places.is_some() && place("time") == Some(0);
         };
         if let (Some(name), Some(at)) = (name, name_at)
             && fields.get(at) != Some(&name)
@@ -255,7 +258,7 @@ mod tests {
 
     #[test]
     fn rows_are_told_apart_by_name() {
-        let text = "time,name,fx,fy\n0,lid,1,2\n0,floor,3,4\n1,lid,5,nan\n1,floor,7,8\n";
+        let text = "time [s],name,fx [N],fy [N]\n0,lid,1,2\n0,floor,3,4\n1,lid,5,nan\n1,floor,7,8\n";
         let (_folder, store, content) = table("a.walls.csv", text);
         let info = describe(&store, &content, "a.walls.csv").unwrap().unwrap();
         assert_eq!(

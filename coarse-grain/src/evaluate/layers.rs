@@ -268,6 +268,7 @@ impl<'a> Roles<'a> {
                     Sum::AngularVelocity => out.vector(turning),
                     Sum::Spin => out.vector(spin),
                     Sum::SpinFlux => out.product(spin, v),
+                    Sum::Liquid => out.push(particles.liquid.get(row).copied().unwrap_or(0.0)),
                     Sum::SpinEnergy => out.push(0.5 * spin.dot(turning)),
                     Sum::DisplacedMass => out.push(if displacement.is_some() { mass } else { 0.0 }),
                     Sum::Displacement => {

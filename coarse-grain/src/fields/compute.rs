@@ -159,6 +159,7 @@ straight! {
     number_density Sizes;
     size_moments Sizes;
     volume_fraction Volume;
+    liquid_fraction Liquid;
     density Mass;
     momentum Momentum;
     momentum_flux MomentumFlux;

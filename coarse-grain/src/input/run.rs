@@ -10,8 +10,9 @@ use mercury_common::error::FormatError;
 use mercury_common::folder_owner::is_written;
 use mercury_common::frames::{
     BodyFrame, BodyReader, ContactFrame, ContactReader, FLAG_FIXED, FLAG_PRESCRIBED, FrameReader,
-    FramesHeader, ParticleFrame, ParticleReader,
+    FramesHeader, ParticleColumns, ParticleFrame, ParticleReader,
 };
+use mercury_common::particle_properties::LIQUID_VOLUME;
 
 use super::{FrameChoice, Needs, PAUSE, Skipped, States, check, spin_of_ball};
 use crate::CgError;
@@ -64,6 +65,14 @@ impl RunSource {
         if needs.rotation && !particles.layout().angular_velocity {
             return Err(CgError::Input(format!(
                 "{name}: no angular velocities: nothing turns in this run, so there are no fields of rotation"
+            )));
+        }
+        let has_liquid =
+            (particles.layout().more.iter()).any(|spec| spec.name == LIQUID_VOLUME.name);
+        if needs.liquid && !has_liquid {
+            return Err(CgError::Input(format!(
+                "{name}: no column {}: no liquid is in this run, or it was written by a version before that column",
+                LIQUID_VOLUME.name
             )));
         }
         Ok(Self {
@@ -256,10 +265,14 @@ impl RunSource {
             }
         };
         let header = self.particles.header();
-        let state =
-            state_of(header, &frame, bodies.as_ref(), contacts.as_ref()).map_err(|found| {
-                CgError::Input(format!("{}: frame {k}: {found}", self.path.display()))
-            })?;
+        let columns = self.particles.layout();
+        let state = state_of(
+            header,
+            (columns, &frame),
+            bodies.as_ref(),
+            contacts.as_ref(),
+        )
+        .map_err(|found| CgError::Input(format!("{}: frame {k}: {found}", self.path.display())))?;
         check(&state, &self.path.display().to_string())?;
         Ok(Some(state))
     }
@@ -311,15 +324,16 @@ fn moves(flags: u8) -> bool {
 /// When a contact or a pebble names a particle or body that is not there.
 pub fn state_of(
     header: &FramesHeader,
-    frame: &ParticleFrame,
+    (columns, frame): (&ParticleColumns, &ParticleFrame),
     bodies: Option<&BodyFrame>,
     contacts: Option<&ContactFrame>,
 ) -> Result<State, String> {
-    assemble(frame, bodies, contacts, space_of(header, frame))
+    let liquid = columns.number(frame, LIQUID_VOLUME.name);
+    assemble((frame, liquid), bodies, contacts, space_of(header, frame))
 }
 
 fn assemble(
-    frame: &ParticleFrame,
+    (frame, liquid): (&ParticleFrame, Option<&[f64]>),
     bodies: Option<&BodyFrame>,
     contacts: Option<&ContactFrame>,
     space: Space,
@@ -332,6 +346,7 @@ fn assemble(
             continue;
         }
         row_of.insert(frame.id[k], particles.len() as u32);
+        particles.liquid.extend(liquid.map(|all| all[k]));
         particles.id.push(frame.id[k]);
         particles.material.push(frame.material[k]);
         particles.flowing.push(moves(frame.flags[k]));
@@ -361,6 +376,9 @@ fn assemble(
             .zip(first..)
             .map(|(&id, row)| (id, row))
             .collect();
+        if liquid.is_some() {
+            particles.liquid.resize(spheres + bodies.len(), 0.0);
+        }
         for k in 0..bodies.len() {
             particles.id.push(bodies.id[k]);
             particles.material.push(bodies.material[k]);
@@ -389,6 +407,9 @@ fn assemble(
                     )
                 })?;
                 row_of.insert(frame.id[k], *row);
+                if let Some(liquid) = liquid {
+                    particles.liquid[*row as usize] += liquid[k];
+                }
             }
         }
     }

@@ -17,6 +17,7 @@ const ALL: Needs = Needs {
     contacts: true,
     couples: false,
     rotation: false,
+    liquid: false,
     identity: false,
 };
 
@@ -502,6 +503,15 @@ fn frames_of_a_run_bring_masses_flags_and_contacts_through_periodic_faces() {
         },
     );
     assert!(message.contains("no angular velocities"), "{message}");
+    let message = error(
+        folder.path(),
+        &Given::default(),
+        Needs {
+            liquid: true,
+            ..Needs::default()
+        },
+    );
+    assert!(message.contains("no column liquid_volume"), "{message}");
 }
 
 #[test]

@@ -59,8 +59,9 @@ pub fn encode(evaluator: &Evaluator, block: &Block) -> Result<Vec<u8>, CgError> 
     );
     let _ = writeln!(
         xml,
-        "    <FieldData>\n      <DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">{:?}</DataArray>\n    </FieldData>\n    <Piece Extent=\"{extent}\">\n      <CellData>",
-        block.time
+        "    <FieldData>\n      <DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">{:?}</DataArray>\n{}    </FieldData>\n    <Piece Extent=\"{extent}\">\n      <CellData>",
+        block.time,
+        units(block)
     );
     let mut data: Vec<u8> = Vec::new();
     let mut rest = &block.columns[..];
@@ -102,6 +103,44 @@ pub fn encode(evaluator: &Evaluator, block: &Block) -> Result<Vec<u8>, CgError> 
     Ok(out)
 }
 
+/// Field data that name the unit of each array: `velocity_unit` is `m/s`.
+fn units(block: &Block) -> String {
+    let mut xml = String::new();
+    let mut rest = &block.columns[..];
+    while let Some(first) = rest.first() {
+        rest = &rest[first.field.components.count()..];
+        let part = first.part.as_ref();
+        let part = part.map_or(String::new(), |part| format!("{part}."));
+        let _ = writeln!(
+            xml,
+            "      <Array type=\"String\" Name=\"{}_unit\" NumberOfTuples=\"1\" format=\"ascii\">{}</Array>",
+            escaped(&format!("{part}{}", first.field.name)),
+            characters(first.field.unit)
+        );
+    }
+    xml
+}
+
+/// A name as an attribute of XML.
+fn escaped(name: &str) -> String {
+    let mut escaped = String::new();
+    for letter in name.chars() {
+        match letter {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '"' => escaped.push_str("&quot;"),
+            other => escaped.push(other),
+        }
+    }
+    escaped
+}
+
+/// A text as VTK writes it in ASCII: the numbers of its bytes, and 0 at its end.
+fn characters(text: &str) -> String {
+    let bytes = text.bytes().map(|byte| byte.to_string());
+    bytes.chain(["0".to_owned()]).collect::<Vec<_>>().join(" ")
+}
+
 fn array<'a>(
     xml: &mut String,
     data: &mut Vec<u8>,
@@ -124,18 +163,10 @@ fn array<'a>(
             .collect(),
         other => (0..other.count()).collect(),
     };
-    let mut escaped = String::new();
-    for letter in name.chars() {
-        match letter {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '"' => escaped.push_str("&quot;"),
-            other => escaped.push(other),
-        }
-    }
     let _ = write!(
         xml,
-        "        <DataArray type=\"Float64\" Name=\"{escaped}\""
+        "        <DataArray type=\"Float64\" Name=\"{}\"",
+        escaped(name)
     );
     if order.len() > 1 {
         let _ = write!(xml, " NumberOfComponents=\"{}\"", order.len());

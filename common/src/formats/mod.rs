@@ -20,6 +20,7 @@ pub mod number;
 pub mod orientation;
 pub mod particle_csv;
 pub mod pebble_list;
+pub mod table_head;
 pub mod vtu;
 
 use std::fs::File;

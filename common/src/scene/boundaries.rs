@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use super::cursor::Fields;
+use super::error::SceneError;
 use super::item::Item;
 use super::keys::{Kind, SceneKey, TableKeys, key, positive, vector};
 use super::region::{REGION, Region};
@@ -25,8 +27,19 @@ pub struct Flux {
     pub point: Located<DVec3>,
     /// Length 1; a particle that crosses along it counts positive.
     pub normal: Located<DVec3>,
-    /// Only within this distance of the point, m; none: everywhere.
-    pub radius: Option<Located<f64>>,
+    /// The part of it that counts.
+    pub part: FluxPart,
+}
+
+/// The part of a plane that counts.
+#[derive(Debug, Clone, PartialEq)]
+pub enum FluxPart {
+    /// All of it.
+    All,
+    /// Within this distance of the point, m.
+    Disc(Located<f64>),
+    /// A rectangle with its middle at the point: its sides, m.
+    Rectangle([Located<DVec3>; 2]),
 }
 
 /// The name of an entry of a list that has one where none is given.
@@ -52,6 +65,8 @@ static FLUX_PLANE: TableKeys = TableKeys::new(&[&[
     key("point", vector("m"), "[0.05, 0.05, 0.02]   # m, on the plane", "on the plane"),
     key("normal", Kind::Direction, "[0, 0, -1]   # the direction that counts", "what crosses along it counts positive"),
     key("radius", positive("m"), "0.05", "only what crosses so near to the point counts").or_open("unbounded"),
+    key("along", vector("m"), "[0.2, 0, 0]", "a side of a rectangle with its middle at the point, at right angles to the normal; with `across`, instead of `radius`").or_open("unbounded"),
+    key("across", vector("m"), "[0, 0.1, 0]", "the other side, at right angles to both").or_open("unbounded"),
 ]]);
 
 /// Reads an entry of `[[regions]]` or `[[deletions]]`.
@@ -71,6 +86,52 @@ pub(super) fn read_flux(item: &Item<'_>) -> Option<Flux> {
         name: fields.name_or_number(),
         point: plane.read("point"),
         normal: plane.read("normal"),
-        radius: plane.read("radius"),
+        part: read_part(&plane)?,
     })
+}
+
+fn read_part(plane: &Fields<'_>) -> Option<FluxPart> {
+    let radius: Option<Located<f64>> = plane.read("radius");
+    let along: Option<Located<DVec3>> = plane.read("along");
+    let across: Option<Located<DVec3>> = plane.read("across");
+    let refuse = |error: SceneError| {
+        plane.context.report(error);
+        None
+    };
+    let (along, across) = match (radius, along, across) {
+        (None, None, None) => return Some(FluxPart::All),
+        (Some(radius), None, None) => return Some(FluxPart::Disc(radius)),
+        (None, Some(along), Some(across)) => (along, across),
+        (Some(radius), ..) => {
+            let error = radius
+                .place
+                .error("a plane has a disc or a rectangle, not both");
+            let help = "leave out `radius`, or `along` and `across`";
+            return refuse(error.with_help(help));
+        }
+        (None, one, other) => {
+            let side = one.or(other)?;
+            let error = side.place.error("a rectangle has two sides");
+            return refuse(error.with_help(
+                "`along` and `across`, as in along = [0.2, 0, 0], across = [0, 0.1, 0]",
+            ));
+        }
+    };
+    let normal: Located<DVec3> = plane.read("normal");
+    for side in [&along, &across] {
+        if side.value == DVec3::ZERO {
+            return refuse(side.place.error("must not be of length 0"));
+        }
+    }
+    // Right angles to round-off; what is no number was reported.
+    let is_oblique = |a: &DVec3, b: &DVec3| a.normalize().dot(b.normalize()).abs() > 1e-9;
+    for side in [&along, &across] {
+        if is_oblique(side, &normal) {
+            return refuse(side.place.error("must be at right angles to `normal`"));
+        }
+    }
+    if is_oblique(&along, &across) {
+        return refuse(across.place.error("must be at right angles to `along`"));
+    }
+    Some(FluxPart::Rectangle([along, across]))
 }

@@ -52,7 +52,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-pub use boundaries::{Flux, NamedRegion};
+pub use boundaries::{Flux, FluxPart, NamedRegion};
 pub use clump_file::{parse_clump, read_clump};
 pub use contacts::ContactOverride;
 pub use cursor::Files;

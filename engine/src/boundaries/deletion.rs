@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::passage::Grain;
 use super::{DeletionPlan, Region, Setting};
 use crate::neighbours::{Images, NO_SHIFT};
 use crate::state::{FIXED, PEBBLE, Particles};
@@ -13,15 +14,6 @@ pub(super) enum Exit {
     Region(usize),
     /// Through this face of the domain: -x, +x, -y, +y, -z, +z.
     Face(usize),
-}
-
-/// A particle or body that leaves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Leaver {
-    /// The particle in this row.
-    Row(u32),
-    /// The body of this index, with all its pebbles.
-    Body(u32),
 }
 
 /// Deletion regions and faces, and which particles may reach them soon.
@@ -99,13 +91,13 @@ impl Deletion {
     }
 
     /// The particles and bodies that have left, with their way: particles by ascending rows, then bodies.
-    pub(super) fn find(&self, particles: &Particles, images: &Images) -> Vec<(Leaver, Exit)> {
+    pub(super) fn find(&self, particles: &Particles, images: &Images) -> Vec<(Grain, Exit)> {
         let exit = |row: u32| {
             let record = &particles.records[row as usize];
             if record.flags & (FIXED | PEBBLE) != 0 {
                 return None;
             }
-            Some((Leaver::Row(row), self.exit(record.position, images)?))
+            Some((Grain::Row(row), self.exit(record.position, images)?))
         };
         let mut gone: Vec<_> = match &self.near {
             Some(near) => near.iter().filter_map(|&row| exit(row)).collect(),
@@ -115,7 +107,7 @@ impl Deletion {
             if !body.is_fixed()
                 && let Some(exit) = self.exit(body.position, images)
             {
-                gone.push((Leaver::Body(index as u32), exit));
+                gone.push((Grain::Body(index as u32), exit));
             }
         }
         gone
@@ -146,17 +138,17 @@ impl Deletion {
 }
 
 /// Removes the particles and bodies that leave. Returns the rows that stay, in order.
-pub(super) fn remove(particles: &mut Particles, gone: &[(Leaver, Exit)]) -> Vec<u32> {
+pub(super) fn remove(particles: &mut Particles, gone: &[(Grain, Exit)]) -> Vec<u32> {
     let mut leaves = vec![false; particles.len()];
     for &(leaver, _) in gone {
         match (leaver, &particles.bodies) {
-            (Leaver::Row(row), _) => leaves[row as usize] = true,
-            (Leaver::Body(index), Some(bodies)) => {
+            (Grain::Row(row), _) => leaves[row as usize] = true,
+            (Grain::Body(index), Some(bodies)) => {
                 for pebble in &bodies.pebbles[bodies.all[index as usize].pebbles()] {
                     leaves[pebble.row.index()] = true;
                 }
             }
-            (Leaver::Body(_), None) => {}
+            (Grain::Body(_), None) => {}
         }
     }
     let stay: Vec<u32> = (0..particles.len() as u32)

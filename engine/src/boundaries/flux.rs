@@ -10,9 +10,10 @@
 
 use glam::DVec3;
 
-use super::FluxPlan;
+use super::passage::{Grain, Look, Passages};
+use super::{FluxPart, FluxPlan, Gate};
 use crate::neighbours::{Images, NO_SHIFT};
-use crate::state::{FIXED, MaterialIndex, PEBBLE, Particles, volume};
+use crate::state::{FIXED, PEBBLE, Particles};
 
 /// What crossed a plane, of one material, since the last reading. Sums over those that crossed along the normal less those that
 /// crossed against it, but for sizes, which are those along it.
@@ -54,7 +55,7 @@ impl Crossed {
         }
     }
 
-    fn count(&mut self, what: &Crosser, ahead: bool) {
+    fn count(&mut self, what: &Look, ahead: bool) {
         let sign = if ahead { 1.0 } else { -1.0 };
         self.mass += sign * what.mass;
         self.volume += sign * what.volume;
@@ -81,15 +82,6 @@ crate::state::plain!(Crossed {
     diameters
 });
 
-/// A particle or body with the data that a crossing needs.
-struct Crosser {
-    velocity: DVec3,
-    material: MaterialIndex,
-    mass: f64,
-    volume: f64,
-    diameter: f64,
-}
-
 /// A particle or body near a plane.
 #[derive(Debug, Clone, Copy)]
 struct Watched {
@@ -99,12 +91,6 @@ struct Watched {
     image: u32,
     /// Whether it is on the side to which the normal points.
     ahead: bool,
-}
-
-#[derive(Debug, Clone, Copy)]
-enum Grain {
-    Row(u32),
-    Body(u32),
 }
 
 /// The planes of a run, the particles and bodies near them, and what crossed.
@@ -177,23 +163,31 @@ impl Fluxes {
         }
     }
 
-    /// Counts the particles and bodies that crossed since the last step. Rows must be those of the last list.
-    pub(super) fn count(&mut self, particles: &Particles, images: &Images) {
+    /// Counts the particles and bodies that crossed in the step that ends at `time` (s). Rows must be those of the last list.
+    pub(super) fn count(
+        &mut self,
+        particles: &Particles,
+        images: &Images,
+        time: f64,
+        passages: &mut Passages,
+    ) {
         for watched in &mut self.watched {
             let plane = &self.planes[watched.plane as usize];
-            let position = match watched.grain {
-                Grain::Row(row) => particles.records[row as usize].position,
-                Grain::Body(body) => particles.bodies()[body as usize].position,
-            } + images.shift(watched.image);
+            let position = watched.grain.position(particles) + images.shift(watched.image);
             let ahead = plane.ahead(position) >= 0.0;
             if ahead == watched.ahead {
                 continue;
             }
             watched.ahead = ahead;
-            let what = crosser(particles, watched.grain, self.dimensions);
+            let what = watched.grain.look(particles, self.dimensions);
             if plane.is_crossed_at(position, what.velocity, images) {
                 let place = watched.plane as usize * self.materials + what.material.index();
                 self.crossed[place].count(&what, ahead);
+                let gate = Gate::Plane {
+                    index: watched.plane,
+                    forward: ahead,
+                };
+                passages.add(time, gate, &what, images);
             }
         }
     }
@@ -214,31 +208,6 @@ impl Fluxes {
         self.crossed = crossed.to_vec();
         if !self.planes.is_empty() {
             self.listed(particles, images, f64::INFINITY);
-        }
-    }
-}
-
-fn crosser(particles: &Particles, grain: Grain, dimensions: u8) -> Crosser {
-    match grain {
-        Grain::Row(row) => {
-            let record = &particles.records[row as usize];
-            Crosser {
-                velocity: record.velocity,
-                material: record.material,
-                mass: particles.masses[row as usize],
-                volume: volume(record.radius, dimensions),
-                diameter: 2.0 * record.radius,
-            }
-        }
-        Grain::Body(index) => {
-            let body = &particles.bodies()[index as usize];
-            Crosser {
-                velocity: body.velocity,
-                material: body.material,
-                mass: body.mass,
-                volume: body.volume,
-                diameter: libm::cbrt(6.0 * body.volume / std::f64::consts::PI),
-            }
         }
     }
 }
@@ -266,7 +235,7 @@ impl FluxPlan {
     /// Whether a particle that has just come to `position` (m) with this velocity (m/s) has passed through the part that counts.
     fn is_crossed_at(&self, position: DVec3, velocity: DVec3, images: &Images) -> bool {
         let Some(place) = self.crossing(position, velocity) else {
-            return self.radius.is_none();
+            return self.part == FluxPart::All;
         };
         let is_across = |axis: usize| images.periodic[axis] && self.normal[axis] != 0.0;
         // An oblique plane does not continue in the next period: it ends at the faces.
@@ -278,15 +247,15 @@ impl FluxPlan {
         if (0..3).any(beyond) {
             return false;
         }
-        let Some(radius) = self.radius else {
+        if self.part == FluxPart::All {
             return true;
-        };
+        }
         // The nearest image along the plane.
         std::iter::once(NO_SHIFT)
             .chain(images.neighbours())
             .map(|code| images.shift(code))
             .filter(|shift| shift.dot(self.normal) == 0.0)
-            .any(|shift| (place + shift - self.point).length_squared() <= radius * radius)
+            .any(|shift| self.part.holds(place + shift - self.point))
     }
 
     /// Where it came through the plane, m.

@@ -18,6 +18,7 @@ mod expected;
 mod flux;
 mod insertion;
 mod occupied;
+mod passage;
 mod placed_sizes;
 mod placement;
 mod plans;
@@ -37,9 +38,10 @@ pub use domain_volume::volume_within;
 pub use expected::{expected_number, mean_volume};
 pub use flux::Crossed;
 pub use insertion::{InsertionState, Limit, Pending};
+pub use passage::{Gate, Passage};
 pub use placed_sizes::PlacedSizes;
 pub use placement::{Space, may_hold, overlaps_wall};
-pub use plans::{CountedRegion, DeletionPlan, FluxPlan, Ingredient, InsertionPlan, Rate};
+pub use plans::{CountedRegion, DeletionPlan, FluxPart, FluxPlan, Ingredient, InsertionPlan, Rate};
 pub use quota::MOST as MOST_OF_QUOTA;
 pub use region::Region;
 pub use setting::Setting;
@@ -51,10 +53,11 @@ pub use mercury_common::scene::{Quantity, Total};
 
 use std::sync::Arc;
 
-use deletion::{Deletion, Exit, Leaver};
+use deletion::{Deletion, Exit};
 use flux::Fluxes;
 use insertion::{Insertion, Surroundings};
 use occupied::Occupied;
+use passage::{Grain, Passages};
 use row_map::RowMap;
 
 use crate::neighbours::{Cells, Images};
@@ -103,6 +106,7 @@ pub struct Boundaries {
     faces: [Tally; 6],
     /// Particles, and pebbles of bodies, that left through a face in the present step, as they were then.
     left_by_face: Vec<(Id, Particle)>,
+    passages: Passages,
     rows: RowMap,
     /// The largest distance of a particle from its listed position, m.
     margin: f64,
@@ -134,6 +138,7 @@ impl Boundaries {
             deleted: vec![Tally::default(); deletions.len()],
             faces: [Tally::default(); 6],
             left_by_face: Vec::new(),
+            passages: Passages::default(),
             rows: RowMap::default(),
             margin: 0.0,
             time_step: setting.time_step,
@@ -160,8 +165,9 @@ impl Boundaries {
         leaving: &mut Leaving<'_>,
         brought: &mut Brought<'_>,
     ) -> bool {
-        self.fluxes.count(particles, images);
-        let mut changed = self.delete(particles, setting.dimensions, images, leaving);
+        self.fluxes
+            .count(particles, images, time, &mut self.passages);
+        let mut changed = self.delete(particles, setting.dimensions, images, time, leaving);
         let around = Surroundings {
             setting,
             images,
@@ -191,6 +197,7 @@ impl Boundaries {
         particles: &mut Particles,
         dimensions: u8,
         images: &Images,
+        time: f64,
         leaving: &mut Leaving<'_>,
     ) -> bool {
         self.left_by_face.clear();
@@ -199,12 +206,18 @@ impl Boundaries {
             return false;
         }
         for &(leaver, exit) in &gone {
+            let gate = match exit {
+                Exit::Region(index) => Gate::Region(index as u32),
+                Exit::Face(face) => Gate::Face(face as u32),
+            };
+            let grain = leaver.look(particles, dimensions);
+            self.passages.add(time, gate, &grain, images);
             let tally = match exit {
                 Exit::Region(index) => &mut self.deleted[index],
                 Exit::Face(face) => &mut self.faces[face],
             };
             match leaver {
-                Leaver::Row(row) => {
+                Grain::Row(row) => {
                     let row = row as usize;
                     if matches!(exit, Exit::Face(_)) {
                         let left = (particles.ids[row], particles.records[row]);
@@ -212,7 +225,7 @@ impl Boundaries {
                     }
                     tally.count(&particles.records[row], particles.masses[row], dimensions);
                 }
-                Leaver::Body(index) => {
+                Grain::Body(index) => {
                     let body = &particles.bodies()[index as usize];
                     let bodies = particles.bodies.iter();
                     let pebbles = bodies.flat_map(|bodies| &bodies.pebbles[body.pebbles()]);
@@ -225,11 +238,11 @@ impl Boundaries {
                 }
             }
         }
-        let rows_of = |&(leaver, exit): &(Leaver, Exit)| {
+        let rows_of = |&(leaver, exit): &(Grain, Exit)| {
             let by_face = matches!(exit, Exit::Face(_));
             let rows = match leaver {
-                Leaver::Row(row) => vec![row],
-                Leaver::Body(index) => {
+                Grain::Row(row) => vec![row],
+                Grain::Body(index) => {
                     let body = &particles.bodies()[index as usize];
                     let bodies = particles.bodies.iter();
                     let pebbles = bodies.flat_map(|bodies| &bodies.pebbles[body.pebbles()]);
@@ -252,6 +265,27 @@ impl Boundaries {
     #[must_use]
     pub fn left_by_face(&self) -> &[(Id, Particle)] {
         &self.left_by_face
+    }
+
+    /// From now on, passages are listed grain by grain, and must be [taken](Self::take_passages) from time to time.
+    pub fn list_passages(&mut self) {
+        self.passages.are_listed = true;
+    }
+
+    /// The grains that crossed a plane or left since the last call, in the order of time, boundary and id.
+    pub fn take_passages(&mut self) -> Vec<Passage> {
+        self.passages.take()
+    }
+
+    /// The same as they came, for a checkpoint.
+    #[must_use]
+    pub fn passages(&self) -> &[Passage] {
+        self.passages.all()
+    }
+
+    /// Goes on from those of a checkpoint.
+    pub fn restore_passages(&mut self, passages: Vec<Passage>) {
+        self.passages.restore(passages);
     }
 
     /// A list of `rows` rows was built, with all rows in place.

@@ -103,6 +103,31 @@ pub struct FluxPlan {
     pub point: DVec3,
     /// Length 1; crossings along it count as positive.
     pub normal: DVec3,
-    /// Only within this distance of the point, m; `None`: everywhere.
-    pub radius: Option<f64>,
+    /// The part of it that counts.
+    pub part: FluxPart,
+}
+
+/// The part of a flux plane that counts crossings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FluxPart {
+    /// Everywhere.
+    All,
+    /// Within this distance of the point, m.
+    Disc(f64),
+    /// A rectangle with its middle at the point: its sides, m, at right angles to each other and to the normal.
+    Rectangle([DVec3; 2]),
+}
+
+impl FluxPart {
+    /// Whether it holds a place in the plane, given from its point (m).
+    #[must_use]
+    pub fn holds(&self, place: DVec3) -> bool {
+        match self {
+            Self::All => true,
+            Self::Disc(radius) => place.length_squared() <= radius * radius,
+            Self::Rectangle(sides) => {
+                (sides.iter()).all(|side| place.dot(*side).abs() <= 0.5 * side.length_squared())
+            }
+        }
+    }
 }

@@ -16,7 +16,7 @@ pub struct Watch {
 }
 
 /// The partner of a particle in a contact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Partner {
     /// The particle in this row, by the image with this code.
     Particle {

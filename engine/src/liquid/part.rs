@@ -1,10 +1,15 @@
 //! Liquid in a step: films and bridges after each force evaluation.
 
+use std::collections::HashMap;
+
+use mercury_common::particle_properties::FILM_VOLUME;
+
 use super::{BridgesForm, EVAPORATES_EVERY, LiquidRow, Liquids, Surroundings};
-use crate::forces::{Needs, Observation, StepContext};
+use crate::forces::{Needs, Observation, Partner, StepContext};
+use crate::neighbours::opposite;
 use crate::physics::Setup;
 use crate::spray::Sprays;
-use crate::state::{Pieces, Plain};
+use crate::state::{Id, Pieces, Plain};
 use crate::step::{Core, Crowd, Engine, Exchanged, Leaving, Part, RunError};
 
 impl Part for Liquids {
@@ -84,6 +89,26 @@ impl Part for Liquids {
         }
     }
 
+    /// Records of contacts hold the bridges of the force evaluation; what formed, broke and dried since is put right, so that records and
+    /// films are of one moment.
+    fn observe(&self, core: &Core, observation: &mut Observation) {
+        if observation.records.is_empty() {
+            return;
+        }
+        let ids = &core.particles.ids;
+        let bonds = core.contacts.bonds(&|_| true);
+        let bonds = bonds.iter().map(|bond| {
+            let seen = seen_from_lower(ids, bond.row, bond.partner);
+            ((seen, bond.feature), bond.bridge.volume)
+        });
+        let volumes: HashMap<_, _> = bonds.collect();
+        for record in &mut observation.records {
+            let key = (record.row, record.partner);
+            let volume = volumes.get(&(key, record.feature));
+            record.bridge_volume = volume.copied().unwrap_or(0.0);
+        }
+    }
+
     /// Energy that bridges have set free.
     fn dissipated(&self) -> Option<f64> {
         Some(self.balance.set_free)
@@ -98,7 +123,39 @@ impl Part for Liquids {
     }
 }
 
+/// The row and the partner of a contact as records have them: of two particles the one with the lower id first.
+fn seen_from_lower(ids: &[Id], row: u32, partner: Partner) -> (u32, Partner) {
+    match partner {
+        Partner::Particle { row: other, image } if ids[other as usize] < ids[row as usize] => {
+            let image = opposite(image);
+            (other, Partner::Particle { row, image })
+        }
+        _ => (row, partner),
+    }
+}
+
 impl Engine {
+    /// The liquid that each particle holds, m^3, row by row, in scenes with liquid: its film, half of each bridge to another particle, all of
+    /// each to a wall. The sum is that of all films of particles and all bridges.
+    #[must_use]
+    pub fn liquid_volumes(&self) -> Option<Vec<f64>> {
+        self.part::<Liquids>()?;
+        let films = self.particles.columns.get(FILM_VOLUME.name);
+        let mut volumes = films.unwrap_or_default().to_vec();
+        volumes.resize(self.particles.len(), 0.0);
+        for bond in self.contacts.bonds(&|_| true) {
+            let volume = bond.bridge.volume;
+            match bond.partner {
+                Partner::Particle { row, .. } => {
+                    volumes[bond.row as usize] += 0.5 * volume;
+                    volumes[row as usize] += 0.5 * volume;
+                }
+                Partner::Wall { .. } => volumes[bond.row as usize] += volume,
+            }
+        }
+        Some(volumes)
+    }
+
     /// Where the liquid is, in scenes that have any.
     #[must_use]
     pub fn liquid(&self) -> Option<LiquidRow> {

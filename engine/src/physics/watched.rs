@@ -46,6 +46,8 @@ impl Setup {
 pub struct Watched {
     /// Planes that count what crosses them.
     pub fluxes: Vec<FluxPlan>,
+    /// Whether grains that cross a plane or leave are listed one by one.
+    pub passages: bool,
     /// Whether loads on the triangles of meshes are summed up.
     pub triangle_loads: bool,
     /// Whether sums of them over time are read for frames, and for the files for ParaView.

@@ -1,7 +1,7 @@
 //! What comes, what goes and what passes.
 
 use super::{Arrival, Core, Engine, Exchanged, Leaving, RunError};
-use crate::boundaries::Crossed;
+use crate::boundaries::{Crossed, Passage};
 use crate::forces::Bond;
 use crate::state::Particles;
 
@@ -88,6 +88,12 @@ impl Core {
     #[cfg(test)]
     pub(super) fn lists_are_stale(&mut self) {
         self.lists.rows_changed = true;
+    }
+
+    /// The grains that crossed a flux plane or left since the last call, in the order of time, boundary and id; none where the plan does not
+    /// list them.
+    pub fn take_passages(&mut self) -> Vec<Passage> {
+        self.boundaries.take_passages()
     }
 
     /// What crossed the flux planes since the last call: plane by plane, in the order of the plan, each material by material.

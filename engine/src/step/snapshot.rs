@@ -104,6 +104,16 @@ const SECTIONS: &[Section] = &[
         },
     },
     Section {
+        name: "passages",
+        is_there: |core| core.watched.passages,
+        put: |core, pieces| core.boundaries.passages().to_vec().put(pieces.end()),
+        take: |core, bytes| {
+            let passages = Plain::take(bytes)?;
+            core.boundaries.restore_passages(passages);
+            Ok(())
+        },
+    },
+    Section {
         name: "surfaces",
         is_there: has_surfaces,
         put: |core, pieces| core.saved_surfaces().put(pieces.end()),

@@ -186,6 +186,9 @@ impl Engine {
             &physics.setting(),
         );
         boundaries.tell(Arc::clone(&options.stage));
+        if watched.passages {
+            boundaries.list_passages();
+        }
         let width = options.width.unwrap_or_else(Width::fastest);
         let liquid = physics.liquid.as_ref();
         let wall_films = liquid.map(|liquid| WallFilms::start(&liquid.wall_films));

@@ -1,13 +1,14 @@
 //! Tables as text, one file per frame.
 
 use mercury_common::formats::number::{NumberStyle, push_number};
+use mercury_common::formats::table_head::cell;
 use mercury_common::frames::{Column, ColumnSpec, Frame};
 
 use super::{Encode, FilePerFrame};
 use crate::output::Output;
 use crate::{Snapshot, Table};
 
-/// `<prefix>.particles.0000.csv`, ...: a line of names, then one line per row, numbers in the shortest form that reads
+/// `<prefix>.particles.0000.csv`, ...: a line of names with units, then one line per row, numbers in the shortest form that reads
 /// back exactly. The first column is the time. What is missing is an empty field.
 pub fn csv(output: &Output, table: Table) -> FilePerFrame<'_, impl Encode> {
     let encode = |snapshot: &Snapshot, out: &mut Vec<u8>| {
@@ -19,10 +20,10 @@ pub fn csv(output: &Output, table: Table) -> FilePerFrame<'_, impl Encode> {
 
 /// Appends a frame as CSV.
 pub fn push_csv(specs: &[ColumnSpec], frame: &Frame, out: &mut Vec<u8>) {
-    out.extend_from_slice(b"time");
+    out.extend_from_slice(cell("time", "s").as_bytes());
     for spec in specs {
         out.push(b',');
-        push_text(&spec.name, out);
+        push_csv_text(&cell(&spec.name, &spec.unit), out);
     }
     out.push(b'\n');
     let mut time = Vec::new();
@@ -48,11 +49,12 @@ fn push_value(column: &Column, row: usize, out: &mut Vec<u8>) {
         Column::U32(v) => integer(v[row].into(), out),
         Column::OptionalU32(v) => v[row].into_iter().for_each(|v| integer(v.into(), out)),
         Column::U64(v) => integer(v[row], out),
-        Column::Text(v) => push_text(&v[row], out),
+        Column::Text(v) => push_csv_text(&v[row], out),
     }
 }
 
-fn push_text(text: &str, out: &mut Vec<u8>) {
+/// Appends a field, in quotes where it needs them.
+pub(crate) fn push_csv_text(text: &str, out: &mut Vec<u8>) {
     if text.contains([',', '"', '\n', '\r']) {
         out.push(b'"');
         out.extend_from_slice(text.replace('"', "\"\"").as_bytes());

@@ -24,12 +24,16 @@ pub struct PictureChoice {
     /// Size, camera, background, what stands around the scene. Its `colour` is replaced by what `quantity` says.
     pub options: Options,
     /// What the colours of the particles show: `auto` (speed; height where nothing moves), `none`, `speed`, `height`,
-    /// `material`, `body`, `clump`, `depth` (of worn walls), `film` (`film_volume`), or the name of a column or of a vector, whose length is shown.
+    /// `diameter`, `material`, `body`, `clump`, `depth` (of worn walls), `film` (`film_volume`), `liquid` (`liquid_volume`), or the name of a column or of a vector, whose length is shown.
     pub quantity: String,
     /// Values at the ends of the colour bar; `None`: from the frames.
     pub range: Option<(f64, f64)>,
     /// The colours.
     pub map: ColourMap,
+    /// Equal steps of colour stand for equal ratios.
+    pub logarithmic: bool,
+    /// With particles.
+    pub particles: bool,
     /// With contacts as lines whose width shows the force, where the run has them.
     pub contacts: bool,
     /// With contacts that have a liquid bridge alone, as lines whose width shows the force of the bridge.
@@ -161,9 +165,16 @@ impl<'a> Pictures<'a> {
     fn options(&self, quantity: &Quantity, snapshot: &Snapshot) -> Options {
         let mut options = self.choice.options.clone();
         options.colour = quantity.colour(snapshot);
-        if let ColourBy::Scalar { range, map, .. } = &mut options.colour {
+        if let ColourBy::Scalar {
+            range,
+            map,
+            logarithmic,
+            ..
+        } = &mut options.colour
+        {
             *range = self.choice.range;
             *map = self.choice.map;
+            *logarithmic = self.choice.logarithmic;
         }
         options
     }

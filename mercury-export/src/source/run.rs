@@ -6,7 +6,7 @@ use mercury_common::error::FormatError;
 use mercury_common::frames::{
     BodyReader, ContactReader, DropletReader, FrameReader, MembraneFrame, MembraneReader,
     MembraneTriangleFrame, MembraneTriangleReader, ParticleReader, TriangleLoadReader, WallReader,
-    WearReader,
+    WearReader, WearTriangleReader,
 };
 
 use super::Item;
@@ -26,6 +26,7 @@ pub struct RunSource {
     surfaces: Option<FormatError>,
     triangle_loads: Beside<TriangleLoadReader>,
     wear: Beside<WearReader>,
+    wear_triangles: Beside<WearTriangleReader>,
     droplets: Beside<DropletReader>,
     membranes: Beside<SheetTables>,
 }
@@ -99,6 +100,9 @@ impl RunSource {
                 .map(TriangleLoadReader::open)
                 .transpose(),
             wear: beside("wear").map(WearReader::open).transpose(),
+            wear_triangles: beside("wear_triangles")
+                .map(WearTriangleReader::open)
+                .transpose(),
             droplets: beside("droplets").map(DropletReader::open).transpose(),
             membranes: beside("membranes")
                 .zip(beside("membrane_triangles"))
@@ -149,6 +153,14 @@ impl RunSource {
 
     pub(crate) fn wear(&self, help: &str) -> Result<Option<&WearReader>, FormatError> {
         there(&self.wear, help)
+    }
+
+    /// Triangles of worn walls.
+    pub(crate) fn wear_triangles(
+        &self,
+        help: &str,
+    ) -> Result<Option<&WearTriangleReader>, FormatError> {
+        there(&self.wear_triangles, help)
     }
 
     /// Droplets in flight.

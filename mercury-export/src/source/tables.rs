@@ -15,6 +15,8 @@ pub enum Table {
     Contacts,
     /// The rigid bodies (clumps), which only native frames have.
     Bodies,
+    /// Triangles of walls that are worn, which only native frames have.
+    WearTriangles,
 }
 
 impl Table {
@@ -25,6 +27,7 @@ impl Table {
             Self::Particles => "particles",
             Self::Contacts => "contacts",
             Self::Bodies => "bodies",
+            Self::WearTriangles => "wear_triangles",
         }
     }
 
@@ -34,6 +37,7 @@ impl Table {
             Self::Particles => "particle",
             Self::Contacts => "contact",
             Self::Bodies => "body",
+            Self::WearTriangles => "triangle",
         }
     }
 }
@@ -64,6 +68,21 @@ impl<'a> Frames<'a> {
             Table::Bodies => {
                 let reader = bodies::reader(source, SPHERES)?;
                 let reader = reader.ok_or_else(|| bodies::missing(source, SPHERES))?;
+                Some((reader.frames(), reader.header()))
+            }
+            Table::WearTriangles => {
+                let reader = match source {
+                    Source::Run(run) => run.wear_triangles(SPHERES)?,
+                    Source::Data(_) | Source::Lammps(_) => None,
+                };
+                let help = "`wear` at a wall of the scene and frames = true in [output] write them";
+                let missing = || beside::missing(source, "wear_triangles", "", help);
+                let reader = reader.ok_or_else(missing)?;
+                if selection.is_partial() {
+                    let found =
+                        "--region and --material select particles; worn triangles have neither";
+                    return Err(ExportError::Input(found.to_owned()));
+                }
                 Some((reader.frames(), reader.header()))
             }
             Table::Contacts => {

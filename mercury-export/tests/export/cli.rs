@@ -196,6 +196,46 @@ fn frames_and_particles_can_be_selected() {
 }
 
 #[test]
+fn a_table_that_the_run_wrote_as_text_is_exported_as_a_whole() {
+    let place = folder_with_run();
+    let table = "time [s],name,forward,mass [kg]\n0,gate,0,0\n0.5,\"a, b\",3,0.25\n";
+    fs::write(place.path().join("run/run.flux.csv"), table).unwrap();
+    let said = succeeds(place.path(), &["csv", "run", "--table", "flux"]);
+    assert_eq!(said, "2 rows in run/csv/run.flux.csv\n");
+    let text = |file: &str| fs::read_to_string(place.path().join(file)).unwrap();
+    assert_eq!(text("run/csv/run.flux.csv"), table);
+    // Numbers are numbers in Parquet, and the unit goes with the name.
+    succeeds(place.path(), &["parquet", "run", "--table", "flux"]);
+    let path = place.path().join("run/parquet/run.flux.parquet");
+    let read = mercury_tables::Table::read_parquet(&path).unwrap();
+    assert_eq!(read.values::<f64>("mass").unwrap(), [0.0, 0.25]);
+    assert_eq!(read.values::<String>("name").unwrap(), ["gate", "a, b"]);
+    assert_eq!(read.column("mass").unwrap().unit, "kg");
+    // What is not there, and what cannot be selected, is said.
+    for (arguments, expected) in [
+        (
+            &["csv", "run", "--table", "holds"][..],
+            "run.holds.csv: there is no such table",
+        ),
+        (
+            &["csv", "run", "--table", "wear_triangles"],
+            "no file of wear_triangles beside the particles",
+        ),
+        (
+            &[
+                "csv", "run", "--table", "flux", "--frames", "last", "--force",
+            ],
+            "this one is written as a whole",
+        ),
+    ] {
+        let output = export(place.path(), arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        let said = errors(&output);
+        assert!(said.contains(expected), "{said}");
+    }
+}
+
+#[test]
 fn a_table_says_everything_that_the_frame_holds() {
     let place = folder_with_run();
     succeeds(place.path(), &["csv", "run", "--frames", "1"]);
@@ -203,7 +243,10 @@ fn a_table_says_everything_that_the_frame_holds() {
     let mut lines = text.lines();
     assert_eq!(
         lines.next(),
-        Some("time,id,material,body,state,mass,volume,radius,x,y,z,vx,vy,vz,wx,wy,wz,fx,fy,fz")
+        Some(
+            "time [s],id,material,body,state,mass [kg],volume [m^3],radius [m],x [m],y [m],z [m],\
+             vx [m/s],vy [m/s],vz [m/s],wx [rad/s],wy [rad/s],wz [rad/s],fx [N],fy [N],fz [N]"
+        )
     );
     assert_eq!(
         lines.next(),
@@ -215,7 +258,10 @@ fn a_table_says_everything_that_the_frame_holds() {
     );
     assert!(said.starts_with("4 frames in c\n"), "{said}");
     let text = fs::read_to_string(place.path().join("c/run.contacts.0000.csv")).unwrap();
-    assert!(text.starts_with("time,i,j,wall,px,py,pz,"), "{text}");
+    assert!(
+        text.starts_with("time [s],i,j,wall,px [m],py [m],pz [m],"),
+        "{text}"
+    );
     assert!(
         text.lines().nth(1).unwrap().starts_with("0,0,4,,"),
         "{text}"

@@ -246,7 +246,8 @@ fn bodies_are_a_table_like_the_others() {
         fs::read_to_string(place.path().join(file)).unwrap()
     };
     go("csv", &[]);
-    let expected = "time,id,clump,material,state,mass,volume,scale,radius,x,y,z,vx,vy,vz,qw,qx,qy,qz,wx,wy,wz,ix,iy,iz,fx,fy,fz,tx,ty,tz\n\
+    let expected = "time [s],id,clump,material,state,mass [kg],volume [m^3],scale,radius [m],x [m],y [m],z [m],vx [m/s],vy [m/s],vz [m/s],qw,qx,qy,qz,\
+        wx [rad/s],wy [rad/s],wz [rad/s],ix [kg m^2],iy [kg m^2],iz [kg m^2],fx [N],fy [N],fz [N],tx [N m],ty [N m],tz [N m]\n\
         0.5,1,1,1,0,5,1,0.5,1,2,0,0.5,0,3,4,1,0,0,0,0,0,1,1,1,1,0,0,-1,0,0,0\n\
         0.5,3,0,1,0,4,0.5,1,0.5,4,0,0.5,0,3,4,1,0,0,0,0,0,1,1,1,1,0,0,-1,0,0,0\n";
     assert_eq!(text("0001").replace("-0,", "0,"), expected);

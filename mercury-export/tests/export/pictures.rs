@@ -88,6 +88,8 @@ fn choice(quantity: &str) -> PictureChoice {
         quantity: quantity.into(),
         range: None,
         map: ColourMap::Viridis,
+        logarithmic: false,
+        particles: true,
         contacts: true,
         bridges: false,
         droplets: false,
@@ -224,7 +226,7 @@ fn what_cannot_be_shown_is_named() {
     assert_eq!(
         error(&choice("colour"), PictureKind::Png),
         format!(
-            "--colour colour: {} has nothing of that name\nhelp: it has auto, none, height, id, material, state, mass, \
+            "--colour colour: {} has nothing of that name\nhelp: it has auto, none, height, diameter, id, material, state, mass, \
              volume, radius, speed, and the components of vectors",
             file.display()
         )

@@ -1,6 +1,6 @@
 //! From space to the picture.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::extent::Extent;
 use super::{Axes, Window};
@@ -108,6 +108,15 @@ impl Lens {
                 })
             }
         }
+    }
+
+    /// Whether all of these points (m) fall into a window of this width and height, in pixels of this lens.
+    pub(crate) fn holds(&self, points: &[DVec3], (width, height): (usize, usize)) -> bool {
+        let half = 0.5 * DVec2::new(width as f64, height as f64);
+        points.iter().all(|point| {
+            let at = self.project(self.place(*point));
+            at.is_some_and(|(x, y)| x.abs() <= half.x && y.abs() <= half.y)
+        })
     }
 
     /// Pixels from the eye within which nothing is drawn.

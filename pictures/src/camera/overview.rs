@@ -32,6 +32,8 @@ pub struct Overview {
     pub(crate) strengths: ValueRange,
     pub(crate) has_fixed: bool,
     pub(crate) has_missing: bool,
+    /// Droplets that show no value.
+    pub(crate) has_droplets: bool,
     pub(crate) categories: BTreeSet<usize>,
 }
 
@@ -48,6 +50,7 @@ impl Default for Overview {
             strengths: ValueRange::default(),
             has_fixed: false,
             has_missing: false,
+            has_droplets: false,
             categories: BTreeSet::new(),
         }
     }
@@ -110,6 +113,7 @@ impl Overview {
         self.strengths
             .add(frame.contacts.iter().map(|c| c.strength.abs()));
         self.has_fixed |= shown().any(|(_, fixed)| fixed);
+        self.has_droplets |= (frame.droplets.iter()).any(|droplet| droplet.value.is_nan());
         self.has_missing |= values().any(f64::is_nan);
         if matches!(options.colour, ColourBy::Category { .. }) {
             let numbers = values().filter(|value| *value >= 0.0);

@@ -26,6 +26,8 @@ pub(crate) struct Bar {
     pub(crate) unit: String,
     pub(crate) range: (f64, f64),
     pub(crate) map: ColourMap,
+    /// Whether equal steps are equal ratios.
+    pub(crate) logarithmic: bool,
     /// Whether there are values below and above the bar.
     pub(crate) beyond: (bool, bool),
 }
@@ -192,6 +194,13 @@ impl Bar {
     fn numbers(&self, count: usize) -> Vec<(f64, String)> {
         let (low, high) = self.range;
         let size = self.title().1;
+        if self.logarithmic {
+            let ticks = logarithmic_ticks(low / size, high / size, count);
+            let place = |tick: f64| crate::value_range::logarithmic_share(tick * size, self.range);
+            return (ticks.into_iter())
+                .map(|tick| (place(tick), short_number(tick, 3)))
+                .collect();
+        }
         let ticks = Ticks::new(low / size, high / size, count);
         ticks
             .at
@@ -252,6 +261,35 @@ impl Bar {
     }
 }
 
+/// Powers of ten between two numbers above 0, at most so many, at equal distances; where there are fewer than two, their multiples by 2 and 5, too, and
+/// where there are none of these, the ends.
+fn logarithmic_ticks(low: f64, high: f64, count: usize) -> Vec<f64> {
+    let exponent = |value: f64| crate::scale::decimal_exponent(value).unwrap_or(0);
+    let exponents = exponent(low)..=exponent(high);
+    let is_inside = |tick: &f64| *tick >= low * (1.0 - 1e-9) && *tick <= high * (1.0 + 1e-9);
+    let powers = exponents.clone().map(crate::scale::power_of_ten);
+    let powers: Vec<f64> = powers.filter(is_inside).collect();
+    if powers.len() >= 2 {
+        return powers
+            .into_iter()
+            .step_by(powers_apart(exponents.count(), count))
+            .collect();
+    }
+    let multiples =
+        exponents.flat_map(|e| [1.0, 2.0, 5.0].map(|m| m * crate::scale::power_of_ten(e)));
+    let multiples: Vec<f64> = multiples.filter(is_inside).collect();
+    if multiples.is_empty() {
+        vec![low, high]
+    } else {
+        multiples
+    }
+}
+
+/// How many powers of ten lie from one number to the next.
+fn powers_apart(powers: usize, most: usize) -> usize {
+    powers.div_ceil(most.max(1)).max(1)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -262,8 +300,41 @@ mod tests {
             unit: unit.into(),
             range: (low, high),
             map: ColourMap::Viridis,
+            logarithmic: false,
             beyond: (false, false),
         }
+    }
+
+    #[test]
+    fn a_logarithmic_bar_has_its_powers_of_ten_at_equal_distances() {
+        let logarithmic = |low: f64, high: f64| Bar {
+            logarithmic: true,
+            ..bar("", low, high)
+        };
+        let close = |found: Vec<(f64, String)>, expected: &[(f64, &str)]| {
+            assert_eq!(found.len(), expected.len(), "{found:?}");
+            for ((place, label), (at, text)) in found.iter().zip(expected) {
+                assert!((place - at).abs() < 1e-12 && label == text, "{found:?}");
+            }
+        };
+        close(
+            logarithmic(1e-3, 1.0).numbers(6),
+            &[
+                (0.0, "0.001"),
+                (1.0 / 3.0, "0.01"),
+                (2.0 / 3.0, "0.1"),
+                (1.0, "1"),
+            ],
+        );
+        // Less than a power of ten: 2 and 5 of it.
+        let found = logarithmic(1.0, 8.0).numbers(6);
+        let expected = |value: f64| value.ln() / 8f64.ln();
+        close(
+            found,
+            &[(0.0, "1"), (expected(2.0), "2"), (expected(5.0), "5")],
+        );
+        // Twelve powers on a bar with space for six.
+        assert_eq!(logarithmic(1e-6, 1e6).numbers(6).len(), 5);
     }
 
     #[test]

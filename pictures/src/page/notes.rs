@@ -59,6 +59,10 @@ pub(super) fn numbers(frame: &Frame, with_time: bool) -> String {
             parts.push(format!("{} without place or size", count(lost)));
         }
     }
+    if !frame.droplets.is_empty() {
+        let plural = if frame.droplets.len() == 1 { "" } else { "s" };
+        parts.push(format!("{} droplet{plural}", count(frame.droplets.len())));
+    }
     let grains = || frame.grains.iter().filter(|grain| !grain.of_wall);
     if grains().next().is_some() {
         let plural = if grains().count() == 1 { "" } else { "s" };

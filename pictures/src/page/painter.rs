@@ -1,17 +1,19 @@
 //! Options and an overview, ready to draw frames.
 
+use std::borrow::Cow;
+
 use super::legend::{Bar, Legend};
 use super::{Cell, Sheet, layout, notes};
 use crate::PictureError;
 use crate::camera::Overview;
 use crate::colour::Colour;
 use crate::colour_map::{ColourMap, category_colour};
-use crate::frame::Frame;
+use crate::frame::{Frame, Sphere};
 use crate::image::Image;
 use crate::options::{ColourBy, Options};
 use crate::render::Look;
 use crate::theme::Theme;
-use crate::value_range::share;
+use crate::value_range::{logarithmic_share, share};
 
 /// Draws frames, all with the same camera, colours and legend.
 ///
@@ -46,8 +48,8 @@ pub struct Painter {
     options: Options,
     overview: Overview,
     theme: Theme,
-    /// Ends and map of the spheres' colour bar.
-    bar: Option<((f64, f64), ColourMap)>,
+    /// Ends and map of the spheres' colour bar, and whether it is logarithmic.
+    bar: Option<((f64, f64), ColourMap, bool)>,
     /// Strengths of the thinnest and of the widest contact.
     strengths: (f64, f64),
 }
@@ -67,12 +69,26 @@ impl Painter {
     pub fn new(options: &Options, overview: Overview) -> Result<Self, PictureError> {
         options.check()?;
         let bar = match &options.colour {
-            ColourBy::Scalar { range, map, .. } => range
+            ColourBy::Scalar {
+                range,
+                map,
+                logarithmic,
+                ..
+            } => range
                 .map(|(low, high)| crate::value_range::opened(low, high))
-                .or_else(|| overview.values.bar(*map))
-                .map(|range| (range, *map)),
+                .or_else(|| match logarithmic {
+                    true => overview.values.logarithmic_bar(),
+                    false => overview.values.bar(*map),
+                })
+                .map(|range| (range, *map, *logarithmic)),
             _ => None,
         };
+        if let (None, Some(_), ColourBy::Scalar { .. }) =
+            (bar, overview.values.full(), &options.colour)
+        {
+            let problem = "cannot be logarithmic: no value is above 0";
+            return Err(PictureError::option("colour scale", problem.to_owned()));
+        }
         let strongest = overview.strengths.full().map_or(0.0, |(_, high)| high);
         let strengths = options.contacts.range.unwrap_or((0.0, strongest));
         Ok(Self {
@@ -158,10 +174,20 @@ impl Painter {
             let colour = self.contact_map().colour(place);
             (colour, (THINNEST + place * (widest - THINNEST)) * unit)
         });
+        let spheres = match frame.droplets.is_empty() {
+            true => Cow::Borrowed(&frame.spheres[..]),
+            false => Cow::Owned([&frame.spheres[..], &frame.droplets].concat()),
+        };
+        let of_droplet = |droplet: &Sphere| match droplet.value.is_nan() {
+            true => self.theme.droplet,
+            false => self.colour(droplet.value, false),
+        };
         Look {
             theme: self.theme,
+            spheres,
             sphere_colours: (frame.spheres.iter())
                 .map(|s| self.colour(s.value, s.fixed))
+                .chain(frame.droplets.iter().map(of_droplet))
                 .collect(),
             grain_colours: (frame.grains.iter())
                 .map(|g| self.colour(g.value, g.fixed))
@@ -182,7 +208,10 @@ impl Painter {
             (ColourBy::Plain, _) => self.theme.plain,
             (_, _) if value.is_nan() => self.theme.missing,
             (ColourBy::Category { .. }, _) if value >= 0.0 => category_colour(value as usize),
-            (ColourBy::Scalar { .. }, Some((range, map))) => map.colour(share(value, range)),
+            (ColourBy::Scalar { .. }, Some((range, map, true))) => {
+                map.colour(logarithmic_share(value, range))
+            }
+            (ColourBy::Scalar { .. }, Some((range, map, false))) => map.colour(share(value, range)),
             _ => self.theme.missing,
         }
     }
@@ -197,13 +226,14 @@ impl Painter {
         match &self.options.colour {
             ColourBy::Plain => {}
             ColourBy::Scalar { label, unit, .. } => {
-                if let Some((range, map)) = self.bar {
+                if let Some((range, map, logarithmic)) = self.bar {
                     let (low, high) = overview.values.full().unwrap_or(range);
                     legend.bars.push(Bar {
                         label: label.clone(),
                         unit: unit.clone(),
                         range,
                         map,
+                        logarithmic,
                         beyond: (low < range.0, high > range.1),
                     });
                 }
@@ -228,6 +258,9 @@ impl Painter {
         if overview.has_missing && self.options.colour != ColourBy::Plain {
             legend.dots.push(("no value".into(), self.theme.missing));
         }
+        if overview.has_droplets {
+            legend.dots.push(("droplet".into(), self.theme.droplet));
+        }
         let style = &self.options.contacts;
         if let Some((low, high)) = overview.strengths.full() {
             legend.bars.push(Bar {
@@ -235,6 +268,7 @@ impl Painter {
                 unit: style.unit.clone(),
                 range: self.strengths,
                 map: self.contact_map(),
+                logarithmic: false,
                 beyond: (low < self.strengths.0, high > self.strengths.1),
             });
         }

@@ -91,7 +91,7 @@ impl Sheet<'_> {
         let mut all = 0;
         for (number, (cell, lens)) in self.cells.iter().zip(&lenses).enumerate() {
             drawn += vector::draw(&mut shapes, number, lens, &cell.look);
-            all += cell.frame.spheres.len();
+            all += cell.look.spheres.len();
         }
         let description = format!(
             "{}: {drawn} of {all} spheres are drawn; the others are hidden or outside.",

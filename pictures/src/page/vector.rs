@@ -96,7 +96,7 @@ fn circles(lens: &Lens, look: &Look, on_page: impl Fn(DVec3) -> Option<(f64, f64
     let (x0, y0) = (window.x as f64, window.y as f64);
     let (width, height) = (window.width as f64, window.height as f64);
     let mut seen = Vec::new();
-    for (sphere, colour) in look.frame.spheres.iter().zip(&look.sphere_colours) {
+    for (sphere, colour) in look.spheres.iter().zip(&look.sphere_colours) {
         if !sphere.is_drawable() {
             continue;
         }
@@ -214,7 +214,7 @@ fn polygons(
     }
     for (grain, colour) in look.frame.grains.iter().zip(&look.grain_colours) {
         for triangle in &grain.triangles {
-            push(triangle, look.sphere_opacity, &|normal| {
+            push(triangle, look.opacity_of(grain), &|normal| {
                 shaded(*colour, normal)
             });
         }
@@ -249,7 +249,8 @@ fn lines(
         }
     };
     let frame = look.frame;
-    if look.domain {
+    let window = lens.window();
+    if look.shows_domain(lens, (window.width, window.height)) {
         for [from, to] in frame.domain_edges() {
             add(from, to, look.theme.domain, look.unit, 24);
         }

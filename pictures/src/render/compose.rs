@@ -62,7 +62,7 @@ impl<'a> Painting<'a> {
     fn new(lens: &Lens, look: &'a Look<'a>) -> Self {
         let window = lens.window();
         let (columns, rows) = (window.width * SAMPLES, window.height * SAMPLES);
-        let spheres = spheres::seen(&look.frame.spheres, lens, columns, rows);
+        let spheres = spheres::seen(&look.spheres, lens, columns, rows);
         let surface = look.theme.surface;
         let mut facets = facets::seen(&look.frame.surfaces, surface, lens, columns, rows);
         facets.extend(facets::of_grains(look, lens, columns, rows));

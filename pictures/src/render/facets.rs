@@ -173,7 +173,7 @@ fn push(
 pub(super) fn of_grains(look: &Look, lens: &Lens, columns: usize, rows: usize) -> Vec<Facet> {
     let mut facets = Vec::new();
     for (grain, colour) in look.frame.grains.iter().zip(&look.grain_colours) {
-        let opacity = look.sphere_opacity.clamp(0.0, 1.0);
+        let opacity = look.opacity_of(grain);
         push(
             &grain.triangles,
             *colour,

@@ -62,7 +62,7 @@ pub(super) fn seen(look: &Look, lens: &Lens, columns: usize, rows: usize) -> Vec
     let mut add = |from: DVec3, to: DVec3, colour: Colour, width: f64| {
         strokes.extend(stroke(lens, from, to, colour, width, columns, rows));
     };
-    if look.domain {
+    if look.shows_domain(lens, (columns, rows)) {
         for [from, to] in frame.domain_edges() {
             add(from, to, theme.domain, look.unit);
         }

@@ -85,6 +85,129 @@ fn colours_and_opacity_are_those_of_spheres() {
 }
 
 #[test]
+fn walls_that_show_a_value_stay_as_they_are_where_particles_let_light_through() {
+    let mut options = bare(200, 200);
+    options.colour = ColourBy::Category {
+        label: "body".into(),
+        names: Vec::new(),
+    };
+    options.sphere_opacity = 0.0;
+    let scene = Frame {
+        grains: vec![Grain {
+            of_wall: true,
+            ..cuboid(-DVec3::ONE, DVec3::ONE, 3.0)
+        }],
+        ..frame(vec![sphere(0.0, -5.0, 0.0, 0.9)])
+    };
+    let crate::Colour(r, g, b) = shaded(category_colour(3), DVec3::Z);
+    assert_eq!(draw(&scene, &options).pixel(100, 100), [r, g, b, 255]);
+    let text = svg(&scene, &options);
+    assert!(text.contains("<polygon") && !text.contains("fill-opacity"));
+}
+
+#[test]
+fn droplets_are_no_spheres_and_decide_no_colours() {
+    let droplet = crate::Sphere {
+        value: 1e6,
+        ..sphere(0.5, -2.0, 0.5, 0.2)
+    };
+    let mut scene = frame(vec![crate::Sphere {
+        value: 1.0,
+        ..sphere(0.0, 0.0, 0.0, 1.0)
+    }]);
+    let options = Options {
+        colour: ColourBy::scalar("film volume", "m³"),
+        ..Options::default()
+    };
+    let alone = Overview::of(&scene, &options);
+    scene.droplets = vec![droplet, droplet];
+    let with = Overview::of(&scene, &options);
+    assert_eq!(with.values, alone.values);
+    assert!(!with.has_droplets);
+    let text = svg(&scene, &options);
+    assert!(
+        text.contains("1 sphere") && text.contains("2 droplets"),
+        "{text}"
+    );
+    assert_eq!(text.matches("<circle").count(), 3);
+    // Those without a value have a colour of their own, and a line in the legend, and are not "no value".
+    scene.droplets[0].value = f64::NAN;
+    let text = svg(&scene, &options);
+    assert!(text.contains(">droplet<") && !text.contains(">no value<"));
+}
+
+#[test]
+fn the_box_of_the_domain_is_drawn_as_a_whole_or_not_at_all() {
+    let mut scene = frame(vec![sphere(0.0, 0.0, 0.0, 1.0)]);
+    scene.domain = Some((DVec3::splat(-1.5), DVec3::splat(1.5)));
+    let mut options = Options {
+        domain: true,
+        ..bare(300, 300)
+    };
+    let lines = |options: &Options, scene: &Frame| svg(scene, options).matches("<line").count();
+    // Twelve edges, each in 24 pieces.
+    assert_eq!(lines(&options, &scene), 12 * 24);
+    // Of the pixels, too: seen from the front the box is a square whose edges stand at 3 % of the window.
+    let with = draw(&scene, &options);
+    let without = draw(
+        &scene,
+        &Options {
+            domain: false,
+            ..options.clone()
+        },
+    );
+    assert_ne!(with.rgba, without.rgba);
+    options.zoom = 2.0;
+    assert_eq!(lines(&options, &scene), 0);
+    options.zoom = 1.0;
+    options.framing = crate::Framing::Particles;
+    assert_eq!(lines(&options, &scene), 0);
+}
+
+#[test]
+fn a_logarithmic_scale_needs_values_above_zero() {
+    let options = Options {
+        colour: ColourBy::Scalar {
+            label: "film".into(),
+            unit: String::new(),
+            range: None,
+            map: crate::ColourMap::Grey,
+            logarithmic: true,
+        },
+        ..bare(100, 100)
+    };
+    let with = |values: [f64; 3]| {
+        let spheres = (0u8..).zip(values).map(|(k, value)| crate::Sphere {
+            value,
+            ..sphere(3.0 * f64::from(k), 0.0, 0.0, 1.0)
+        });
+        frame(spheres.collect())
+    };
+    let painter = |scene: &Frame| Painter::new(&options, Overview::of(scene, &options));
+    let error = painter(&with([0.0, -1.0, 0.0])).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "the picture's colour scale cannot be logarithmic: no value is above 0"
+    );
+    // The middle of the ratios has the middle of the colours.
+    let scene = with([1e-4, 1e-2, 1.0]);
+    let look = painter(&scene).unwrap();
+    let image = look.image(&scene);
+    let grey = |x: u32| i32::from(image.pixel(x, 50)[0]);
+    // Seen from the front the spheres stand at 1/8, 4/8, 7/8 of 94 % of the width.
+    let [low, middle, high] = [18, 50, 82].map(grey);
+    assert!(
+        (2 * middle - low - high).abs() <= 4,
+        "{low} {middle} {high}"
+    );
+    let mut refused = options.clone();
+    if let ColourBy::Scalar { range, .. } = &mut refused.colour {
+        *range = Some((0.0, 1.0));
+    }
+    assert!(Painter::new(&refused, Overview::of(&scene, &refused)).is_err());
+}
+
+#[test]
 fn headings_and_legend_know_grains() {
     let mut fixed = cuboid(DVec3::ZERO, DVec3::ONE, 0.0);
     fixed.fixed = true;

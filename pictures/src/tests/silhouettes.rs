@@ -77,6 +77,7 @@ fn in_perspective_the_outline_is_the_tangent_cone() {
     let mut image = Image::new(300, 300, None);
     let look = crate::render::Look {
         theme: crate::theme::Theme::new(Background::Transparent),
+        spheres: (&frame.spheres[..]).into(),
         sphere_colours: vec![crate::Colour::WHITE],
         grain_colours: Vec::new(),
         sphere_opacity: 1.0,
@@ -143,6 +144,7 @@ fn the_middle_has_the_colour_of_its_value_in_the_light_of_the_lamp() {
             unit: String::new(),
             range: Some((0.0, 1.0)),
             map: crate::ColourMap::Viridis,
+            logarithmic: false,
         },
         ..bare(101, 101)
     };

@@ -1,16 +1,24 @@
 //! `<prefix>.budget.csv`: the energy budget.
 
 use mercury_common::formats::number::{NumberStyle, push_number};
+use mercury_common::formats::table_head::cell;
 use mercury_pictures::EnergyFlows;
 
-use super::stream::{Beginning, Sink, Stream, StreamKind, TextFile};
+use super::stream::{Beginning, Sink, Stream, StreamKind, TIME, TextFile};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 
-/// Columns before the losses.
-const ENERGIES: &str = "time,kinetic,rotational,gravitational,elastic,";
-/// Columns behind the losses.
-const FLOWS: &str = "wall_work,servo_work,inserted,deleted,deleted_elastic,vanished_walls,";
+/// Energies, before the losses.
+const ENERGIES: [&str; 4] = ["kinetic", "rotational", "gravitational", "elastic"];
+/// Energies behind the losses.
+const FLOWS: [&str; 6] = [
+    "wall_work",
+    "servo_work",
+    "inserted",
+    "deleted",
+    "deleted_elastic",
+    "vanished_walls",
+];
 
 /// A row for each output interval; energies in J.
 pub(super) struct BudgetFile {
@@ -19,8 +27,16 @@ pub(super) struct BudgetFile {
     has_sheets: bool,
 }
 
-/// Columns of runs with elastic sheets.
-const OF_SHEETS: &str = "membrane_kinetic,membrane_gravitational,membrane_stretching,membrane_bending,membrane_dissipated,pressure_work,hold_work,";
+/// Energies of runs with elastic sheets.
+const OF_SHEETS: [&str; 7] = [
+    "membrane_kinetic",
+    "membrane_gravitational",
+    "membrane_stretching",
+    "membrane_bending",
+    "membrane_dissipated",
+    "pressure_work",
+    "hold_work",
+];
 
 impl StreamKind for BudgetFile {
     const NAME: &'static str = "budget.csv";
@@ -33,9 +49,19 @@ impl StreamKind for BudgetFile {
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
         let plan = run.plan;
         let has_sheets = !plan.physics().membranes.is_empty();
-        let losses: String = run.losses.iter().map(|(name, _)| column(name)).collect();
-        let of_sheets = if has_sheets { OF_SHEETS } else { "" };
-        let head = format!("{ENERGIES}{losses}{FLOWS}{of_sheets}error,closure\n");
+        let named = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
+        let losses = run.losses.iter().map(|(name, _)| column(name)).collect();
+        let of_sheets: &[&str] = if has_sheets { &OF_SHEETS } else { &[] };
+        let energies: [Vec<String>; 5] = [
+            named(&ENERGIES),
+            losses,
+            named(&FLOWS),
+            named(of_sheets),
+            named(&["error"]),
+        ];
+        let cells = energies.iter().flatten().map(|name| cell(name, "J"));
+        let cells: Vec<String> = cells.collect();
+        let head = format!("{},{},closure\n", cell(TIME.0, TIME.1), cells.join(","));
         let file = run.text(Self::NAME, head.as_bytes())?;
         Ok(Self { file, has_sheets })
     }
@@ -45,7 +71,7 @@ impl StreamKind for BudgetFile {
 fn column(name: &str) -> String {
     let letter = |c: char| if c.is_alphanumeric() { c } else { '_' };
     let name: String = name.chars().map(letter).collect();
-    format!("dissipated_{name},")
+    format!("dissipated_{name}")
 }
 
 impl Stream for BudgetFile {

@@ -117,7 +117,8 @@ impl FieldTable {
         let particles = self.particles.frame(state);
         let bodies = self.bodies.as_ref().map(|table| table.frame(state));
         let contacts = (self.contacts.as_ref()).map(|columns| contact_frame(state, columns));
-        let found = state_of(&self.header, &particles, bodies.as_ref(), contacts.as_ref())
+        let particles = (&self.particles.columns, &particles);
+        let found = state_of(&self.header, particles, bodies.as_ref(), contacts.as_ref())
             .map_err(CgError::Input)?;
         check(&found, &self.plan.name)?;
         Ok(found)

@@ -7,7 +7,7 @@ use mercury_common::frames::sheets as sheets_of;
 use mercury_common::surfaces::Placement;
 use mercury_pictures::{
     ColourBy, Frame, Options, Overview, Painter, SHEET_OPACITY, Sphere, Surface, moves, upwards,
-    wall_surfaces,
+    wall_surfaces, worn_triangles,
 };
 
 use super::wall_frames::surfaces;
@@ -18,7 +18,8 @@ use mercury_engine::state::{FIXED, PRESCRIBED};
 /// Writes a file, and returns whether the next one is still needed.
 pub type Put<'a> = dyn Fn(&Path, &[u8]) -> Result<bool, OutputError> + 'a;
 
-/// Draws the last state of a run: colours show the speed, or the height where everything is at rest.
+/// Draws the last state of a run: colours show the depth of worn walls, where there are any; else the speed of particles, or their height where
+/// everything is at rest.
 ///
 /// # Errors
 /// If a file cannot be written.
@@ -31,6 +32,8 @@ pub fn draw_final(
     let (frame, colour) = frame(plan, last);
     let options = Options {
         colour,
+        // Worn walls are seen through the particles.
+        sphere_opacity: if last.wear.is_some() { 0.25 } else { 1.0 },
         ..Options::default()
     };
     let painter = Painter::new(&options, Overview::of(&frame, &options))?;
@@ -51,7 +54,9 @@ fn frame(plan: &Plan, last: &OrderedFrame) -> (Frame, ColourBy) {
     let spheres = particles.iter().map(|particle| Sphere {
         centre: particle.position,
         radius: particle.radius,
-        value: if moves {
+        value: if last.wear.is_some() {
+            f64::NAN
+        } else if moves {
             particle.velocity.length()
         } else {
             particle.position.dot(up)
@@ -74,7 +79,10 @@ fn frame(plan: &Plan, last: &OrderedFrame) -> (Frame, ColourBy) {
         .collect();
     let domain = (plan.physics().domain_min, plan.physics().domain_max);
     let mut shapes = surfaces(plan);
+    let mut grains = Vec::new();
     if let Some(wear) = &last.wear {
+        let walls: Vec<u32> = wear.rows.iter().map(|(wall, _)| *wall as u32).collect();
+        grains = worn_triangles(&wear.vertices, &walls, &shapes, &standing);
         shapes = wear.vertices.worn_surfaces(&shapes);
     }
     let mut all = wall_surfaces(&names, &shapes, &standing, domain);
@@ -97,10 +105,13 @@ fn frame(plan: &Plan, last: &OrderedFrame) -> (Frame, ColourBy) {
         gravity: plan.physics().gravity,
         domain: Some(domain),
         spheres: spheres.collect(),
+        grains,
         surfaces: all,
         ..Frame::default()
     };
-    let colour = if moves {
+    let colour = if last.wear.is_some() {
+        ColourBy::scalar("depth", "m")
+    } else if moves {
         ColourBy::scalar("speed", "m/s")
     } else {
         ColourBy::scalar("height", "m")

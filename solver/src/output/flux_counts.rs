@@ -1,12 +1,29 @@
 //! `<prefix>.flux.csv`: the particles that crossed each flux plane since the last row, material by material.
 
 use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
+use mercury_common::formats::table_head::TableColumn;
 
 use super::region_counts::materials;
-use super::stream::{Beginning, Sink, Stream, StreamKind, TextFile, push_csv_name};
+use super::stream::{
+    Beginning, MATERIAL, NAME, Sink, Stream, StreamKind, TIME, TextFile, push_csv_name,
+};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 use mercury_engine::state::MaterialIndex;
+
+/// Columns of values of `.flux.csv`.
+pub const COLUMNS: &[TableColumn] = &[
+    ("forward", "1"),
+    ("backward", "1"),
+    ("mass", "kg"),
+    ("volume", "m3"),
+    ("px", "kg m/s"),
+    ("py", "kg m/s"),
+    ("pz", "kg m/s"),
+    ("d10", "m"),
+    ("d32", "m"),
+    ("d43", "m"),
+];
 
 pub(super) struct FluxCounts {
     file: TextFile,
@@ -26,8 +43,7 @@ impl StreamKind for FluxCounts {
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
         let plan = run.plan;
-        let head = b"time,name,material,forward,backward,mass,volume,px,py,pz,d10,d32,d43\n";
-        let file = run.text(Self::NAME, head)?;
+        let file = run.table(Self::NAME, &[TIME, NAME, MATERIAL], COLUMNS)?;
         let planes = plan.outputs().fluxes().iter();
         Ok(Self {
             file,

@@ -7,7 +7,7 @@ use super::Due;
 use super::budget::{Exchanged, energy_flows};
 use super::membrane_files::MembraneState;
 use super::wear_files::WearState;
-use mercury_engine::boundaries::Crossed;
+use mercury_engine::boundaries::{Crossed, Passage};
 use mercury_engine::forces::{LoadSums, Observation};
 use mercury_engine::liquid::LiquidRow;
 use mercury_engine::spray::Droplet;
@@ -46,9 +46,11 @@ pub struct FrameCopy {
     pub load_sums: [Option<LoadSums>; 2],
     /// What crossed the flux planes since the last frame, plane by plane, each material by material; empty if no frame is due.
     pub crossed: Vec<Crossed>,
+    /// The grains that crossed a plane or left since the last frame, if they are listed; empty if no frame is due.
+    pub passages: Vec<Passage>,
     /// The tracked particles and bodies, by track and id; empty if no rows of tracks are due.
     pub tracks: Vec<TrackPoint>,
-    /// The properties of the physics, column by column.
+    /// The properties of the physics, column by column; behind them, in scenes with liquid, that which each particle holds, m^3.
     pub properties: Vec<Vec<f64>>,
     /// Where the liquid is, in scenes that have any.
     pub liquid: Option<LiquidRow>,
@@ -121,10 +123,10 @@ impl FrameCopy {
             return Self::of_tracks(engine, due, tracks);
         }
         let load_sums = engine.take_load_sums(due.frame, due.vtk);
-        let crossed = if due.frame {
-            engine.take_crossed()
+        let (crossed, passages) = if due.frame {
+            (engine.take_crossed(), engine.take_passages())
         } else {
-            Vec::new()
+            (Vec::new(), Vec::new())
         };
         let observation = engine.take_observation();
         let flows = energy_flows(engine, at_start);
@@ -146,10 +148,12 @@ impl FrameCopy {
             flows,
             load_sums,
             crossed,
+            passages,
             tracks,
             properties: (engine.physics().properties.iter())
                 .filter_map(|property| particles.columns.get(property.name))
                 .map(<[f64]>::to_vec)
+                .chain(engine.liquid_volumes())
                 .collect(),
             liquid: engine.liquid(),
             droplets: (engine.sprays())
@@ -178,6 +182,7 @@ impl FrameCopy {
             flows: None,
             load_sums: [None, None],
             crossed: Vec::new(),
+            passages: Vec::new(),
             tracks,
             properties: Vec::new(),
             liquid: None,

@@ -1,12 +1,30 @@
 //! `<prefix>.liquid.csv`: where the liquid is, and how it left.
 
 use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
+use mercury_common::formats::table_head::TableColumn;
 
-use super::stream::{Beginning, Sink, Stream, StreamKind, TextFile};
+use super::stream::{Beginning, Sink, Stream, StreamKind, TIME, TextFile};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 
-const HEAD: &[u8] = b"time,films,bridges,wall_films,in_flight,emitted,absorbed,lost,left,evaporated,inserted,deleted,error,bridge_count,formed,ruptured\n";
+/// Columns of values.
+const COLUMNS: &[TableColumn] = &[
+    ("films", "m3"),
+    ("bridges", "m3"),
+    ("wall_films", "m3"),
+    ("in_flight", "m3"),
+    ("emitted", "m3"),
+    ("absorbed", "m3"),
+    ("lost", "m3"),
+    ("left", "m3"),
+    ("evaporated", "m3"),
+    ("inserted", "m3"),
+    ("deleted", "m3"),
+    ("error", "m3"),
+    ("bridge_count", "1"),
+    ("formed", "1"),
+    ("ruptured", "1"),
+];
 
 /// A row for each output interval; volumes in m^3.
 pub(super) struct LiquidFile {
@@ -21,7 +39,7 @@ impl StreamKind for LiquidFile {
     }
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
-        let file = run.text(Self::NAME, HEAD)?;
+        let file = run.table(Self::NAME, &[TIME], COLUMNS)?;
         Ok(Self { file })
     }
 }

@@ -3,20 +3,63 @@
 
 use glam::DVec3;
 use mercury_common::formats::number::{NumberStyle, push_number};
+use mercury_common::formats::table_head::TableColumn;
 use mercury_common::frames::{
     MembraneFrame, MembraneTriangleFrame, MembraneTriangleWriter, MembraneWriter, VERTEX_HELD,
 };
 use mercury_pictures::SheetEnergies;
 
-use super::stream::{Beginning, Sink, Stream, StreamKind, TextFile, push_csv_name};
+use super::stream::{Beginning, NAME, Sink, Stream, StreamKind, TIME, TextFile, push_csv_name};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 use mercury_engine::membrane::{HoldLoad, MembraneNow, MembranePlan};
 use mercury_engine::step::Engine;
 use mercury_engine::surface::Surface;
 
-const HEAD: &[u8] = b"time,name,area,volume,pressure,x,y,z,vx,vy,vz,fx,fy,fz,tx,ty,tz,nxx,nyy,nzz,nxy,nxz,nyz,kinetic,gravitational,stretching,bending,dissipated,pressure_work,hold_work,min_stretch,max_stretch\n";
-const HOLDS_HEAD: &[u8] = b"time,membrane,name,fx,fy,fz,tx,ty,tz,power\n";
+/// Columns of values of `.membranes.csv`.
+const COLUMNS: &[TableColumn] = &[
+    ("area", "m2"),
+    ("volume", "m3"),
+    ("pressure", "Pa"),
+    ("x", "m"),
+    ("y", "m"),
+    ("z", "m"),
+    ("vx", "m/s"),
+    ("vy", "m/s"),
+    ("vz", "m/s"),
+    ("fx", "N"),
+    ("fy", "N"),
+    ("fz", "N"),
+    ("tx", "N m"),
+    ("ty", "N m"),
+    ("tz", "N m"),
+    ("nxx", "N/m"),
+    ("nyy", "N/m"),
+    ("nzz", "N/m"),
+    ("nxy", "N/m"),
+    ("nxz", "N/m"),
+    ("nyz", "N/m"),
+    ("kinetic", "J"),
+    ("gravitational", "J"),
+    ("stretching", "J"),
+    ("bending", "J"),
+    ("dissipated", "J"),
+    ("pressure_work", "J"),
+    ("hold_work", "J"),
+    ("min_stretch", "1"),
+    ("max_stretch", "1"),
+];
+
+/// Columns of values of `.holds.csv`.
+const HOLD_COLUMNS: &[TableColumn] = &[
+    ("fx", "N"),
+    ("fy", "N"),
+    ("fz", "N"),
+    ("tx", "N m"),
+    ("ty", "N m"),
+    ("tz", "N m"),
+    ("power", "W"),
+];
 
 /// Elastic sheets at one time.
 #[derive(Debug, Clone, PartialEq)]
@@ -211,7 +254,7 @@ impl StreamKind for MembraneCsv {
         let plan = run.plan;
         let surfaces = plan.physics().surfaces.iter();
         Ok(Self {
-            file: run.text(Self::NAME, HEAD)?,
+            file: run.table(Self::NAME, &[TIME, NAME], COLUMNS)?,
             names: surfaces.map(|surface| surface.name.clone()).collect(),
         })
     }
@@ -273,7 +316,7 @@ impl StreamKind for HoldCsv {
             )
         });
         Ok(Self {
-            file: run.text(Self::NAME, HOLDS_HEAD)?,
+            file: run.table(Self::NAME, &[TIME, ("membrane", ""), NAME], HOLD_COLUMNS)?,
             names: names.collect(),
         })
     }

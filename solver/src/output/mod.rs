@@ -24,6 +24,7 @@ mod membrane_files;
 mod memory;
 mod ordered_frame;
 mod particle_frames;
+mod passage_file;
 mod region_counts;
 mod schedule;
 mod stream;
@@ -41,14 +42,16 @@ mod writer;
 pub use budget::{BudgetRow, Exchanged, Gap, energy_flows, is_closed};
 pub use energies::energies;
 pub use final_picture::{Put, draw_final};
+pub use flux_counts::COLUMNS as FLUX_COLUMNS;
 pub use frame_copy::FrameCopy;
 pub use membrane_files::MembraneState;
 pub use memory::{OutputBytes, output_bytes};
 pub use ordered_frame::OrderedFrame;
 pub use particle_frames::particle_columns;
-pub use region_counts::materials as counted_materials;
+pub use region_counts::{COLUMNS as REGION_COLUMNS, materials as counted_materials};
 pub use schedule::{Due, Schedule};
 pub use stream::OutputError;
+pub use wall_loads::COLUMNS as WALL_COLUMNS;
 pub use wear_files::WearState;
 pub use writer::{POSITIONS, Positions, ToWrite, Writer, Written};
 
@@ -70,6 +73,7 @@ const STREAMS: &[StreamEntry] = &[
     entry::<wall_loads::WallLoads>(),
     entry::<region_counts::RegionCounts>(),
     entry::<flux_counts::FluxCounts>(),
+    entry::<passage_file::PassageFile>(),
     entry::<liquid_file::LiquidFile>(),
     entry::<budget_file::BudgetFile>(),
     entry::<wear_files::WearCsv>(),

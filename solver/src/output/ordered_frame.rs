@@ -7,7 +7,7 @@ use super::frame_copy::TrackPoint;
 use super::membrane_files::MembraneState;
 use super::wear_files::WearState;
 use super::{BudgetRow, Due, FrameCopy};
-use mercury_engine::boundaries::Crossed;
+use mercury_engine::boundaries::{Crossed, Passage};
 use mercury_engine::forces::{LoadSums, Observation};
 use mercury_engine::liquid::LiquidRow;
 use mercury_engine::neighbours::Images;
@@ -52,9 +52,11 @@ pub struct OrderedFrame {
     pub load_sums: [Option<LoadSums>; 2],
     /// What crossed the flux planes since the last frame, plane by plane, each material by material; empty if no frame is due.
     pub crossed: Vec<Crossed>,
+    /// The grains that crossed a plane or left since the last frame, if they are listed; empty if no frame is due.
+    pub passages: Vec<Passage>,
     /// The tracked particles and bodies, by track and id; empty if no rows of tracks are due.
     pub tracks: Vec<TrackPoint>,
-    /// The properties of the physics, column by column.
+    /// The properties of the physics, column by column; behind them, in scenes with liquid, that which each particle holds, m^3.
     pub properties: Vec<Vec<f64>>,
     /// Where the liquid is, in scenes that have any.
     pub liquid: Option<LiquidRow>,
@@ -111,6 +113,7 @@ impl OrderedFrame {
             budget: None,
             load_sums: moment.load_sums,
             crossed: moment.crossed,
+            passages: moment.passages,
             tracks: moment.tracks,
             properties: (moment.properties.into_iter())
                 .map(|values| gather(values, &order))

@@ -2,12 +2,26 @@
 
 use glam::DVec3;
 use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
+use mercury_common::formats::table_head::TableColumn;
 
-use super::stream::{Beginning, Sink, Stream, StreamKind, TextFile, push_csv_name};
+use super::stream::{
+    Beginning, MATERIAL, NAME, Sink, Stream, StreamKind, TIME, TextFile, push_csv_name,
+};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 use mercury_engine::boundaries::CountedRegion;
 use mercury_engine::state::{MaterialIndex, volume};
+
+/// Columns of values of `.regions.csv`.
+pub const COLUMNS: &[TableColumn] = &[
+    ("number", "1"),
+    ("mass", "kg"),
+    ("vx", "m/s"),
+    ("vy", "m/s"),
+    ("vz", "m/s"),
+    ("kinetic", "J"),
+    ("solid_fraction", "1"),
+];
 
 pub(super) struct RegionCounts {
     file: TextFile,
@@ -26,8 +40,7 @@ impl StreamKind for RegionCounts {
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
         let plan = run.plan;
-        let head = b"time,name,material,number,mass,vx,vy,vz,kinetic,solid_fraction\n";
-        let file = run.text(Self::NAME, head)?;
+        let file = run.table(Self::NAME, &[TIME, NAME, MATERIAL], COLUMNS)?;
         Ok(Self {
             file,
             regions: plan.outputs().regions().to_vec(),

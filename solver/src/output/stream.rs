@@ -5,6 +5,7 @@ use std::io::{Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
 use mercury_cg::CgError;
+use mercury_common::formats::table_head::{self, TableColumn};
 use mercury_common::formats::vtu::VtuError;
 use mercury_common::frames::{FrameWriteError, FrameWriter, Table, TableWriter};
 use mercury_common::whole_file::FileError;
@@ -134,6 +135,19 @@ pub(super) struct Beginning<'a> {
 }
 
 impl Beginning<'_> {
+    /// The table with this ending: the key columns of its rows, then those of values.
+    pub(super) fn table(
+        &self,
+        ending: &str,
+        keys: &[TableColumn],
+        values: &[TableColumn],
+    ) -> Result<TextFile, OutputError> {
+        self.text(
+            ending,
+            table_head::line(keys.iter().chain(values)).as_bytes(),
+        )
+    }
+
     /// The text file with this ending, which begins with `head`.
     pub(super) fn text(&self, ending: &str, head: &[u8]) -> Result<TextFile, OutputError> {
         TextFile::begin(self.folder, &self.name(ending), head, self.at)
@@ -289,6 +303,13 @@ impl TextFile {
         Ok(synced.map_err(failed)?)
     }
 }
+
+/// Column of the time.
+pub(super) const TIME: TableColumn = ("time", "s");
+/// Column of a name.
+pub(super) const NAME: TableColumn = ("name", "");
+/// Column of a material.
+pub(super) const MATERIAL: TableColumn = ("material", "");
 
 /// Appends a name as a field of a CSV file.
 pub(super) fn push_csv_name(out: &mut Vec<u8>, name: &str) {

@@ -87,6 +87,7 @@ fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> OrderedFrame {
         flows: None,
         load_sums: [None, None],
         crossed: Vec::new(),
+        passages: Vec::new(),
         droplets: Vec::new(),
     };
     let images = Images::new(DVec3::ZERO, DVec3::splat(10.0), [true, false, false]);

@@ -1,11 +1,30 @@
 //! `<prefix>.track.csv`: the motion of named particles and bodies, and of grains that insertions bring.
 
 use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
+use mercury_common::formats::table_head::TableColumn;
 
 use super::frame_copy::TrackPoint;
-use super::stream::{Beginning, Sink, Stream, StreamKind, TextFile, push_csv_name};
+use super::stream::{Beginning, NAME, Sink, Stream, StreamKind, TIME, TextFile, push_csv_name};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
+
+/// Columns of values.
+const COLUMNS: &[TableColumn] = &[
+    ("id", ""),
+    ("x", "m"),
+    ("y", "m"),
+    ("z", "m"),
+    ("vx", "m/s"),
+    ("vy", "m/s"),
+    ("vz", "m/s"),
+    ("qw", "1"),
+    ("qx", "1"),
+    ("qy", "1"),
+    ("qz", "1"),
+    ("wx", "rad/s"),
+    ("wy", "rad/s"),
+    ("wz", "rad/s"),
+];
 
 pub(super) struct TrackFile {
     file: TextFile,
@@ -21,8 +40,7 @@ impl StreamKind for TrackFile {
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
         let plan = run.plan;
-        let head = b"time,name,id,x,y,z,vx,vy,vz,qw,qx,qy,qz,wx,wy,wz\n";
-        let file = run.text(Self::NAME, head)?;
+        let file = run.table(Self::NAME, &[TIME, NAME], COLUMNS)?;
         Ok(Self {
             file,
             names: plan.outputs().files().track_names(),

@@ -1,10 +1,35 @@
 //! `<prefix>.walls.csv`: force and torque of the particles on each wall, the power of the wall, its pose and its velocity.
 
 use mercury_common::formats::number::{NumberStyle, push_number};
+use mercury_common::formats::table_head::TableColumn;
 
-use super::stream::{Beginning, Sink, Stream, StreamKind, TextFile, push_csv_name};
+use super::stream::{Beginning, NAME, Sink, Stream, StreamKind, TIME, TextFile, push_csv_name};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
+
+/// Columns of values of `.walls.csv`.
+pub const COLUMNS: &[TableColumn] = &[
+    ("fx", "N"),
+    ("fy", "N"),
+    ("fz", "N"),
+    ("tx", "N m"),
+    ("ty", "N m"),
+    ("tz", "N m"),
+    ("power", "W"),
+    ("x", "m"),
+    ("y", "m"),
+    ("z", "m"),
+    ("qw", "1"),
+    ("qx", "1"),
+    ("qy", "1"),
+    ("qz", "1"),
+    ("vx", "m/s"),
+    ("vy", "m/s"),
+    ("vz", "m/s"),
+    ("wx", "rad/s"),
+    ("wy", "rad/s"),
+    ("wz", "rad/s"),
+];
 
 pub(super) struct WallLoads {
     file: TextFile,
@@ -20,8 +45,7 @@ impl StreamKind for WallLoads {
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
         let plan = run.plan;
-        let head = b"time,name,fx,fy,fz,tx,ty,tz,power,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n";
-        let file = run.text(Self::NAME, head)?;
+        let file = run.table(Self::NAME, &[TIME, NAME], COLUMNS)?;
         Ok(Self {
             file,
             names: plan

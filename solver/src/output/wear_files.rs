@@ -2,14 +2,28 @@
 //! vertices and by triangles.
 
 use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
+use mercury_common::formats::table_head::TableColumn;
 use mercury_common::frames::{WearFrame, WearTriangleFrame, WearTriangleWriter, WearWriter};
 
-use super::stream::{Beginning, Sink, Stream, StreamKind, TextFile, push_csv_name};
+use super::stream::{Beginning, NAME, Sink, Stream, StreamKind, TIME, TextFile, push_csv_name};
 use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 use mercury_engine::wear::{Wear, WearRow};
 
-const HEAD: &[u8] = b"time,name,owed,removed,pending,front,back,max_depth,x,y,z,moves,blocked\n";
+/// Columns of values of `.wear.csv`.
+const COLUMNS: &[TableColumn] = &[
+    ("owed", "m3"),
+    ("removed", "m3"),
+    ("pending", "m3"),
+    ("front", "m3"),
+    ("back", "m3"),
+    ("max_depth", "m"),
+    ("x", "m"),
+    ("y", "m"),
+    ("z", "m"),
+    ("moves", ""),
+    ("blocked", ""),
+];
 
 /// Worn walls at one time.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,7 +93,7 @@ impl StreamKind for WearCsv {
         let plan = run.plan;
         let walls = plan.physics().walls.iter();
         Ok(Self {
-            file: run.text(Self::NAME, HEAD)?,
+            file: run.table(Self::NAME, &[TIME, NAME], COLUMNS)?,
             names: walls.map(|wall| wall.name.clone()).collect(),
         })
     }

@@ -38,6 +38,8 @@ mod row {
     pub(super) const COUNTED: f64 = 120.0;
     /// A particle in `.track.csv`.
     pub(super) const TRACK: f64 = 250.0;
+    /// A grain in `.left.csv`.
+    pub(super) const LEFT: f64 = 190.0;
     /// A number of a table of fields: of scenes/profiles.toml, in text.
     pub(super) const FIELD: f64 = 17.0;
 }
@@ -102,6 +104,8 @@ impl Disk {
             false => (spheres + bodies) / files.track_every as f64,
         };
         let tracked = files.track.len() as f64 + of_insertions;
+        // As if each passed once.
+        let bytes = bytes + of(row::LEFT * (spheres + bodies), files.left);
         let bytes = bytes + row::TRACK * tracked * frames(files.track_interval, files.has_tracks());
         let bytes = bytes + row::FIELD * numbers + disk.frames * of_each_frame + PAPERS;
         Self { bytes, ..disk }

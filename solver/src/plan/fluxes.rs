@@ -1,8 +1,9 @@
 //! `[[fluxes]]` as the engine's plans.
 
-use mercury_common::scene::{Dimensions, Flux, Scene, SceneError};
+use glam::DVec3;
+use mercury_common::scene::{Dimensions, Flux, FluxPart as Part, Scene, SceneError};
 
-use mercury_engine::boundaries::FluxPlan;
+use mercury_engine::boundaries::{FluxPart, FluxPlan};
 
 /// All flux planes, in the order of the file.
 pub(super) fn fluxes(scene: &Scene, errors: &mut Vec<SceneError>) -> Vec<FluxPlan> {
@@ -13,7 +14,11 @@ pub(super) fn fluxes(scene: &Scene, errors: &mut Vec<SceneError>) -> Vec<FluxPla
         name: flux.name.value.clone(),
         point: *flux.point,
         normal: *flux.normal,
-        radius: flux.radius.as_deref().copied(),
+        part: match &flux.part {
+            Part::All => FluxPart::All,
+            Part::Disc(radius) => FluxPart::Disc(**radius),
+            Part::Rectangle(sides) => FluxPart::Rectangle(sides.each_ref().map(|side| **side)),
+        },
     });
     planned.collect()
 }
@@ -35,10 +40,14 @@ fn wrong(scene: &Scene, flux: &Flux) -> Option<SceneError> {
             away[axis] = 0.0;
         }
     }
-    let beyond = flux
-        .radius
-        .as_deref()
-        .is_some_and(|radius| away.length() > *radius);
+    let beyond = match &flux.part {
+        Part::All => false,
+        Part::Disc(radius) => away.length() > **radius,
+        Part::Rectangle([along, across]) => {
+            let half: DVec3 = 0.5 * (along.abs() + across.abs());
+            away.abs().cmpgt(half).any()
+        }
+    };
     // Round-off of a plane in a face.
     (off > reach * (1.0 + 1e-12) || beyond).then(|| {
         let message = format!(

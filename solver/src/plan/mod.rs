@@ -133,6 +133,7 @@ impl ToSetup for Plan {
             physics: Arc::clone(&self.physics),
             watched: Watched {
                 fluxes: self.outputs.fluxes().to_vec(),
+                passages: files.left,
                 triangle_loads: files.triangle_loads,
                 load_sums: [files.frames, files.vtk],
                 tracking: files.tracking(),

@@ -11,7 +11,7 @@ use super::motions;
 use super::passes::passes;
 use super::{Disk, FieldPlan, Memory, PairPlan, Plan};
 use mercury_engine::boundaries::expected_number;
-use mercury_engine::boundaries::{Quantity, Rate, Total};
+use mercury_engine::boundaries::{FluxPart, Quantity, Rate, Total};
 use mercury_engine::contact::parameter::short;
 use mercury_engine::walls::{Shape, Wall};
 use mercury_engine::wear::{WearBasis, WearLaw, WearPlan};
@@ -318,8 +318,16 @@ fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
             vector(flux.normal),
             vector(flux.point)
         );
-        if let Some(radius) = flux.radius {
-            words += &format!(", within {} m", short(radius));
+        match flux.part {
+            FluxPart::All => {}
+            FluxPart::Disc(radius) => words += &format!(", within {} m", short(radius)),
+            FluxPart::Rectangle([along, across]) => {
+                words += &format!(
+                    ", a rectangle with the sides {} and {} m",
+                    vector(along),
+                    vector(across)
+                );
+            }
         }
         line(text, "flux plane", &words)?;
     }

@@ -10,11 +10,14 @@ use std::io;
 use std::path::Path;
 
 use crate::output::summary::ResultValue;
-use crate::output::{counted_materials, particle_columns};
+use crate::output::{
+    FLUX_COLUMNS, REGION_COLUMNS, WALL_COLUMNS, counted_materials, particle_columns,
+};
 use crate::plan::Plan;
 use mercury_common::formats::ene;
+use mercury_common::formats::table_head::TableColumn;
 use mercury_common::frames::{ParticleColumns, ParticleFrame, Table as _};
-use mercury_common::particle_properties::PARTICLE_PROPERTIES;
+use mercury_common::particle_properties::{LIQUID_VOLUME, PARTICLE_PROPERTIES};
 use mercury_common::scene::{listed, nearest};
 use values::{Row, energies, particles, rows, slope};
 
@@ -46,16 +49,14 @@ const FUNCTIONS: [(&str, Function); 9] = [
 
 const SOURCES: [&str; 5] = ["walls", "regions", "flux", "energy", "particles"];
 
-/// Columns of a table with their units.
-type Columns = &'static [(&'static str, &'static str)];
-
 /// A table with a row for each name and time: `<prefix>.<word>.csv`.
 #[derive(Debug, PartialEq, Eq)]
 struct Table {
     word: &'static str,
     /// One of its names, in words.
     one: &'static str,
-    columns: Columns,
+    /// Columns of values with their units.
+    columns: &'static [TableColumn],
     /// Those that hold what came since the row before, not what is at its time.
     amounts: &'static [&'static str],
 }
@@ -63,61 +64,21 @@ struct Table {
 static WALLS: Table = Table {
     word: "walls",
     one: "wall",
-    columns: &[
-        ("fx", "N"),
-        ("fy", "N"),
-        ("fz", "N"),
-        ("tx", "N m"),
-        ("ty", "N m"),
-        ("tz", "N m"),
-        ("power", "W"),
-        ("x", "m"),
-        ("y", "m"),
-        ("z", "m"),
-        ("qw", "1"),
-        ("qx", "1"),
-        ("qy", "1"),
-        ("qz", "1"),
-        ("vx", "m/s"),
-        ("vy", "m/s"),
-        ("vz", "m/s"),
-        ("wx", "rad/s"),
-        ("wy", "rad/s"),
-        ("wz", "rad/s"),
-    ],
+    columns: WALL_COLUMNS,
     amounts: &[],
 };
 
 static REGIONS: Table = Table {
     word: "regions",
     one: "region",
-    columns: &[
-        ("number", "1"),
-        ("mass", "kg"),
-        ("vx", "m/s"),
-        ("vy", "m/s"),
-        ("vz", "m/s"),
-        ("kinetic", "J"),
-        ("solid_fraction", "1"),
-    ],
+    columns: REGION_COLUMNS,
     amounts: &[],
 };
 
 static FLUX: Table = Table {
     word: "flux",
     one: "plane of [[fluxes]]",
-    columns: &[
-        ("forward", "1"),
-        ("backward", "1"),
-        ("mass", "kg"),
-        ("volume", "m3"),
-        ("px", "kg m/s"),
-        ("py", "kg m/s"),
-        ("pz", "kg m/s"),
-        ("d10", "m"),
-        ("d32", "m"),
-        ("d43", "m"),
-    ],
+    columns: FLUX_COLUMNS,
     amounts: &["forward", "backward", "mass", "volume", "px", "py", "pz"],
 };
 
@@ -423,7 +384,8 @@ impl NamedResult {
 
 /// The unit of a column of frames of particles.
 fn particle_unit(column: &str) -> Option<String> {
-    let all = ParticleColumns::all().with_properties(PARTICLE_PROPERTIES);
+    let properties = PARTICLE_PROPERTIES.iter().chain([&LIQUID_VOLUME]);
+    let all = ParticleColumns::all().with_properties(properties);
     let specs = ParticleFrame::specs(&all);
     let spec = specs.into_iter().find(|spec| spec.name == column)?;
     // As the other tables write it.

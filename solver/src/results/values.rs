@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use mercury_common::formats::ene::{self, EnergyReader};
+use mercury_common::formats::table_head::name as name_of;
 use mercury_common::frames::{Column, FLAG_FIXED, FrameReader};
 use mercury_common::scene::{listed, nearest};
 
@@ -42,11 +43,11 @@ pub(super) fn rows(
     let mut lines = text.lines();
     let header = fields(lines.next().unwrap_or_default());
     let place = |wanted: &str| {
-        let found = header.iter().position(|name| name == wanted);
+        let found = header.iter().position(|cell| name_of(cell) == wanted);
         found.ok_or_else(|| format!("there is no column `{wanted}`"))
     };
     let (time_at, name_at, column_at) = (place("time")?, place("name")?, place(column)?);
-    let material_at = header.iter().position(|name| name == "material");
+    let material_at = header.iter().position(|cell| name_of(cell) == "material");
     let (mut names, mut materials, mut values) =
         (Vec::<String>::new(), Vec::<String>::new(), Vec::new());
     for line in lines {

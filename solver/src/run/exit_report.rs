@@ -4,6 +4,7 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
+use mercury_common::formats::table_head::name as name_of;
 use mercury_common::readable::rounded;
 use mercury_common::surfaces::FACES;
 
@@ -61,7 +62,7 @@ fn crossed(text: &str, name: &str) -> Option<[f64; 3]> {
     let header: Vec<&str> = lines.next()?.split(',').rev().collect();
     let mut places = [0; 3];
     for (place, column) in places.iter_mut().zip(["forward", "backward", "mass"]) {
-        *place = header.iter().position(|found| *found == column)?;
+        *place = header.iter().position(|found| name_of(found) == column)?;
     }
     // A name with a comma stands in quotes.
     let quoted = format!("\"{}\"", name.replace('"', "\"\""));
@@ -95,6 +96,10 @@ mod tests {
     fn rows_of_a_plane_are_summed() {
         let text = "time,name,material,forward,backward,mass\n0,gate,m,0,0,0\n1,gate,\"m, n\",3,1,0.5\n1,\"a, b\",m,9,9,9\n2,gate,m,2,0,0.25\n";
         assert_eq!(crossed(text, "gate"), Some([5.0, 1.0, 0.75]));
+        let with_units = text
+            .replace("time,", "time [s],")
+            .replace("mass\n", "mass [kg]\n");
+        assert_eq!(crossed(&with_units, "gate"), crossed(text, "gate"));
         assert_eq!(crossed(text, "a, b"), Some([9.0, 9.0, 9.0]));
         assert_eq!(crossed(text, "ga"), Some([0.0; 3]));
         assert_eq!(crossed("", "gate"), None);

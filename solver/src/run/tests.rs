@@ -23,7 +23,7 @@ use super::*;
 use crate::output::summary::Status;
 use crate::plan::{Draft, NewBody, NewParticle, OutputPlan};
 use mercury_engine::bodies::Clump;
-use mercury_engine::boundaries::{CountedRegion, FluxPlan, Region};
+use mercury_engine::boundaries::{CountedRegion, FluxPart, FluxPlan, Region};
 use mercury_engine::contact::registry::AnyPairLaw;
 use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Linear, LinearFriction,
@@ -309,7 +309,8 @@ fn a_wall_carries_the_weight_of_what_rests_on_it() {
     );
     let walls = fs::read_to_string(place.path().join("test.walls.csv")).unwrap();
     let mut lines = walls.lines();
-    let head = "time,name,fx,fy,fz,tx,ty,tz,power,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz";
+    let head = "time [s],name,fx [N],fy [N],fz [N],tx [N m],ty [N m],tz [N m],power [W],x [m],y [m],z [m],\
+qw,qx,qy,qz,vx [m/s],vy [m/s],vz [m/s],wx [rad/s],wy [rad/s],wz [rad/s]";
     assert_eq!(lines.next().unwrap(), head);
     let last: Vec<&str> = lines.last().unwrap().split(',').collect();
     assert_eq!(last[1], "floor");
@@ -610,7 +611,7 @@ fn fluxes_are_written_at_every_output_time() {
         name: "gate".to_owned(),
         point: from + 1.5e-4 * velocity,
         normal: velocity.normalize(),
-        radius: Some(RADIUS),
+        part: FluxPart::Disc(RADIUS),
     }];
     let mass = DENSITY * mercury_engine::state::volume(RADIUS, 3);
     let report = go(plan, place.path());
@@ -619,7 +620,7 @@ fn fluxes_are_written_at_every_output_time() {
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(
         lines[0],
-        "time,name,material,forward,backward,mass,volume,px,py,pz,d10,d32,d43"
+        "time [s],name,material,forward,backward,mass [kg],volume [m3],px [kg m/s],py [kg m/s],pz [kg m/s],d10 [m],d32 [m],d43 [m]"
     );
     assert_eq!(lines.len(), 1 + 4);
     assert_eq!(lines[1], "0,gate,material,0,0,0,0,0,0,0,0,0,0");
@@ -653,7 +654,7 @@ fn regions_are_counted_at_every_output_time() {
     let mut lines = text.lines();
     assert_eq!(
         lines.next().unwrap(),
-        "time,name,material,number,mass,vx,vy,vz,kinetic,solid_fraction"
+        "time [s],name,material,number,mass [kg],vx [m/s],vy [m/s],vz [m/s],kinetic [J],solid_fraction"
     );
     // Also the first time and the last.
     assert_eq!(text.lines().count(), 1 + 4);

@@ -4,8 +4,10 @@
 mod common;
 mod fields;
 mod guard;
+mod liquid;
 mod membranes;
 mod particle_tables;
+mod passages;
 mod rest;
 mod tables;
 mod tracks;

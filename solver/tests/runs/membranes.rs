@@ -4,6 +4,8 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 
+use mercury_common::formats::table_head;
+
 use crate::common::{code, errors, folder_with, solve};
 
 const HEAD: &str = r#"
@@ -32,7 +34,8 @@ type Row = HashMap<String, String>;
 fn table(path: &Path) -> Vec<Row> {
     let text = fs::read_to_string(path).unwrap();
     let mut lines = text.lines();
-    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let head = lines.next().unwrap().split(',');
+    let names: Vec<&str> = head.map(table_head::name).collect();
     let row = |line: &str| {
         let cells = line.split(',').map(str::to_owned);
         names

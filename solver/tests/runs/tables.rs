@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::process::Command;
 
+use mercury_common::formats::table_head;
+
 /// A lid that comes down at 0.1 m/s from 0.02 m on, and a disc that turns at 2 rad/s about a point beside its middle and travels.
 const SCENE: &str = r#"
 time = { end = 0.1, step = 1e-4 }
@@ -50,7 +52,8 @@ fn place_and_motion_of_walls_are_those_of_the_scene() {
         String::from_utf8_lossy(&output.stderr)
     );
     let text = fs::read_to_string(folder.path().join("a/a.walls.csv")).unwrap();
-    let head: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    let head = text.lines().next().unwrap().split(',');
+    let head: Vec<&str> = head.map(table_head::name).collect();
     let rows = text
         .lines()
         .skip(1)

@@ -6,6 +6,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use mercury_common::formats::table_head;
+
 /// Edge of the box, m.
 const EDGE: f64 = 0.013;
 /// Pa.
@@ -14,7 +16,8 @@ const PRESSURE: f64 = 2e4;
 /// The rows of a table with a header, by the names of the columns; comments are left out.
 fn table(text: &str) -> Vec<HashMap<String, String>> {
     let mut lines = text.lines().filter(|line| !line.starts_with('#'));
-    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let head = lines.next().unwrap().split(',');
+    let names: Vec<&str> = head.map(table_head::name).collect();
     let row = |line: &str| {
         let cells = line.split(',').map(str::to_owned);
         names

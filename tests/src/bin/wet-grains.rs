@@ -6,8 +6,6 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Result, anyhow};
-use mercury_common::particle_properties::FILM_VOLUME;
-use mercury_engine::forces::Partner;
 use mercury_engine::step::{Engine, StartOptions};
 use mercury_pictures::charts::{Axis, Chart, ChartPage, Series};
 use mercury_solver::plan::{plan, read_scene};
@@ -135,27 +133,6 @@ fn slope(engine: &Engine, middle: f64) -> f64 {
     (-xz / xx).atan().to_degrees()
 }
 
-/// Liquid on each grain, its share of bridges included, m^3.
-fn wetness(engine: &Engine) -> Vec<f64> {
-    let films = engine
-        .particles
-        .columns
-        .get(FILM_VOLUME.name)
-        .unwrap_or_default();
-    let mut held = films.to_vec();
-    for bond in engine.bonds() {
-        let volume = bond.bridge.volume;
-        match bond.partner {
-            Partner::Particle { row, .. } => {
-                held[bond.row as usize] += 0.5 * volume;
-                held[row as usize] += 0.5 * volume;
-            }
-            Partner::Wall { .. } => held[bond.row as usize] += volume,
-        }
-    }
-    held
-}
-
 /// How evenly `spray-drum.toml` wets its grains, and how fast, for some flow rates.
 fn drum(evenness: &Path, front: &Path) -> Result<String> {
     let mut text = String::from(
@@ -183,7 +160,7 @@ fn drum(evenness: &Path, front: &Path) -> Result<String> {
         for k in 0..=20 {
             let time = 0.8 + 0.1 * f64::from(k);
             run_until(&mut engine, time)?;
-            let held = wetness(&engine);
+            let held = engine.liquid_volumes().unwrap_or_default();
             let wet = held.iter().filter(|volume| **volume > 0.0).count() as f64;
             share.push((time, wet / held.len() as f64));
             let (mean, scatter) = spread(&held);

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, ensure};
+use mercury_common::formats::table_head;
 use mercury_solver::output::folder;
 use mercury_solver::plan::read_scene;
 use mercury_solver::plan::{document, plan};
@@ -51,7 +52,7 @@ pub(super) fn numbers<const N: usize>(text: &str, names: [&str; N]) -> Result<Ve
     for (place, name) in places.iter_mut().zip(names) {
         *place = header
             .iter()
-            .position(|column| *column == name)
+            .position(|column| table_head::name(column) == name)
             .with_context(|| format!("there is no column {name}"))?;
     }
     lines
@@ -146,7 +147,7 @@ mod tests {
 
     #[test]
     fn columns_are_found_by_name() {
-        let text = "# made by hand\ntime,name,z\n0,ball,1.5\n0.1,ball,-2e-3\n";
+        let text = "# made by hand\ntime [s],name,z\n0,ball,1.5\n0.1,ball,-2e-3\n";
         assert_eq!(
             numbers(text, ["z", "time"]).unwrap(),
             [[1.5, 0.0], [-2e-3, 0.1]]

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use glam::{DVec3, dvec3};
 use mercury_common::formats::clump::Pebble;
+use mercury_common::formats::table_head;
 use mercury_common::random::Stream;
 use mercury_common::scene::{Files, parse_scene};
 use mercury_engine::bodies::Clump;
@@ -455,7 +456,8 @@ fn budget_file(text: &str) -> (BTreeMap<String, Vec<Option<f64>>>, EnergySummary
     assert!(report.files.contains(&"scene.budget.csv".to_owned()));
     let table = std::fs::read_to_string(folder.path().join("scene.budget.csv")).unwrap();
     let mut lines = table.lines();
-    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let head = lines.next().unwrap().split(',');
+    let names: Vec<&str> = head.map(table_head::name).collect();
     let mut columns: BTreeMap<String, Vec<Option<f64>>> = BTreeMap::new();
     for line in lines {
         let words: Vec<&str> = line.split(',').collect();

@@ -2,9 +2,10 @@
 
 use glam::{DVec3, dvec3};
 use mercury_common::formats::clump::Pebble;
+use mercury_common::formats::table_head;
 use mercury_common::random::Stream;
 use mercury_engine::bodies::{Clump, NewBody};
-use mercury_engine::boundaries::FluxPlan;
+use mercury_engine::boundaries::{FluxPart, FluxPlan};
 use mercury_engine::contact::registry::AnyPairLaw;
 use mercury_engine::contact::{AnyNormal, Linear};
 use mercury_engine::state::MaterialIndex;
@@ -148,7 +149,7 @@ fn a_disc_is_passed_where_the_way_crosses_its_plane() {
             name: "disc".to_owned(),
             point: DVec3::splat(0.5),
             normal: DVec3::NEG_Z,
-            radius: Some(0.2),
+            part: FluxPart::Disc(0.2),
         }];
         let mut engine = start(draft.with_particles(particles.to_vec()));
         advance(&mut engine, 6);
@@ -173,7 +174,7 @@ fn the_means_of_what_passes_are_written_in_their_columns() {
         name: "plane".to_owned(),
         point: DVec3::splat(0.5),
         normal: DVec3::NEG_Z,
-        radius: None,
+        part: FluxPart::All,
     }];
     let plan = draft
         .with_particles((0..3).map(falling).collect())
@@ -186,7 +187,8 @@ fn the_means_of_what_passes_are_written_in_their_columns() {
     };
     run(plan, &options, &mut |_| ()).unwrap();
     let text = std::fs::read_to_string(folder.path().join("run.flux.csv")).unwrap();
-    let names: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    let head = text.lines().next().unwrap().split(',');
+    let names: Vec<&str> = head.map(table_head::name).collect();
     let last: Vec<&str> = text.lines().last().unwrap().split(',').collect();
     let sum = |power: i32| diameters.iter().map(|d: &f64| d.powi(power)).sum::<f64>();
     for (name, expected) in [

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use glam::DVec3;
+use mercury_common::formats::table_head;
 use mercury_common::frames::{WallReader, WearReader, WearTriangleReader};
 use mercury_common::surfaces::Surface;
 use mercury_solver::plan::{Plan, plan, read_scene};
@@ -41,7 +42,8 @@ fn run_in(folder: &Path, plan: Plan) -> Report {
 fn rows(folder: &Path, name: &str) -> Vec<BTreeMap<String, String>> {
     let text = std::fs::read_to_string(folder.join(name)).unwrap();
     let mut lines = text.lines();
-    let head: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let head = lines.next().unwrap().split(',');
+    let head: Vec<&str> = head.map(table_head::name).collect();
     let row = |line: &str| {
         let cells = line.split(',').map(str::to_owned);
         head.iter()

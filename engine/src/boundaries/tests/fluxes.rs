@@ -3,7 +3,7 @@
 use glam::DVec3;
 use mercury_common::random::Stream;
 
-use super::super::{Crossed, DeletionPlan, FluxPlan, Region};
+use super::super::{Crossed, DeletionPlan, FluxPart, FluxPlan, Region};
 use super::plan;
 use crate::physics::{Inputs, Setup};
 use crate::state::MaterialIndex;
@@ -15,7 +15,7 @@ fn plane(point: DVec3, normal: DVec3) -> FluxPlan {
         name: "plane".to_owned(),
         point,
         normal,
-        radius: None,
+        part: FluxPart::All,
     }
 }
 
@@ -186,7 +186,7 @@ fn a_disc_counts_what_passes_through_it() {
         column(0.05, 0.1),
     ];
     let fluxes = vec![FluxPlan {
-        radius: Some(0.2),
+        part: FluxPart::Disc(0.2),
         ..plane(DVec3::new(0.1, 0.95, 0.3), DVec3::NEG_Z)
     }];
     let (_, crossed) = run(draft, fluxes, 400);

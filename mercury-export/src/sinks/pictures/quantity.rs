@@ -2,6 +2,7 @@
 
 use mercury_common::frames::Column;
 use mercury_common::paraview::{Group, groups};
+use mercury_common::particle_properties::{FILM_VOLUME, LIQUID_VOLUME};
 use mercury_pictures::{ColourBy, upwards};
 
 use crate::{ExportError, Snapshot};
@@ -16,6 +17,8 @@ pub(super) enum Quantity {
     None,
     /// Place against gravity, or along z.
     Height,
+    /// Twice the radius.
+    Diameter,
     /// Index of the material.
     Material,
     /// The body that a sphere is a part of.
@@ -99,13 +102,17 @@ impl Quantity {
             },
             "none" => vec![Self::None],
             "height" => vec![Self::Height],
+            "diameter" if has(snapshot, "radius") => vec![Self::Diameter],
             "material" if has(snapshot, "material") => vec![Self::Material],
             "body" if has(snapshot, "body") => vec![Self::Body],
             CLUMP if has(snapshot, CLUMP) => vec![Self::Clump {
                 names: clumps.to_vec(),
             }],
-            "film" if has(snapshot, "film_volume") => {
-                Self::column("film_volume", snapshot).into_iter().collect()
+            "film" if has(snapshot, FILM_VOLUME.name) => {
+                (Self::column(FILM_VOLUME.name, snapshot).into_iter()).collect()
+            }
+            "liquid" if has(snapshot, LIQUID_VOLUME.name) => {
+                (Self::column(LIQUID_VOLUME.name, snapshot).into_iter()).collect()
             }
             "depth" if of_run.wears => vec![Self::Depth],
             _ if of_run.has_sheets && SheetQuantity::named(wanted).is_some() => {
@@ -154,6 +161,7 @@ impl Quantity {
         match self {
             Self::None => ColourBy::Plain,
             Self::Height => ColourBy::scalar("height", "m"),
+            Self::Diameter => ColourBy::scalar("diameter", "m"),
             Self::Material => ColourBy::Category {
                 label: "material".into(),
                 names: snapshot.header.materials.clone(),
@@ -177,6 +185,7 @@ impl Quantity {
     pub(super) fn is_of(&self, snapshot: &Snapshot) -> bool {
         match self {
             Self::None | Self::Height | Self::Depth | Self::Sheet(_) => true,
+            Self::Diameter => has(snapshot, "radius"),
             Self::Material => has(snapshot, "material"),
             Self::Body => has(snapshot, "body"),
             Self::Clump { .. } => has(snapshot, CLUMP),
@@ -204,6 +213,7 @@ impl Quantity {
                     .map(|centre| centre.dot(up))
                     .collect()
             }
+            Self::Diameter => named("radius")?.iter().map(|radius| 2.0 * radius).collect(),
             Self::Material => named("material")?,
             Self::Body => named("body")?,
             Self::Clump { .. } => named(CLUMP)?,
@@ -260,7 +270,14 @@ fn numbers(column: &Column) -> Option<Vec<f64>> {
 }
 
 fn unknown(wanted: &str, snapshot: &Snapshot) -> ExportError {
-    let mut known = vec!["auto".to_owned(), "none".into(), "height".into()];
+    let mut known: Vec<String> = ["auto", "none", "height"].map(str::to_owned).into();
+    let further = [
+        ("diameter", "radius"),
+        ("film", FILM_VOLUME.name),
+        ("liquid", LIQUID_VOLUME.name),
+    ];
+    let further = further.iter().filter(|(_, column)| has(snapshot, column));
+    known.extend(further.map(|(name, _)| (*name).to_owned()));
     for (name, group) in groups(&snapshot.specs) {
         match group {
             Group::Vector(_) if name == "velocity" => known.push("speed".into()),

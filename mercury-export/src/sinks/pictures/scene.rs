@@ -8,9 +8,12 @@ use mercury_common::frames::{
     BodyReader, ClumpKind, Column, ContactReader, DropletReader, SheetNow, WallReader, WearFrame,
     WearReader, sheets as sheets_of,
 };
+use mercury_common::particle_properties::{FILM_VOLUME, LIQUID_VOLUME};
 use mercury_common::readable::counted;
-use mercury_common::surfaces::{Placement, Surface as Shape};
-use mercury_pictures::{Contact, Frame, Grain, SHEET_OPACITY, Sphere, Surface, wall_surfaces};
+use mercury_common::surfaces::Placement;
+use mercury_pictures::{
+    Contact, Frame, Grain, SHEET_OPACITY, Sphere, Surface, wall_surfaces, worn_triangles,
+};
 
 use super::super::stl::worn_at;
 use super::PictureChoice;
@@ -26,6 +29,7 @@ pub(super) struct Scenery<'a> {
     /// Whether those with a liquid bridge alone are drawn.
     bridges: bool,
     droplets: Option<&'a DropletReader>,
+    particles: bool,
     walls: Option<&'a WallReader>,
     wear: Option<&'a WearReader>,
     membranes: Option<&'a SheetTables>,
@@ -107,6 +111,7 @@ impl<'a> Scenery<'a> {
             contacts,
             bridges: choice.bridges,
             droplets,
+            particles: choice.particles,
             walls,
             wear,
             membranes,
@@ -201,12 +206,16 @@ impl<'a> Scenery<'a> {
             &header.title
         });
         let (mut spheres, mut grains) = self.spheres_and_grains(snapshot, quantity)?;
+        if !self.particles {
+            spheres.clear();
+            grains.clear();
+        }
         let wear = worn_at(self.wear, snapshot.frame.step)?;
         if let (Quantity::Depth, Some(wear)) = (quantity, &wear) {
             grains.extend(self.worn_triangles(snapshot, wear)?);
         }
         grains.extend(coloured);
-        spheres.extend(self.droplets(snapshot, quantity)?);
+        let droplets = self.droplets(snapshot, quantity)?;
         let mut surfaces = self.surfaces(snapshot, wear.as_ref())?;
         surfaces.extend(sheets);
         let contacts = self.contacts(snapshot)?;
@@ -219,6 +228,7 @@ impl<'a> Scenery<'a> {
             gravity: header.gravity.unwrap_or_default(),
             domain: header.domain,
             spheres,
+            droplets,
             grains,
             surfaces,
             lines: Vec::new(),
@@ -364,26 +374,8 @@ impl<'a> Scenery<'a> {
         let last = self.wear.filter(|table| !table.frames().is_empty());
         let later = last.map(|table| table.frame(table.frames().len() - 1));
         let later = later.transpose()?.unwrap_or_default();
-        let mut triangles = Vec::new();
-        for (wall, (shape, place)) in (0u32..).zip(reader.surfaces().iter().zip(&standing)) {
-            let (Shape::Mesh(mesh), Some(place)) = (shape, place) else {
-                continue;
-            };
-            if !(wear.wall.contains(&wall) || later.wall.contains(&wall)) {
-                continue;
-            }
-            let (worn, depths) = wear.worn(wall, mesh);
-            for corners in &worn.triangles {
-                let depth: f64 = corners.iter().map(|&k| depths[k as usize]).sum();
-                triangles.push(Grain {
-                    triangles: vec![corners.map(|k| place.to_global(worn.vertices[k as usize]))],
-                    value: depth / 3.0,
-                    fixed: false,
-                    of_wall: true,
-                });
-            }
-        }
-        Ok(triangles)
+        let walls: Vec<u32> = [&wear.wall[..], &later.wall].concat();
+        Ok(worn_triangles(wear, &walls, reader.surfaces(), &standing))
     }
 
     /// The contacts of this step between particles that are shown; none if none were written then.
@@ -426,7 +418,7 @@ impl<'a> Scenery<'a> {
 }
 
 impl Scenery<'_> {
-    /// The droplets in flight at this step; where colours show films, they show the volumes of droplets, too.
+    /// The droplets in flight at this step; where colours show liquid, they show the volumes of droplets, too.
     fn droplets(
         &self,
         snapshot: &Snapshot,
@@ -440,12 +432,14 @@ impl Scenery<'_> {
             return Ok(Vec::new());
         };
         let frame = reader.frame(number)?;
-        let is_film = matches!(quantity, Quantity::Column { name, .. } if name == "film_volume");
+        let of_liquid = [FILM_VOLUME.name, LIQUID_VOLUME.name];
+        let is_liquid =
+            matches!(quantity, Quantity::Column { name, .. } if of_liquid.contains(&name.as_str()));
         let droplets = frame.position.iter().zip(&frame.radius);
         let sphere = |(centre, radius): (&DVec3, &f64)| Sphere {
             centre: *centre,
             radius: *radius,
-            value: if is_film {
+            value: if is_liquid {
                 4.0 / 3.0 * std::f64::consts::PI * radius * radius * radius
             } else {
                 f64::NAN

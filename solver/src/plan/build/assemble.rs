@@ -14,7 +14,7 @@ use crate::plan::start_from_run::{Earlier, Here, carried};
 use crate::plan::time_step::{StepPlan, steps};
 use crate::plan::wall_films::wall_films;
 use crate::plan::wear::wear;
-use crate::plan::{Counted, Material, Notes, OutputPlan, Outputs, Plan};
+use crate::plan::{Counted, FieldPlan, Material, Notes, OutputPlan, Outputs, Plan};
 use mercury_engine::boundaries::InsertionPlan;
 use mercury_engine::contact::registry::LawTable;
 use mercury_engine::liquid::{LiquidPlan, Weight};
@@ -111,6 +111,17 @@ pub(super) fn assemble(
         &start.values,
         time_step,
     );
+    if liquid.is_none() {
+        let needs = |one: &&FieldPlan| one.analysis.fields.iter().any(|field| field.needs_liquid());
+        found
+            .warnings
+            .extend(fields.iter().filter(needs).map(|one| {
+                format!(
+                    "fields.{}: liquid_fraction is 0 everywhere, as the scene has no liquid",
+                    one.name
+                )
+            }));
+    }
     let inputs = Inputs {
         seed: scene.seed,
         gravity: *scene.gravity,

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use mercury_common::formats::table_head;
 use mercury_common::scene::{Files, parse_scene};
 
 use crate::output::{Exchanged, FrameCopy, Schedule, Writer};
@@ -105,14 +106,17 @@ fn what_a_part_takes_stands_by_its_name_in_the_budget() {
     let rows: Vec<Vec<&str>> = file.lines().map(|row| row.split(',').collect()).collect();
     assert!(
         rows[0].join(",").contains(
-            ",dissipated_normal,dissipated_tangential,dissipated_rolling,dissipated_liquid,dissipated_air_drag,wall_work,"
+            ",dissipated_normal [J],dissipated_tangential [J],dissipated_rolling [J],dissipated_liquid [J],dissipated_air_drag [J],wall_work [J],"
         ),
         "{:?}",
         rows[0]
     );
     assert_eq!(rows.len(), 6);
     let of = |row: &[&str], name: &str| -> f64 {
-        let column = rows[0].iter().position(|column| *column == name).unwrap();
+        let column = rows[0]
+            .iter()
+            .position(|cell| table_head::name(cell) == name)
+            .unwrap();
         row[column].parse().unwrap()
     };
     for row in &rows[1..] {

@@ -107,6 +107,8 @@ fn pictures(path: &Path, place: &Place) {
             quantity: "auto".to_owned(),
             range: None,
             map: ColourMap::default(),
+            logarithmic: false,
+            particles: true,
             contacts: true,
             bridges: true,
             droplets: true,

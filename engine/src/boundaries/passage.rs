@@ -1,0 +1,190 @@
+//! Grains that cross a flux plane or leave the domain, one by one.
+
+use glam::DVec3;
+
+use crate::neighbours::Images;
+use crate::state::{Id, MaterialIndex, Particles, Plain, volume};
+
+/// A particle or a body, as boundaries see it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Grain {
+    /// The particle in this row.
+    Row(u32),
+    /// The body of this index, with all its pebbles.
+    Body(u32),
+}
+
+impl Grain {
+    /// Its centre, m.
+    pub(super) fn position(self, particles: &Particles) -> DVec3 {
+        match self {
+            Self::Row(row) => particles.records[row as usize].position,
+            Self::Body(body) => particles.bodies()[body as usize].position,
+        }
+    }
+
+    /// Its data.
+    pub(super) fn look(self, particles: &Particles, dimensions: u8) -> Look {
+        match self {
+            Self::Row(row) => {
+                let row = row as usize;
+                let record = &particles.records[row];
+                Look {
+                    id: particles.ids[row],
+                    clump: None,
+                    position: record.position,
+                    velocity: record.velocity,
+                    material: record.material,
+                    mass: particles.masses[row],
+                    volume: volume(record.radius, dimensions),
+                    diameter: 2.0 * record.radius,
+                }
+            }
+            Self::Body(index) => {
+                let body = &particles.bodies()[index as usize];
+                Look {
+                    id: body.id,
+                    clump: Some(body.clump),
+                    position: body.position,
+                    velocity: body.velocity,
+                    material: body.material,
+                    mass: body.mass,
+                    volume: body.volume,
+                    diameter: libm::cbrt(6.0 * body.volume / std::f64::consts::PI),
+                }
+            }
+        }
+    }
+}
+
+/// The data of a grain that a passage needs.
+pub(super) struct Look {
+    pub(super) id: Id,
+    /// Index of its clump in the plan.
+    pub(super) clump: Option<u32>,
+    pub(super) position: DVec3,
+    pub(super) velocity: DVec3,
+    pub(super) material: MaterialIndex,
+    pub(super) mass: f64,
+    pub(super) volume: f64,
+    /// Of a body that of a sphere of its volume, m.
+    pub(super) diameter: f64,
+}
+
+/// The boundary that a grain passed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Gate {
+    /// The flux plane of this index; the grain goes on. `forward`: along the normal.
+    Plane {
+        /// In the order of the plan.
+        index: u32,
+        /// Along the normal, or against it.
+        forward: bool,
+    },
+    /// The deletion region of this index, in the order of the plan.
+    Region(u32),
+    /// A face of the domain, in the order -x, +x, -y, +y, -z, +z.
+    Face(u32),
+}
+
+impl Plain for Gate {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        let (kind, index, forward) = match *self {
+            Self::Plane { index, forward } => (0u8, index, forward),
+            Self::Region(index) => (1, index, true),
+            Self::Face(index) => (2, index, true),
+        };
+        kind.put(bytes);
+        index.put(bytes);
+        forward.put(bytes);
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        let (kind, index) = (u8::take(bytes)?, u32::take(bytes)?);
+        let forward = bool::take(bytes)?;
+        match kind {
+            0 => Ok(Self::Plane { index, forward }),
+            1 => Ok(Self::Region(index)),
+            2 => Ok(Self::Face(index)),
+            _ => Err(format!("{kind} is no kind of boundary")),
+        }
+    }
+}
+
+/// A grain that crossed a flux plane or left, at the end of the drift in which it did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passage {
+    /// Time, s.
+    pub time: f64,
+    /// What it passed.
+    pub gate: Gate,
+    /// Its id; of a body that of the body.
+    pub id: u32,
+    /// Index of its clump in the plan; `None`: a sphere.
+    pub clump: Option<u32>,
+    /// Index of its material.
+    pub material: u32,
+    /// Diameter, m; of a body that of a sphere of its volume.
+    pub diameter: f64,
+    /// Centre, m, inside a periodic domain.
+    pub position: DVec3,
+    /// Velocity of the centre, m/s.
+    pub velocity: DVec3,
+}
+
+crate::state::plain!(Passage {
+    time,
+    gate,
+    id,
+    clump,
+    material,
+    diameter,
+    position,
+    velocity
+});
+
+/// The passages since the last reading, where a plan lists them.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Passages {
+    pub(super) are_listed: bool,
+    all: Vec<Passage>,
+}
+
+impl Passages {
+    /// Notes a grain that passes at this time (s).
+    pub(super) fn add(&mut self, time: f64, gate: Gate, grain: &Look, images: &Images) {
+        if self.are_listed {
+            self.all.push(Passage {
+                time,
+                gate,
+                id: grain.id.number(),
+                clump: grain.clump,
+                material: grain.material.number(),
+                diameter: grain.diameter,
+                position: images.wrap(grain.position),
+                velocity: grain.velocity,
+            });
+        }
+    }
+
+    /// Those until now; a step adds them in an order that sorting of rows decides.
+    pub(super) fn all(&self) -> &[Passage] {
+        &self.all
+    }
+
+    /// In the order of time, boundary and id; forgets them.
+    pub(super) fn take(&mut self) -> Vec<Passage> {
+        let mut all = std::mem::take(&mut self.all);
+        all.sort_by(|a, b| {
+            let by_time = a.time.total_cmp(&b.time);
+            // Spheres and bodies have ids of their own.
+            by_time.then((a.gate, a.clump.is_some(), a.id).cmp(&(b.gate, b.clump.is_some(), b.id)))
+        });
+        all
+    }
+
+    /// Goes on from those of a checkpoint.
+    pub(super) fn restore(&mut self, all: Vec<Passage>) {
+        self.all = all;
+    }
+}

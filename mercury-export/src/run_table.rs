@@ -1,0 +1,138 @@
+//! Tables of a run that lie beside its frames as text (`.walls.csv`, ...): as a whole, with one head, or typed as Parquet.
+
+use std::path::PathBuf;
+
+use mercury_common::formats::table_head::cell;
+use mercury_tables::{Column, Table, Values};
+
+use crate::output::Output;
+use crate::sinks::push_csv_text;
+use crate::{ExportError, Selection, Source};
+
+/// A table of a run that is text, and what makes a run write it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RunTable {
+    /// Ending of its file, without `.csv`.
+    pub name: &'static str,
+    /// The part of the scene that makes it.
+    pub from: &'static str,
+}
+
+/// The format of a table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Text with commas.
+    Csv,
+    /// Parquet, in which columns of numbers are numbers.
+    Parquet,
+}
+
+impl Format {
+    fn ending(self) -> &'static str {
+        match self {
+            Self::Csv => "csv",
+            Self::Parquet => "parquet",
+        }
+    }
+}
+
+/// Writes a table of a run; returns the path and the number of rows.
+///
+/// # Errors
+/// When the run has no such table, it cannot be read, single frames or particles are selected, or the file cannot be written.
+pub fn export(
+    source: &Source,
+    table: RunTable,
+    selection: &Selection,
+    output: &Output,
+    format: Format,
+) -> Result<(PathBuf, usize), ExportError> {
+    let name = table.name;
+    if selection.is_partial() || selection.frames != crate::FrameChoice::All {
+        return Err(ExportError::Input(format!(
+            "--table {name}: --frames, --region and --material select of tables of frames; this one is written as a whole\nhelp: leave them out, or filter its column `time`"
+        )));
+    }
+    let path = source
+        .folder()
+        .join(format!("{}.{name}.csv", source.prefix()));
+    if !path.exists() {
+        return Err(ExportError::Input(format!(
+            "{}: there is no such table\nhelp: {} makes a run write it",
+            path.display(),
+            table.from
+        )));
+    }
+    let read = Table::read_text(&path)?;
+    let rows = read.rows();
+    let file = output.one(&format!("{name}.{}", format.ending()));
+    match format {
+        Format::Csv => output.write(&file, &text(&read)?)?,
+        Format::Parquet => {
+            output.claim(&file)?;
+            typed(&read)?.write_parquet(&file)?;
+        }
+    }
+    Ok((file, rows))
+}
+
+/// The table as text.
+fn text(table: &Table) -> Result<Vec<u8>, ExportError> {
+    let columns = table.columns();
+    let cells: Vec<Vec<String>> = (columns.iter())
+        .map(|column| table.values(&column.name))
+        .collect::<Result<_, _>>()?;
+    let mut out = Vec::new();
+    let mut line = |of: &mut dyn Iterator<Item = String>| {
+        for (k, text) in of.enumerate() {
+            if k > 0 {
+                out.push(b',');
+            }
+            push_csv_text(&text, &mut out);
+        }
+        out.push(b'\n');
+    };
+    line(
+        &mut columns
+            .iter()
+            .map(|column| cell(&column.name, &column.unit)),
+    );
+    for row in 0..table.rows() {
+        line(&mut cells.iter().map(|column| column[row].clone()));
+    }
+    Ok(out)
+}
+
+/// The table with numbers in the columns whose cells are all numbers (empty cells as missing ones), and text in the others.
+///
+/// # Errors
+/// When a column cannot be read.
+pub fn typed(read: &Table) -> Result<Table, ExportError> {
+    let mut typed = Table::default();
+    for column in read.columns() {
+        let cells: Vec<String> = read.values(&column.name)?;
+        let values = numbers(&cells).unwrap_or(Values::Text(cells));
+        typed = typed.with(Column::new(
+            column.name.clone(),
+            column.unit.clone(),
+            values,
+        ));
+    }
+    Ok(typed)
+}
+
+/// The cells as numbers, if all that are not empty are, and one is not empty.
+fn numbers(cells: &[String]) -> Option<Values> {
+    if cells.iter().all(String::is_empty) {
+        return None;
+    }
+    let number = |cell: &String| match cell.as_str() {
+        "" => Some(f64::NAN),
+        text => text.parse().ok(),
+    };
+    cells
+        .iter()
+        .map(number)
+        .collect::<Option<_>>()
+        .map(Values::F64)
+}
