@@ -114,10 +114,13 @@ pub(crate) enum Command {
         #[arg(long, allow_negative_numbers = true)]
         density: Option<f64>,
     },
-    /// Mesh walls as they are at each frame, worn or not: .stl, one file per wall and frame
+    /// Mesh walls as they are at each frame, worn or not: .stl, one file per wall and frame, in the units and the frame of the mesh file of the scene
     Stl {
         #[command(flatten)]
         common: Common,
+        /// In metres and the frame of the scene instead: for a wall without scale, rotate and offset
+        #[arg(long)]
+        scene_frame: bool,
     },
     /// Pictures of frames: shaded particles, walls, colour bar, scale
     Png {

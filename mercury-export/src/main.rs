@@ -129,7 +129,12 @@ fn execute(command: Command) -> Result<(), ExportError> {
                 Ok(Box::new(data_files(&job.output, density)))
             })
         }
-        Command::Stl { common } => run(&common, "stl", |job| Ok(Box::new(Stl::new(job)?))),
+        Command::Stl {
+            common,
+            scene_frame,
+        } => run(&common, "stl", |job| {
+            Ok(Box::new(Stl::new(job, scene_frame)?))
+        }),
         Command::Png {
             common,
             look,

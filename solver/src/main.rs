@@ -106,7 +106,7 @@ struct Arguments {
     #[arg(long, requires = "threads")]
     fixed_threads: bool,
 
-    /// Contacts evaluated side by side: 1, 2, 4 or 8; the results are the same with any number [default: what this processor does fastest]
+    /// Contacts evaluated side by side: 1, 2 or 4; the results are the same with any number [default: what this processor does fastest]
     #[arg(long, value_name = "N", value_parser = lanes)]
     lanes: Option<Width>,
 

@@ -104,6 +104,19 @@ pub fn read_mesh_welded(
     tolerance: f64,
 ) -> Result<TriangleMesh, FormatError> {
     let path = path.as_ref();
+    check_tolerance(path, tolerance)?;
+    Ok(weld::weld(&read_surface(path)?, tolerance))
+}
+
+/// Reads a mesh and merges equal vertices, which keep the order of the file; those that no triangle uses are left out.
+///
+/// # Errors
+/// As [`read_mesh_welded`].
+pub fn read_mesh_in_order(path: impl AsRef<Path>) -> Result<TriangleMesh, FormatError> {
+    Ok(weld::weld_in_order(&read_surface(path.as_ref())?, 0.0))
+}
+
+fn check_tolerance(path: &Path, tolerance: f64) -> Result<(), FormatError> {
     if !(tolerance >= 0.0 && tolerance.is_finite()) {
         let found = format!("the welding tolerance {tolerance}");
         return Err(FormatError {
@@ -111,6 +124,11 @@ pub fn read_mesh_welded(
             ..FormatError::of_file(path, found)
         });
     }
+    Ok(())
+}
+
+/// Reads what the file says.
+fn read_surface(path: &Path) -> Result<Surface, FormatError> {
     let extension = path
         .extension()
         .map(|extension| extension.to_string_lossy().to_lowercase());
@@ -137,7 +155,7 @@ pub fn read_mesh_welded(
     if surface.triangles.is_empty() {
         return Err(FormatError::of_file(path, "the mesh has no triangles"));
     }
-    Ok(weld::weld(&surface, tolerance))
+    Ok(surface)
 }
 
 /// What a file says: corners that may occur several times.

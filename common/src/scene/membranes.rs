@@ -244,7 +244,7 @@ const EDGE: SceneKey = key("edge", positive("m"), "2e-3", "the length near which
 const RIM: Kind = word::<Rim>();
 #[rustfmt::skip]
 const FROM_FILE: Variant = variant("file", &[&[
-    key("file", Kind::File(""), "\"sheet.stl\"   # or \"sheet.obj\"; or shape = \"rectangle\", \"disc\", \"cylinder\", \"sphere\"", "`.stl` or `.obj`. Vertices count from 0 by their first use in the file. Two triangles at an edge at most, all turned alike"),
+    key("file", Kind::File(""), "\"sheet.stl\"   # or \"sheet.obj\"; or shape = \"rectangle\", \"disc\", \"cylinder\", \"sphere\"", "`.stl` or `.obj`. Vertices count from 0 in the order of the file; of an STL, in the order in which they appear. Two triangles at an edge at most, all turned alike"),
 ], PLACED], "in place of `shape`: triangles from a file");
 
 /// `[[membranes]]`

@@ -117,7 +117,7 @@ pub enum Shape {
 pub struct MeshSource {
     /// `.stl` (ASCII or binary) or `.obj`, resolved against the folder of the scene.
     pub file: Located<PathBuf>,
-    /// Factor on all coordinates; default 1.
+    /// Length of a unit of the file, m: the factor on all coordinates; default 1.
     pub scale: Located<f64>,
     /// Added at last, m; default 0.
     pub offset: Located<DVec3>,
@@ -186,7 +186,7 @@ pub(super) const MESH_FILE: SceneKey = key("file", Kind::File(""), "\"hopper.stl
 /// Where a mesh goes.
 #[rustfmt::skip]
 pub(super) const PLACED: &[SceneKey] = &[
-    key("scale", positive(""), "1e-3", "factor on all coordinates").or(1.0),
+    key("scale", positive("m"), "\"1 mm\"", "length of a unit of the file: the factor on all coordinates").or(1.0),
     key("rotate", Kind::Table(&TURN), "{ axis = [0, 0, 1], degrees = 90.0 }", "a turn about the origin of the file, after scaling").or_open("none"),
     key("offset", vector("m"), "[0, 0, 0.1]", "added at last").absent(Absent::Zero),
 ];

@@ -1,5 +1,7 @@
 //! The composition of one contact from its parts.
 
+use glam::DVec3;
+
 use super::{
     AdhesionForce, AdhesionLaw, Contact, NoAdhesion, NormalForce, NormalLaw, RollingLaw,
     TangentialLaw,
@@ -196,26 +198,58 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T
         }
     }
 
-    /// What sliding and the tangential dashpot have dissipated in a step of `dt` (s), J: the work of the tangential force less what
-    /// the tangential spring has gained. Histories: before and after the step.
-    ///
-    /// Springs count at the stiffness of their own time: what a change of stiffness takes or gives is part of the dissipation, as
-    /// the forces do no work for it.
-    pub fn sliding_loss(
+    /// What friction does in a contact after an evaluation of it.
+    #[must_use]
+    pub fn friction_now(
         &self,
         contact: &Contact,
         action: &Action,
-        before: &Histories<N, T, R, A>,
-        after: &Histories<N, T, R, A>,
-        dt: f64,
-    ) -> f64 {
-        let mut last = *contact;
-        last.overlap = (contact.overlap + contact.normal_velocity * dt).max(0.0);
-        let gain =
-            self.tangential.energy(contact, &after.1) - self.tangential.energy(&last, &before.1);
-        -(action.tangential.dot(contact.tangential_velocity) * dt) - gain
+        history: &Histories<N, T, R, A>,
+    ) -> FrictionNow {
+        FrictionNow {
+            load: action.normal.total(),
+            force: action.tangential.into(),
+            stored: self.tangential.energy(contact, &history.1),
+        }
     }
 }
+
+/// What friction does in a contact at the time of an evaluation: what sliding dissipates in the next step begins with it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct FrictionNow {
+    /// Normal force without adhesion, N; positive where it presses.
+    pub load: f64,
+    /// Force of friction on A, N.
+    pub force: DVec3,
+    /// Energy of its spring, J.
+    pub stored: f64,
+}
+
+impl FrictionNow {
+    /// Mean of |F_n| over the step from these forces to those of `next`, N.
+    #[must_use]
+    pub fn mean_load(&self, next: &Self) -> f64 {
+        0.5 * (self.load.abs() + next.load.abs())
+    }
+
+    /// What sliding and the tangential dashpot dissipate in the step of `dt` (s) from these forces to those of `next`, J: the work of the mean
+    /// tangential force less what the tangential spring gains. `sliding`: tangential velocity of A in that step, m/s.
+    ///
+    /// Each force acts over half of the step before it and half of the step behind it, as in the energy audit. So the sum over a contact is of second
+    /// order in the step. Springs count at the stiffness of their own time: what a change of stiffness takes or gives is part of the dissipation, as
+    /// the forces do no work for it.
+    #[must_use]
+    pub fn loss_until(&self, next: &Self, sliding: DVec3, dt: f64) -> f64 {
+        let force = 0.5 * (self.force + next.force);
+        -(force.dot(sliding) * dt) - (next.stored - self.stored)
+    }
+}
+
+crate::state::plain!(FrictionNow {
+    load,
+    force,
+    stored
+});
 
 /// The whole force of adhesion on A, N.
 #[inline(always)]

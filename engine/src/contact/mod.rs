@@ -29,7 +29,7 @@ pub use adhesion::{
     AdhesionForce, AdhesionLaw, AnyAdhesion, Bridge, Event, Liquid, LiquidLaw, NoAdhesion,
 };
 pub use any::OneOf;
-pub use evaluation::{Action, Histories, PairLaw};
+pub use evaluation::{Action, FrictionNow, Histories, PairLaw};
 pub use history::{History, HistoryNumber, TangentialSpring};
 pub use normal::{AnyNormal, Hertz, Linear, NormalForce, NormalLaw, Plastic};
 pub use planned::{

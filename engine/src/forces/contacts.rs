@@ -4,7 +4,7 @@ use super::{
     Alarms, Bond, BondPlace, ContactEvent, ContactRecord, FeatureKey, FeatureLoad, Finish,
     MotionBound, NearWall, Needs, Observation, Rub, SavedLoads, SavedSlots, StepContext,
 };
-use crate::contact::{Bridge, HistoryNumber};
+use crate::contact::{Bridge, FrictionNow, HistoryNumber};
 use crate::neighbours::CandidateList;
 use crate::state::{Load, Particle, Particles, Pieces, Row, WallIndex};
 use crate::surface::SurfaceLoad;
@@ -132,6 +132,13 @@ pub trait SavesContacts {
     /// If it cannot be of these.
     fn take_vertices(&mut self, counts: (&[usize], usize), bytes: &mut &[u8])
     -> Result<(), String>;
+
+    /// Friction at walls in the last evaluation, by the places of the contacts among the slots at walls; of walls alone that wear, or whose triangles'
+    /// loads are summed up.
+    fn friction_at_walls(&self) -> Vec<(u32, FrictionNow)>;
+
+    /// Restores what [`SavesContacts::friction_at_walls`] returned; called when the slots at walls are restored.
+    fn restore_friction_at_walls(&mut self, saved: &[(u32, FrictionNow)]);
 
     /// The loads on features of mesh walls as they lie in the blocks.
     fn feature_loads(&self) -> Vec<SavedLoads>;

@@ -14,7 +14,7 @@ pub struct Rub {
     pub foot: DVec3,
     /// Unit normal towards the particle.
     pub normal: DVec3,
-    /// |F_n|, N, without adhesion.
+    /// Mean |F_n| over the step, N, without adhesion.
     pub load: f64,
     /// |v_t| dt: displacement of the particle's surface along the wall, m.
     pub way: f64,

@@ -44,10 +44,16 @@ impl<L: Real> Strained<L> {
     #[inline(always)]
     fn stress(&self, [d1, d2]: [Vector<L>; 2], stiffness: f64, nu: f64) -> ([L; 3], L) {
         let [g11, g12, g22] = self.metric;
-        let [h11, h12, h22] = self.inverse;
         let e11 = (d1.dot(d1) - g11) * 0.5;
         let e12 = (d1.dot(d2) - g12) * 0.5;
         let e22 = (d2.dot(d2) - g22) * 0.5;
+        self.response([e11, e12, e22], stiffness, nu)
+    }
+
+    /// The same for a strain (11, 12, 22), m^2.
+    #[inline(always)]
+    fn response(&self, [e11, e12, e22]: [L; 3], stiffness: f64, nu: f64) -> ([L; 3], L) {
+        let [h11, h12, h22] = self.inverse;
         // Mixed components, first index up.
         let m11 = h11 * e11 + h12 * e12;
         let m12 = h11 * e12 + h12 * e22;
@@ -98,6 +104,24 @@ impl Strained {
     #[must_use]
     pub fn energy(&self, d1: DVec3, d2: DVec3, stiffness: f64, nu: f64) -> f64 {
         self.stress([d1, d2].map(Vector::from), stiffness, nu).1
+    }
+
+    /// Second derivative of the energy where the edge vectors change by `rates` times the way along the unit vector `axis`, N/m: twice the energy of
+    /// the rate of strain, and the stress times the second derivative of the strain.
+    #[must_use]
+    pub fn stiffness_along(
+        &self,
+        [d1, d2]: [DVec3; 2],
+        [r1, r2]: [f64; 2],
+        axis: DVec3,
+        stiffness: f64,
+        nu: f64,
+    ) -> f64 {
+        let (along1, along2) = (d1.dot(axis), d2.dot(axis));
+        let rate = [r1 * along1, 0.5 * (r1 * along2 + r2 * along1), r2 * along2];
+        let (_, energy) = self.response(rate, stiffness, nu);
+        let ([s11, s12, s22], _) = self.stress([d1, d2].map(Vector::from), stiffness, nu);
+        2.0 * energy + self.area * (s11 * r1 * r1 + 2.0 * s12 * r1 * r2 + s22 * r2 * r2)
     }
 
     /// A times the tension (Cauchy stress times thickness), N m.

@@ -3,6 +3,7 @@
 //! [`Topology`] says which triangles meet at which edges, [`Sheet`] what the sheet is at rest and which forces act on its vertices. All are
 //! functions of positions and velocities; the state of a run lies elsewhere. See `docs/theory/membranes.md`.
 
+mod borders;
 mod critical;
 mod elements;
 mod forces;

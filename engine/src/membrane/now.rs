@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::borders::{Border, Shape};
 use super::forces::{Evaluation, Powers, Workspace};
 use super::pressure::Load;
 use super::sheet::Sheet;
@@ -12,7 +13,7 @@ use crate::lanes::Width;
 use crate::neighbours::Images;
 use crate::parallel::map_parts;
 use crate::surface::{CHUNK, LARGE, Surface};
-use crate::walls::{Motion, Pose, WallNow};
+use crate::walls::{Motion, Pose, WallNow, WallStiffness};
 
 /// Stands for "not held".
 const FREE: u32 = u32::MAX;
@@ -126,6 +127,8 @@ pub struct MembraneNow {
     /// Steps in which it was beyond the limits of the guard, where that does not stop the run.
     pub faults: u64,
     dashpots: Vec<f64>,
+    /// Of the vertices that each wall holds, by the number of the wall.
+    borders: Vec<(usize, Border)>,
     powers: Powers,
     workspace: Workspace,
 }
@@ -217,11 +220,12 @@ impl MembraneNow {
             hold_loads: vec![HoldLoad::default(); plan.holds.len()],
             faults: 0,
             dashpots: Vec::new(),
+            borders: Vec::new(),
             powers: Powers::default(),
             workspace: Workspace::default(),
         };
         new.update_holds(plan, surface, at);
-        new.dashpots = plan.sheet.dashpots(&surface.inverse_masses);
+        new.note_holds(plan, surface);
         new
     }
 
@@ -271,7 +275,47 @@ impl MembraneNow {
             }
         }
         self.is_active = wanted;
+        self.note_holds(plan, surface);
+    }
+
+    /// What follows from what holds each vertex: dashpots, and borders of what walls hold.
+    fn note_holds(&mut self, plan: &MembranePlan, surface: &Surface) {
         self.dashpots = plan.sheet.dashpots(&surface.inverse_masses);
+        let wall_of = |hold: &u32| {
+            let hold = plan.holds.get(*hold as usize)?;
+            match hold.ramp {
+                HoldCourse::Wall(wall) => Some(wall),
+                HoldCourse::Velocity(_) | HoldCourse::Motion(_) => None,
+            }
+        };
+        let walls: Vec<Option<usize>> = self.held_by.iter().map(wall_of).collect();
+        let mut numbers: Vec<usize> = walls.iter().flatten().copied().collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        let border = |wall: usize| {
+            let is_held = walls.iter().map(|other| *other == Some(wall)).collect();
+            (wall, Border::new(&plan.sheet, is_held))
+        };
+        self.borders = numbers.into_iter().map(border).collect();
+    }
+
+    /// Adds what the sheet answers to a motion of a wall that holds vertices of it along the unit vector `axis`.
+    pub fn add_answer(
+        &self,
+        (plan, surface): (&MembranePlan, &Surface),
+        (wall, axis): (usize, DVec3),
+        sum: &mut WallStiffness,
+    ) {
+        let Some((_, border)) = self.borders.iter().find(|(number, _)| *number == wall) else {
+            return;
+        };
+        let shape = Shape {
+            positions: &surface.positions,
+            inverse_masses: &surface.inverse_masses,
+            dashpots: &self.dashpots,
+        };
+        let load = (&plan.load, plan.first_volume);
+        plan.sheet.add_answer(border, &shape, axis, load, sum);
     }
 
     /// Half kicks, as many as `kicks`, and a drift of `drift` seconds that ends at the time of `at`. Held vertices go with their holds.
@@ -546,7 +590,7 @@ impl MembraneNow {
         self.works = saved.works;
         self.hold_loads.clone_from(&saved.hold_loads);
         self.faults = saved.faults;
-        self.dashpots = plan.sheet.dashpots(&surface.inverse_masses);
+        self.note_holds(plan, surface);
         // The next work of the pressure begins with the normals of the last evaluation.
         plan.sheet
             .evaluated_at(&surface.positions, &mut self.workspace);

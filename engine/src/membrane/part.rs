@@ -165,10 +165,17 @@ impl Part for Membranes {
         Ok(())
     }
 
-    /// What sheets do to walls that hold their vertices is part of the loads of these walls.
+    /// What sheets do to walls that hold their vertices is part of the loads of these walls, and of what servos meet.
     fn observe(&self, core: &Core, observation: &mut Observation) {
-        let plans = core.physics.membranes.iter();
-        for (plan, membrane) in plans.zip(&self.all) {
+        let plans = core.physics.membranes.iter().zip(&core.surfaces);
+        for ((plan, surface), membrane) in plans.zip(&self.all) {
+            let walls = core.physics.walls.iter().enumerate();
+            for (number, wall) in walls.filter(|_| core.has_servos) {
+                let sum = &mut observation.wall_stiffness[number];
+                for (_, axis) in wall.motion.servos(core.time()) {
+                    membrane.add_answer((plan, surface), (number, axis), sum);
+                }
+            }
             for (wall, (load, power)) in observation.walls.iter_mut().enumerate() {
                 let state = &core.walls[wall].state;
                 let Some((force, torque)) = membrane.load_on_wall(plan, wall, state.reference)

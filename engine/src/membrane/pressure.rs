@@ -63,9 +63,17 @@ impl Load {
     /// -dp/dV at V0, Pa/m^3.
     #[must_use]
     pub fn stiffness(&self, first: f64) -> f64 {
+        self.stiffness_at(first, first)
+    }
+
+    /// -dp/dV at a volume, Pa/m^3: `volume` and `first` (V0) in m^3.
+    #[must_use]
+    pub fn stiffness_at(&self, volume: f64, first: f64) -> f64 {
         match self {
             Self::Given(_) => 0.0,
-            Self::Gas { gas, exponent, .. } => gas * exponent / first,
+            Self::Gas { gas, exponent, .. } => {
+                gas * exponent * libm::pow(first / volume, *exponent) / volume
+            }
             Self::Fluid { bulk_modulus, .. } => bulk_modulus / first,
         }
     }

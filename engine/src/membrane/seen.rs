@@ -154,14 +154,12 @@ impl Sheet {
             return None;
         }
         let mut scatter = Scatter {
-            mean: 0.0,
             deviation: 0.0,
             worst: 0.0,
         };
         let count = self.triangles.len() as f64;
         for rest in &self.triangles {
             let far = anisotropy(rest.lengths, rest.area);
-            scatter.mean += far / count;
             scatter.deviation += far * far / count;
             scatter.worst = scatter.worst.max(far);
         }
@@ -193,8 +191,6 @@ fn anisotropy(lengths: [f64; 3], area: f64) -> f64 {
 /// How far springs are from a sheet, in parts of the sheet's tension.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scatter {
-    /// Mean over the triangles.
-    pub mean: f64,
     /// Root of the mean square over the triangles.
     pub deviation: f64,
     /// Of the worst triangle.

@@ -48,7 +48,7 @@ pub struct Core {
     pub(super) law_names: String,
     pub(crate) images: Images,
     /// Whether a wall has a servo.
-    pub(super) has_servos: bool,
+    pub(crate) has_servos: bool,
     pub(crate) inverse_inertia: f64,
     pub(crate) turns: bool,
     /// How many numbers are worked on side by side.

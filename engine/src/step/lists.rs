@@ -125,6 +125,7 @@ impl Engine {
             &margin,
             parallel,
         );
+        core.note_rooms(&extra, &margin);
         let new_row: Vec<Option<Row>> = each(removed.len(), parallel, |old| {
             removed[old].map(|row| sorted[row.index()])
         });
@@ -174,11 +175,15 @@ impl Core {
         }
         let reach = self.images.size.length();
         let about = self.images.min + 0.5 * self.images.size;
+        // Sheets stand behind the walls of the plan.
+        let rooms = std::iter::repeat_n(0.0, self.physics.walls.len());
+        let rooms = rooms.chain(self.surfaces.iter().map(|surface| surface.room));
         valid
             && self
                 .walls
                 .iter()
-                .all(|wall| wall.displacement_since_listed(about, reach) <= limit)
+                .zip(rooms)
+                .all(|(wall, room)| wall.displacement_since_listed(about, reach) <= limit + room)
     }
 }
 

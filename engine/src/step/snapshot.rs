@@ -32,6 +32,11 @@ fn has_surfaces(core: &Core) -> bool {
     !core.surfaces.is_empty()
 }
 
+/// Whether sliding at walls is summed up from step to step.
+fn has_sliding(core: &Core) -> bool {
+    !core.physics.wear.is_empty() || core.watched.triangle_loads
+}
+
 const CLOCK: &str = "clock";
 const PARTICLES: &str = "particles";
 const PAIRS: &str = "pairs";
@@ -83,6 +88,16 @@ const SECTIONS: &[Section] = &[
         take: |core, bytes| {
             let counts = (core.particles.len(), core.walls.len());
             core.contacts.take_near_walls(counts, bytes)
+        },
+    },
+    Section {
+        name: "friction at walls",
+        is_there: has_sliding,
+        put: |core, pieces| core.contacts.friction_at_walls().put(pieces.end()),
+        take: |core, bytes| {
+            let saved: Vec<_> = Plain::take(bytes)?;
+            core.contacts.restore_friction_at_walls(&saved);
+            Ok(())
         },
     },
     Section {

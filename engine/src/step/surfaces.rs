@@ -33,6 +33,31 @@ pub(super) fn start(
     Ok((surfaces, walls))
 }
 
+/// Largest part of a period by which a sheet may go farther than particles.
+const LEAST_PART: f64 = 0.1;
+/// The same in skins where its vertices touch walls.
+const MOST_BESIDE_WALLS: f64 = 4.0;
+
+/// How far a place is from a box or its nearest image, m.
+fn gap(place: DVec3, (low, high): (DVec3, DVec3), images: &Images) -> f64 {
+    let mut gap = DVec3::ZERO;
+    for axis in 0..3 {
+        let (x, from, to) = (place[axis], low[axis], high[axis]);
+        gap[axis] = if images.periodic[axis] {
+            let (size, length) = (images.size[axis], to - from);
+            let ahead = (x - from).rem_euclid(size);
+            if length >= size || ahead <= length {
+                0.0
+            } else {
+                (ahead - length).min(size - ahead)
+            }
+        } else {
+            (from - x).max(x - to).max(0.0)
+        };
+    }
+    gap.length()
+}
+
 impl Core {
     /// Adds up what contacts did to the vertices; `of_walls`: what walls did to those of each sheet, nothing if none touches walls.
     pub(super) fn load_surfaces(&mut self, of_walls: &[Vec<Load>]) {
@@ -89,17 +114,47 @@ impl Core {
         (0..count).map(sphere).collect()
     }
 
-    /// Finds which vertices may touch walls before the next list; they and the walls each move by `skin` (m) until then.
+    /// Notes for each sheet how much farther than particles it may go before the list is built anew: the gap between the box around it and the
+    /// particle that is nearest, less what counts as near. `extra_skin` (m; empty for none).
+    pub(super) fn note_rooms(&mut self, extra_skin: &[f64], margin: &Margin) {
+        let first = self.physics.walls.len();
+        let images = &self.images;
+        let periods = (0..3).filter(|&axis| images.periodic[axis]);
+        // The images by which a sheet is met are those around the place where it was.
+        let most = periods.fold(images.size.length(), |most, axis| {
+            most.min(LEAST_PART * images.size[axis])
+        });
+        for (number, surface) in self.surfaces.iter_mut().enumerate() {
+            let outer = self.walls[first + number].outer_box();
+            let mut room = most;
+            // More vertices are near walls where they may go farther.
+            if self.physics.surfaces[number].touches_walls {
+                room = room.min(MOST_BESIDE_WALLS * margin.skin);
+            }
+            for (row, record) in self.particles.records.iter().enumerate() {
+                let reach = record.radius + extra_skin.get(row).copied().unwrap_or_default();
+                let gap = gap(record.position, outer, images) - reach - margin.to_walls(record);
+                room = room.min(gap);
+                if room <= 0.0 {
+                    break;
+                }
+            }
+            surface.room = room.max(0.0);
+        }
+    }
+
+    /// Finds which vertices may touch walls before the next list; they and the walls each move by `skin` (m) until then, and sheets by their
+    /// room more.
     pub(super) fn list_vertices(&mut self, skin: f64) {
         if !self.vertices_touch_walls() {
             return;
         }
         let walls = &self.walls[..self.physics.walls.len()];
         let range = self.needs.range;
-        let margin = Margin::of_skin(2.0 * skin + range);
         let near: Vec<Vec<NearWall>> = (0..self.surfaces.len())
             .map(|number| {
                 let vertices = self.vertex_spheres(number);
+                let margin = Margin::of_skin(2.0 * skin + range + self.surfaces[number].room);
                 near_walls_of_vertices(&vertices, walls, &self.images, &margin)
             })
             .collect();

@@ -50,6 +50,8 @@ pub struct Surface {
     pub forces: Vec<DVec3>,
     /// Largest v^2 of a vertex when they were last kicked, m^2/s^2.
     pub squared_speed: f64,
+    /// How much farther than particles it may go before the candidate list is built anew, m: nothing is near.
+    pub room: f64,
     triangles: Vec<[u32; 3]>,
     /// Positions when the candidate list was built, m.
     listed: Vec<DVec3>,
@@ -91,6 +93,7 @@ impl Surface {
             is_loaded: false,
             forces: zeros,
             squared_speed: 0.0,
+            room: 0.0,
             triangles: plan.triangles.clone(),
             listed: plan.vertices.clone(),
             vertex_of: mesh.vertex_numbers(&plan.vertices, &plan.triangles),

@@ -21,6 +21,8 @@ pub struct SavedSurface {
     pub forces: Vec<DVec3>,
     /// Positions when the candidate list was built, m.
     pub listed: Vec<DVec3>,
+    /// How much farther than particles it may go before the next list, m.
+    pub room: f64,
 }
 
 crate::state::plain!(SavedSurface {
@@ -30,7 +32,8 @@ crate::state::plain!(SavedSurface {
     loads,
     triangle_loads,
     forces,
-    listed
+    listed,
+    room
 });
 
 impl Surface {
@@ -45,6 +48,7 @@ impl Surface {
             triangle_loads: self.triangle_loads.clone(),
             forces: self.forces.clone(),
             listed: self.listed.clone(),
+            room: self.room,
         }
     }
 
@@ -74,7 +78,11 @@ impl Surface {
         }
         let is_mass = |inverse: &f64| inverse.is_finite() && *inverse >= 0.0;
         let places = columns.iter().copied().flatten();
-        if !saved.inverse_masses.iter().all(is_mass) || !places.copied().all(DVec3::is_finite) {
+        let is_room = saved.room.is_finite() && saved.room >= 0.0;
+        if !is_room
+            || !saved.inverse_masses.iter().all(is_mass)
+            || !places.copied().all(DVec3::is_finite)
+        {
             return Err("a membrane of it has numbers that no run has".to_owned());
         }
         self.positions.clone_from(&saved.positions);
@@ -85,6 +93,7 @@ impl Surface {
         self.is_loaded = true;
         self.forces.clone_from(&saved.forces);
         self.listed.clone_from(&saved.listed);
+        self.room = saved.room;
         Ok(())
     }
 }

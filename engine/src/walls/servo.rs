@@ -13,7 +13,9 @@
 //! c = sum over contacts of 4 sqrt(m k) + 2 gamma + 4 k dt,
 //! ```
 //!
-//! with the mass m of the particle, the stiffness k and the viscous coefficient gamma of its contact. It acts one step late.
+//! with the mass m of the particle, the stiffness k and the viscous coefficient gamma of its contact. Of a sheet whose vertices the wall holds each
+//! triangle, edge and hinge between a held and another vertex counts like a contact, with the mass of the free vertices that it moves. The servo acts
+//! one step late.
 //! Against particles that cannot move the overlap d follows d' = d + v dt, v' = (F_target - k d' - gamma v)/c, whose roots obey
 //! z^2 - (1 - a - b) z - b = 0 with a = k dt/c <= 1/4 and b = gamma/c <= 1/2. Jury's conditions (Jury 1964) |b| < 1, a > 0 and
 //! a + 2 b < 2 hold for any number of contacts, any damping and any step. Without damping the error shrinks by 1 - a in every
@@ -139,7 +141,7 @@ impl Followed {
     }
 }
 
-/// What the contacts of a wall answer to its motion: the sums from which a servo takes its coefficient.
+/// What the contacts of a wall, and sheets that it holds, answer to its motion: the sums from which a servo takes its coefficient.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct WallStiffness {
     /// Sum of the normal stiffnesses k, N/m.
@@ -160,16 +162,27 @@ impl WallStiffness {
         (elastic, overlap): (f64, f64),
         (viscous, velocity): (f64, f64),
     ) {
-        if overlap > 0.0 {
-            let stiffness = (1.5 * elastic / overlap).max(0.0);
-            self.stiffness += stiffness;
-            if mass.is_finite() {
-                self.damping += 4.0 * (mass * stiffness).sqrt();
-            }
+        let stiffness = if overlap > 0.0 {
+            (1.5 * elastic / overlap).max(0.0)
+        } else {
+            0.0
+        };
+        let dashpot = if velocity == 0.0 {
+            0.0
+        } else {
+            (viscous / velocity).abs()
+        };
+        self.add_spring(mass, stiffness, dashpot);
+    }
+
+    /// Adds a spring (N/m) and a dashpot (N s/m) between the wall and something of `mass` (kg; infinite if it is held).
+    #[inline]
+    pub fn add_spring(&mut self, mass: f64, stiffness: f64, dashpot: f64) {
+        self.stiffness += stiffness;
+        if mass.is_finite() {
+            self.damping += 4.0 * (mass * stiffness).sqrt();
         }
-        if velocity != 0.0 {
-            self.damping += 2.0 * (viscous / velocity).abs();
-        }
+        self.damping += 2.0 * dashpot;
     }
 
     /// Adds the contacts of another part.

@@ -21,6 +21,9 @@ const HALVINGS: u32 = 8;
 const OFFERS: usize = 2;
 /// Faces of a thin body that come closer than this part of an edge are worn through.
 const THIN: f64 = 1e-3;
+/// Share of the way to the nearest other triangle that a vertex may go at once: it may be offered volume three times, and the other triangle may come
+/// to meet it.
+const MOST_OF_GAP: f64 = 1.0 / 6.0;
 /// The factor of a move lies between this and its inverse.
 const LEAST_FACTOR: f64 = 0.1;
 /// Rounds of the secant method at most; three are enough on smooth surfaces.
@@ -38,8 +41,9 @@ struct Mover {
 }
 
 impl Worn {
-    /// Makes displacements of all that is owed, as far as the surface allows; the places of the corners are [`Worn::corners`] then.
-    pub fn advance(&mut self) {
+    /// Makes displacements of all that is owed, as far as the surface allows; the places of the corners are [`Worn::corners`] then. `mesh` is the
+    /// surface as it is before.
+    pub fn advance(&mut self, mesh: &Mesh) {
         self.is_due = false;
         if !self.is_owing() {
             return;
@@ -62,7 +66,7 @@ impl Worn {
         let mut moved = BTreeSet::new();
         self.last_way = 0.0;
         for offer in 0..=OFFERS {
-            let left = self.place(&wanted, &mut moved);
+            let left = self.place(&wanted, &mut moved, mesh);
             wanted.clear();
             for (node, volume) in left {
                 let is_free = |other: &&u32| {
@@ -133,10 +137,19 @@ impl Worn {
         &mut self,
         wanted: &BTreeMap<u32, f64>,
         moved: &mut BTreeSet<u32>,
+        mesh: &Mesh,
     ) -> BTreeMap<u32, f64> {
+        let mut scratch = Scratch::default();
         let mut movers: Vec<Mover> = (wanted.iter())
             .map(|(&node, &volume)| self.mover(node, volume))
             .collect();
+        for mover in &mut movers {
+            let way = mover.way.length();
+            let most = self.longest_way(mover.node, way, mesh, &mut scratch);
+            if way > most {
+                mover.part *= most / way;
+            }
+        }
         let triangles: BTreeSet<u32> = (movers.iter().filter(|mover| mover.part > 0.0))
             .flat_map(|mover| self.skin.around(mover.node).iter().copied())
             .collect();
@@ -220,6 +233,35 @@ impl Worn {
             way: direction * (-3.0 * volume / self.areas[node as usize]),
             part: if is_free { 1.0 } else { 0.0 },
         }
+    }
+
+    /// How far a node that wants to go by `way` (m) may go at once, m: no farther than to a part of the gap behind its triangles, so that no face passes
+    /// another one unseen.
+    fn longest_way(&self, node: u32, way: f64, mesh: &Mesh, scratch: &mut Scratch) -> f64 {
+        let mut most = f64::INFINITY;
+        for &triangle in self.skin.around(node) {
+            let thin = self.thinnest(triangle);
+            if way <= thin {
+                continue;
+            }
+            let corners = self.skin.triangles[triangle as usize];
+            let reach = [thin, way / MOST_OF_GAP];
+            let (clear, _) = mesh.facing(corners, reach, self.moves_alike(), scratch);
+            most = most.min(thin.max(MOST_OF_GAP * clear));
+        }
+        most
+    }
+
+    /// Faces that come as near to a triangle as this are worn through, m: a face that moves by more at once must not pass the other one unseen.
+    fn thinnest(&self, triangle: u32) -> f64 {
+        let sides = self.skin.sides(triangle, &self.displacement);
+        let shortest = sides.map(DVec3::length).into_iter();
+        shortest.fold(f64::INFINITY, f64::min) * THIN.max(self.plan.step)
+    }
+
+    /// Whether two corners are one node.
+    fn moves_alike(&self) -> impl Fn(u32, u32) -> bool + '_ {
+        |one, other| self.skin.node_of[one as usize] == self.skin.node_of[other as usize]
     }
 
     /// Factors on the ways of nodes with positive and with negative volumes, by which the swept volumes of the triangles (m^3) come to `goal`,
@@ -385,23 +427,17 @@ impl Worn {
             if nodes.iter().all(|&node| self.through[node as usize]) {
                 continue;
             }
-            let sides = self
-                .skin
-                .sides(triangle, &self.displacement)
-                .map(DVec3::length);
-            let shortest = sides.into_iter().fold(f64::INFINITY, f64::min);
-            // A face that moves by more at once must not pass the other one unseen.
-            let thin = shortest * THIN.max(self.plan.step);
+            let sides = self.skin.sides(triangle, &self.displacement);
+            let sides = sides.map(DVec3::length).into_iter();
+            let shortest = sides.fold(f64::INFINITY, f64::min);
+            let thin = self.thinnest(triangle);
             // Both may have come nearer.
             if self.clear[triangle as usize] - 2.0 * self.travelled > thin {
                 continue;
             }
             let corners = self.skin.triangles[triangle as usize];
-            let same = |one: u32, other: u32| {
-                self.skin.node_of[one as usize] == self.skin.node_of[other as usize]
-            };
             let reach = [thin, thin.max(shortest)];
-            let (clear, facing) = mesh.facing(corners, reach, same, &mut scratch);
+            let (clear, facing) = mesh.facing(corners, reach, self.moves_alike(), &mut scratch);
             self.clear[triangle as usize] = clear + 2.0 * self.travelled;
             let Some(facing) = facing else {
                 continue;

@@ -126,7 +126,9 @@ impl Wear {
                 continue;
             }
             let index = worn.plan().wall;
-            worn.advance();
+            if let Some(mesh) = core.walls[index].shape().mesh() {
+                worn.advance(mesh);
+            }
             let changed = core.walls[index].reshape(&worn.corners(), &core.images);
             changed.map_err(|error| core.wall_error(WallIndex::new(index as u16), error))?;
             let mesh = core.walls[index].shape().mesh();

@@ -103,7 +103,7 @@ fn wear(worn: &mut Worn, mesh: &mut Mesh, centre: DVec3, volume: f64) {
 }
 
 fn follow(worn: &mut Worn, mesh: &mut Mesh) {
-    worn.advance();
+    worn.advance(mesh);
     mesh.reshape(&worn.corners()).unwrap();
     worn.find_worn_through(mesh);
 }
@@ -258,12 +258,10 @@ fn what_cannot_be_placed_is_pending() {
     }
 }
 
-/// A thin plate is worn until its faces meet; there it stays.
-#[test]
-fn faces_that_meet_are_worn_through() {
+/// Two squares, one 0.02 below the other and turned over, joined by nothing.
+fn thin_plate() -> Mesh {
     let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
     const CELLS: u32 = 4;
-    // Two squares, one 0.02 below the other and turned over, joined by nothing.
     for z in [0.0, -0.02] {
         for j in 0..=CELLS {
             for i in 0..=CELLS {
@@ -285,7 +283,13 @@ fn faces_that_meet_are_worn_through() {
             }
         }
     }
-    let mut mesh = mesh(&vertices, &triangles);
+    mesh(&vertices, &triangles)
+}
+
+/// A thin plate is worn until its faces meet; there it stays.
+#[test]
+fn faces_that_meet_are_worn_through() {
+    let mut mesh = thin_plate();
     let mut worn = Worn::new(plan(), &mesh);
     let mut count = 0;
     while worn.worn_through().is_none() {
@@ -308,6 +312,24 @@ fn faces_that_meet_are_worn_through() {
     let after = worn.row();
     assert_eq!(after.max_depth, row.max_depth);
     assert!(after.pending > 0.0 && (after.owed - after.removed - after.pending).abs() < 1e-15);
+}
+
+/// Moves that are longer than the plate is thick pass no face: the upper one goes no farther than the lower one, to what counts as met.
+#[test]
+fn large_moves_pass_no_face() {
+    let mut mesh = thin_plate();
+    let mut worn = Worn::new(plan(), &mesh);
+    let mut random = Stream::new(7, "thin", 0);
+    // Alone, a move of a vertex with six triangles of 1/32 m^2 would be 3 V/(6/32) = 0.03 m.
+    for _ in 0..300 {
+        let centre = dvec3(random.uniform(), random.uniform(), 0.1);
+        wear(&mut worn, &mut mesh, centre, 0.03 * 6.0 / 32.0 / 3.0);
+    }
+    let row = worn.row();
+    let thin = 1e-3 * 0.25 * 2.0f64.sqrt();
+    assert!(worn.worn_through().is_some());
+    assert!(row.max_depth < 0.02 + thin, "{row:?}");
+    assert!((row.owed - row.removed - row.pending).abs() < 1e-12 * row.owed);
 }
 
 /// A sheet that is worn on both sides moves by the difference, and both depths are reported; worn behind alone, its depth counts

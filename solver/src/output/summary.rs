@@ -55,6 +55,9 @@ pub struct Summary {
     /// Walls that wear, in scenes that have any.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub wear: Vec<WearSummary>,
+    /// Elastic sheets, in scenes that have any.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub membranes: Vec<MembraneSummary>,
     /// What a user should know.
     pub warnings: Vec<String>,
     /// Requested numbers, by their names.
@@ -230,4 +233,21 @@ pub struct WearSummary {
     pub moves: u64,
     /// Vertices that cannot move.
     pub blocked: u64,
+}
+
+/// An elastic sheet at the end of a run, as in the last rows of `.membranes.csv`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MembraneSummary {
+    /// Its name.
+    pub name: String,
+    /// m^2
+    pub area: f64,
+    /// Enclosed volume, open rims closed by fans, m^3.
+    pub volume: f64,
+    /// Pa
+    pub pressure: f64,
+    /// Least length of an edge over its length without force.
+    pub min_stretch: f64,
+    /// Largest.
+    pub max_stretch: f64,
 }

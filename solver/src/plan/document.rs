@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use glam::DVec3;
 use mercury_common::scene::Total;
 use mercury_common::surfaces::Surface;
 use serde::Serialize;
@@ -150,6 +151,25 @@ struct Wall<'a> {
     until: Option<f64>,
     shape: Shape,
     pose: Pose,
+    /// Of a mesh, where it came from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    file: Option<File>,
+}
+
+/// The file of a mesh, and how the scene places it: scaled, then turned about the origin of the file, then moved.
+#[derive(Serialize)]
+struct File {
+    path: String,
+    scale: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rotate: Option<Turn>,
+    offset: [f64; 3],
+}
+
+#[derive(Serialize)]
+struct Turn {
+    axis: [f64; 3],
+    degrees: f64,
 }
 
 /// A surface in the frame in which the scene describes it, in the words of `.walls.arrow`.
@@ -339,7 +359,8 @@ impl<'a> Document<'a> {
                 .physics()
                 .walls
                 .iter()
-                .map(|wall| Wall {
+                .enumerate()
+                .map(|(index, wall)| Wall {
                     name: &wall.name,
                     material: material(wall.material.number()),
                     moves: !wall.motion.is_static(),
@@ -347,6 +368,7 @@ impl<'a> Document<'a> {
                     until: finite(wall.until),
                     shape: shape(&wall.shape),
                     pose: pose(wall, plan.physics().time_step),
+                    file: file(plan, index),
                 })
                 .collect(),
             insertions: plan
@@ -426,6 +448,21 @@ fn shape(shape: &WallShape) -> Shape {
             }
         }
     }
+}
+
+fn file(plan: &Plan, wall: usize) -> Option<File> {
+    let mut files = plan.outputs().mesh_files().iter();
+    let found = files.find(|file| file.wall == wall)?;
+    let turn = |(axis, degrees): (DVec3, f64)| Turn {
+        axis: axis.to_array(),
+        degrees,
+    };
+    Some(File {
+        path: found.path.display().to_string(),
+        scale: found.scale,
+        rotate: found.rotate.map(turn),
+        offset: found.offset.to_array(),
+    })
 }
 
 fn pose(wall: &PlannedWall, time_step: f64) -> Pose {

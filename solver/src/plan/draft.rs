@@ -86,6 +86,7 @@ impl Draft {
                 files: self.output,
                 regions: self.regions,
                 fluxes: self.fluxes,
+                mesh_files: Vec::new(),
             },
             notes: Notes::default(),
         })

@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use mercury_common::formats::mesh::{TriangleMesh, read_mesh};
+use mercury_common::formats::mesh::{TriangleMesh, read_mesh, read_mesh_in_order};
 use mercury_common::scene::{
     BendingStiffness, Dimensions, Hold, HoldMotion, Load as SceneLoad, Located, Membrane,
     MembraneElasticity, MembranePressure, MembraneShape, MeshSide, Pick, Place, Scene, SceneError,
 };
 
 use super::insertions::region;
-use super::meshes::{placement, triangles};
+use super::meshes::placement;
 use super::pair::PairPlan;
 use super::time_step::Limit;
 use super::usage::MaterialUse;
@@ -49,15 +49,33 @@ impl Sheets {
         masses.copied().reduce(f64::min)
     }
 
-    /// The least critical step and the sheet that sets it.
+    /// The least critical step and the sheet that sets it. Sheets that are held all over have none, as they move by their holds.
     pub(super) fn critical(&self) -> Option<Limit> {
         let all = self.surfaces.iter().zip(&self.membranes);
+        let all = all.filter(|(_, membrane)| !is_all_held(membrane));
         let limits = all.map(|(surface, membrane)| Limit {
             time: rates(membrane, &surface.vertices).critical_step(),
             of: format!("membranes.{}", surface.name),
         });
         limits.min_by(|one, other| one.time.total_cmp(&other.time))
     }
+}
+
+/// Whether every vertex is held from the start to the end, in all directions. Walls may vanish, and holds on them with it.
+fn is_all_held(membrane: &MembranePlan) -> bool {
+    let mut is_held = vec![false; membrane.sheet.masses().len()];
+    let always = membrane.holds.iter().filter(|hold| {
+        let whole = match &hold.ramp {
+            HoldCourse::Velocity(components) => components.iter().all(Option::is_some),
+            HoldCourse::Motion(_) => true,
+            HoldCourse::Wall(_) => false,
+        };
+        whole && hold.from <= 0.0 && hold.until.is_infinite()
+    });
+    for &vertex in always.flat_map(|hold| &hold.vertices) {
+        is_held[vertex as usize] = true;
+    }
+    is_held.into_iter().all(|held| held)
 }
 
 /// Warnings of liquid bridges, which have no energy where contacts with a sheet join.
@@ -318,7 +336,8 @@ fn shape(shape: &MembraneShape) -> Result<TriangleMesh, SceneError> {
     };
     Ok(match shape {
         MembraneShape::File(source) => {
-            let mut mesh = triangles(source)?;
+            let mesh = read_mesh_in_order(&source.file.value);
+            let mut mesh = mesh.map_err(|error| source.file.error(error.to_string()))?;
             let place = placement(source);
             for vertex in &mut mesh.vertices {
                 *vertex = place(*vertex);
@@ -534,9 +553,9 @@ fn doubts(
         .filter(|scatter| scatter.deviation > SCATTER)
     {
         warnings.push(format!(
-            "membranes.{name}: its triangles are far from equilateral, so that springs scatter their tensions by {} % (the worst by {} %): elasticity = \"continuum\" is exact on any mesh",
-            short((100.0 * scatter.deviation).round()),
-            short((100.0 * scatter.worst).round())
+            "membranes.{name}: its triangles are far from equilateral, so that springs scatter their tensions by {} % (root of the mean square; {} % at the worst triangle): elasticity = \"continuum\" is exact on any mesh",
+            short((1000.0 * scatter.deviation).round() / 10.0),
+            short((1000.0 * scatter.worst).round() / 10.0)
         ));
     }
     let law = sheet.law();
@@ -574,8 +593,8 @@ pub(super) fn describe(surface: &SurfacePlan, membrane: &MembranePlan) -> Vec<St
         Elasticity::Springs => {
             let far = sheet.scatter().map_or(String::new(), |scatter| {
                 format!(
-                    ", {} % from a sheet in the mean, {} % at the worst triangle",
-                    short((1000.0 * scatter.mean).round() / 10.0),
+                    ", whose tensions scatter by {} % (root of the mean square), {} % at the worst triangle",
+                    short((1000.0 * scatter.deviation).round() / 10.0),
                     short((1000.0 * scatter.worst).round() / 10.0)
                 )
             });

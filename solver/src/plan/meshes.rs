@@ -5,10 +5,11 @@ use std::sync::Arc;
 use glam::DVec3;
 use mercury_common::formats::mesh::{TriangleMesh, read_mesh};
 use mercury_common::scene::{
-    Domain, MeshSide, MeshSource, Scene, SceneError, Shape as SceneShape, Switches,
+    Domain, MeshSide, MeshSource, Scene, SceneError, Shape as SceneShape, Switches, Wear,
 };
 use mercury_common::turns::about_axis;
 
+use super::MeshFile;
 use mercury_engine::boundaries::Solid;
 use mercury_engine::contact::parameter::short;
 use mercury_engine::neighbours::Skin;
@@ -29,6 +30,34 @@ pub(super) fn mesh(source: &MeshSource, side: MeshSide) -> Result<Shape, SceneEr
         })
 }
 
+/// Refuses a mesh that is to wear and has triangles turned the other way than their neighbours: there one side would gain what the other loses.
+pub(super) fn fit_to_wear(
+    source: &MeshSource,
+    wear: Option<&Wear>,
+    shape: Shape,
+) -> Result<Shape, SceneError> {
+    let mesh = shape.mesh().filter(|_| wear.is_some());
+    let Some((found, dropped)) = mesh.and_then(|mesh| Some((mesh.turned()?, mesh.dropped())))
+    else {
+        return Ok(shape);
+    };
+    let left_out = if dropped > 0 {
+        ", those without area left out"
+    } else {
+        ""
+    };
+    let message = format!(
+        "{}: triangle {} is turned the other way than its neighbour, triangle {} (counted from 0{left_out}; their common edge is at {} m): a wall that wears needs all normals on one side, and {} of its edges have them on both",
+        source.file.value.display(),
+        found.triangle,
+        found.neighbour,
+        point(found.place),
+        found.pairs
+    );
+    let error = source.file.error(message);
+    Err(error.with_help("let the program that made the mesh orient its triangles (Blender: Recalculate Outside; MeshLab: Re-Orient all faces coherently), or leave `wear` out"))
+}
+
 /// Reads the closed mesh of a region.
 pub(super) fn solid(source: &MeshSource) -> Result<Solid, SceneError> {
     let triangles = triangles(source)?;
@@ -41,7 +70,7 @@ pub(super) fn solid(source: &MeshSource) -> Result<Solid, SceneError> {
     })
 }
 
-pub(super) fn triangles(source: &MeshSource) -> Result<TriangleMesh, SceneError> {
+fn triangles(source: &MeshSource) -> Result<TriangleMesh, SceneError> {
     read_mesh(&source.file.value).map_err(|error| source.file.error(error.to_string()))
 }
 
@@ -57,6 +86,26 @@ pub(super) fn placement(source: &MeshSource) -> impl Fn(DVec3) -> DVec3 {
         // Without a turn coordinates stay exactly what they are.
         turn.map_or(scaled, |turn| turn * scaled) + offset
     }
+}
+
+/// The files of mesh walls.
+pub(super) fn files(scene: &Scene, walls: &[Wall]) -> Vec<MeshFile> {
+    let file = |(index, wall): (usize, &Wall)| {
+        let mut of_scene = scene.walls.iter();
+        let found = of_scene.find(|other| other.name.value == wall.name)?;
+        let SceneShape::Mesh { mesh: source, .. } = &found.shape else {
+            return None;
+        };
+        let turn = source.rotate.as_ref();
+        Some(MeshFile {
+            wall: index,
+            path: source.file.value.clone(),
+            scale: *source.scale,
+            rotate: turn.map(|turn| (*turn.axis, *turn.degrees)),
+            offset: *source.offset,
+        })
+    };
+    walls.iter().enumerate().filter_map(file).collect()
 }
 
 /// How far beyond its faces a mesh that goes on for ever is queried, in largest radii: one radius and the widest skin, and a twentieth more, as
@@ -125,11 +174,16 @@ pub(super) fn continue_periodically(
 /// A mesh whose extents have a diagonal of more than this many of the domain's is taken for one in the wrong unit.
 const HUGE: f64 = 10.0;
 
+/// A mesh that is smaller than the smallest particle is taken for one in the wrong unit; so is one of less than this many of its diameters that is
+/// this much smaller than the domain.
+const TINY: [f64; 2] = [5.0, 500.0];
+
 /// Possible errors of the meshes (warnings), and other facts about them (notes).
 pub(super) fn remarks(
     scene: &Scene,
     walls: &[Wall],
     (min, max): (DVec3, DVec3),
+    smallest_radius: f64,
     warnings: &mut Vec<String>,
     notes: &mut Vec<String>,
 ) {
@@ -150,17 +204,27 @@ pub(super) fn remarks(
         }
         let (low, high) = mesh.bounds();
         let outside = low.cmpgt(max).any() || high.cmplt(min).any();
-        let is_huge = (high - low).length() > HUGE * (max - min).length();
-        let what = match (outside && wall.motion.is_static(), is_huge) {
-            (true, _) => "lies wholly outside the domain",
-            (_, true) => "is more than 10 times as large as the domain",
-            _ => continue,
+        let size = (high - low).length();
+        let is_huge = size > HUGE * (max - min).length();
+        let diameter = 2.0 * smallest_radius;
+        let is_tiny = smallest_radius.is_finite()
+            && (size < diameter
+                || size < TINY[0] * diameter && TINY[1] * size < (max - min).length());
+        let what = if outside && wall.motion.is_static() {
+            "lies wholly outside the domain".to_owned()
+        } else if is_huge {
+            "is more than 10 times as large as the domain".to_owned()
+        } else if is_tiny {
+            let diameter = short(diameter);
+            format!("is very small beside the smallest particle, whose diameter is {diameter} m")
+        } else {
+            continue;
         };
         // In front, as other errors may follow from it.
         let at = reported.min(warnings.len());
         reported += 1;
         warnings.insert(at, format!(
-            "walls.{name}: the mesh{} {what}: it reaches from {} to {} m, the domain from {} to {} m; correct its unit by scale (0.001 for a file in millimetres) and its place by offset",
+            "walls.{name}: the mesh{} {what}: it reaches from {} to {} m, the domain from {} to {} m; correct its unit by scale (\"1 mm\" for a file in millimetres, 1 for one in metres) and its place by offset",
             file_of(scene, name),
             point(low),
             point(high),

@@ -58,7 +58,7 @@ pub use largest::{Largest, largest, lattice_grains};
 pub use memory::{Memory, StartBytes};
 pub use mercury_engine::contact::parameter::{Origin, Parameter, Value};
 pub use notes::Notes;
-pub use outputs::{OutputPlan, Outputs};
+pub use outputs::{MeshFile, OutputPlan, Outputs};
 pub use pair::PairPlan;
 pub use passes::{Pass, passes};
 pub use reading::{parse_scene, read_scene};

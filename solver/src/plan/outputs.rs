@@ -1,7 +1,9 @@
 //! What a run writes.
 
 use std::ops::{Deref, DerefMut};
+use std::path::PathBuf;
 
+use glam::DVec3;
 use mercury_common::formats::number::NumberStyle;
 use mercury_common::scene::Switches;
 
@@ -17,6 +19,22 @@ pub struct Outputs {
     pub(super) files: OutputPlan,
     pub(super) regions: Vec<CountedRegion>,
     pub(super) fluxes: Vec<FluxPlan>,
+    pub(super) mesh_files: Vec<MeshFile>,
+}
+
+/// The file of a mesh wall, and how the scene places it: scaled, then turned about the origin of the file, then moved.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshFile {
+    /// Index of the wall.
+    pub wall: usize,
+    /// The file, with its folder.
+    pub path: PathBuf,
+    /// Length of a unit of the file, m.
+    pub scale: f64,
+    /// Axis and angle in degrees.
+    pub rotate: Option<(DVec3, f64)>,
+    /// m
+    pub offset: DVec3,
 }
 
 impl Outputs {
@@ -31,6 +49,8 @@ impl Outputs {
         borrow regions: [CountedRegion];
         /// Planes that count what crosses them.
         borrow fluxes: [FluxPlan];
+        /// The files of mesh walls.
+        borrow mesh_files: [MeshFile];
     }
 }
 

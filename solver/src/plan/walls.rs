@@ -102,7 +102,9 @@ pub(super) fn walls(scene: &Scene, errors: &mut Vec<SceneError>) -> Vec<Wall> {
                 let shape = Revolution::new(**axis, **origin, profile, side(*at));
                 add(name, shape.map(Shape::Revolution), **origin);
             }
-            SceneShape::Mesh { mesh, side } => match meshes::mesh(mesh, *side) {
+            SceneShape::Mesh { mesh, side } => match meshes::mesh(mesh, *side)
+                .and_then(|shape| meshes::fit_to_wear(mesh, wall.wear.as_ref(), shape))
+            {
                 Ok(shape) => add(name, Ok(shape), DVec3::ZERO),
                 Err(error) => errors.push(error),
             },

@@ -8,7 +8,7 @@ use super::budget::{Budget, energy_summary};
 use super::shortfall::{all_left, shortfalls};
 use super::{Ending, RunOptions, StopReason, exit_report, insertions, servos};
 use crate::output::Written;
-use crate::output::summary::{LiquidSummary, Status, Summary, WearSummary};
+use crate::output::summary::{LiquidSummary, MembraneSummary, Status, Summary, WearSummary};
 use crate::plan::Plan;
 use mercury_engine::step::Engine;
 
@@ -151,6 +151,18 @@ impl fmt::Display for Report {
                 wear.name, wear.owed, wear.removed, wear.pending, wear.max_depth, wear.moves
             )?;
         }
+        for sheet in &s.membranes {
+            writeln!(
+                f,
+                "  membrane   {}: area {:.6e} m2, volume {:.6e} m3, pressure {:.4e} Pa, edges of {} to {} of their length without force",
+                sheet.name,
+                sheet.area,
+                sheet.volume,
+                sheet.pressure,
+                rounded(sheet.min_stretch, 4),
+                rounded(sheet.max_stretch, 4)
+            )?;
+        }
         let threads = match s.threads {
             1 => "1 thread".to_owned(),
             threads if self.share_alone < 0.005 => format!("{threads} threads"),
@@ -270,6 +282,7 @@ pub(super) fn report(
             inserted_behind_walls: insertions::number_behind(plan, engine.boundaries()),
             liquid: engine.liquid().map(LiquidSummary::from),
             wear: wear(engine),
+            membranes: membranes(engine),
             warnings,
             results: Vec::new(),
             status: match looped.ending {
@@ -313,6 +326,26 @@ fn wear(engine: &Engine) -> Vec<WearSummary> {
         }
     })
     .collect()
+}
+
+/// Elastic sheets in numbers.
+fn membranes(engine: &Engine) -> Vec<MembraneSummary> {
+    let physics = engine.physics();
+    let plans = physics.surfaces.iter().zip(&physics.membranes);
+    let sheets = plans.zip(engine.surfaces()).zip(engine.membranes());
+    sheets
+        .map(|(((named, plan), surface), membrane)| {
+            let seen = plan.sheet.seen(&surface.positions);
+            MembraneSummary {
+                name: named.name.clone(),
+                area: seen.area,
+                volume: plan.sheet.enclosed(&surface.positions).volume,
+                pressure: membrane.pressure,
+                min_stretch: seen.least_stretch,
+                max_stretch: seen.largest_stretch,
+            }
+        })
+        .collect()
 }
 
 /// The lines of a log before the result of the run.

@@ -5,8 +5,9 @@ use std::fs;
 use std::path::Path;
 
 use mercury_common::formats::table_head;
+use mercury_common::frames::MembraneReader;
 
-use crate::common::{code, errors, folder_with, solve};
+use crate::common::{code, errors, folder_with, said, solve};
 
 const HEAD: &str = r#"
 [time]
@@ -199,4 +200,114 @@ fn threads_change_no_byte() {
         ]);
     }
     assert_eq!(all[0], all[1]);
+}
+
+/// A strip of rubber, 100 x 20 x 0.3 mm, that a servo pulls by 0.05 N at the wall that holds its end: it comes to rest at the stretch of that force.
+const PULLED: &str = r#"
+[[walls]]
+name = "grip"
+shape = "disc"
+axis = [1.0, 0.0, 0.0]
+origin = [0.15, 0.0, 0.1]
+radius = 0.01
+material = "rubber"
+motion = [{ kind = "servo", axis = [1.0, 0.0, 0.0], force = 0.05, max_speed = 0.2 }]
+[[membranes]]
+name = "strip"
+shape = "rectangle"
+corner = [0.0, 0.0, 0.0]
+along = [0.1, 0.0, 0.0]
+across = [0.0, 0.02, 0.0]
+edge = 1e-2
+material = "rubber"
+thickness = 3e-4
+youngs_modulus = 1e6
+elasticity = "continuum"
+poisson_ratio = 0.0
+damping_ratio = 0.3
+drag = 50.0
+[[membranes.holds]]
+name = "left"
+region = { shape = "half-space", point = [1e-6, 0.0, 0.0], normal = [-1.0, 0.0, 0.0] }
+velocity = [0.0, "free", 0.0]
+[[membranes.holds]]
+name = "right"
+region = { shape = "half-space", point = [0.099999, 0.0, 0.0], normal = [1.0, 0.0, 0.0] }
+wall = "grip"
+"#;
+
+/// The strip carries E t w (l^3 - l)/2 at the stretch l, of uniform strain without lateral contraction.
+#[test]
+fn a_servo_on_a_wall_that_a_sheet_alone_loads_settles() {
+    let scene = format!("{HEAD}{PULLED}")
+        .replace("end = 0.02", "end = 0.5")
+        .replace("step = 1e-5", "step = \"auto\"")
+        .replace("interval = 2e-3", "interval = 0.02");
+    let folder = folder_with("run.toml", &scene);
+    let output = solve(folder.path(), &["run.toml", "--quiet"]);
+    assert_eq!(code(&output), Some(0), "{}", errors(&output));
+    let rows = table(&folder.path().join("run/run.walls.csv"));
+    let late = rows.iter().filter(|row| number(row, "time") > 0.29);
+    let mut count = 0;
+    for row in late {
+        // Its coefficient over the stiffness of the strip is some 30 ms: exp(-0.3/0.03) is left.
+        let force = -number(row, "fx");
+        assert!((force / 0.05 - 1.0).abs() < 1e-3, "{row:?}");
+        assert!(number(row, "vx").abs() < 1e-4, "{row:?}");
+        count += 1;
+    }
+    assert!(count > 9);
+    let last = rows.last().unwrap();
+    let stretch = 1.0 + (number(last, "x") - 0.15) / 0.1;
+    let carried = 1e6 * 3e-4 * 0.02 * (stretch * stretch * stretch - stretch) / 2.0;
+    assert!(
+        (carried / 0.05 - 1.0).abs() < 1e-4,
+        "{carried} N at {stretch}"
+    );
+}
+
+/// The closing report and `summary.json` say of each sheet what its last row does.
+#[test]
+fn the_summary_has_the_sheets() {
+    let folder = folder_with("run.toml", &balloon("[[0.0, 0.0], [0.01, 2000.0]]"));
+    let output = solve(folder.path(), &["run.toml", "--quiet"]);
+    assert_eq!(code(&output), Some(0), "{}", errors(&output));
+    let rows = table(&folder.path().join("run/run.membranes.csv"));
+    let last = rows.last().unwrap();
+    let text = fs::read_to_string(folder.path().join("run/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let sheet = &summary["membranes"][0];
+    assert_eq!(sheet["name"], "balloon");
+    for key in ["area", "volume", "pressure", "min_stretch", "max_stretch"] {
+        assert_eq!(sheet[key].as_f64(), Some(number(last, key)), "{key}");
+    }
+    let log = fs::read_to_string(folder.path().join("run/run.log")).unwrap();
+    assert!(log.contains("  membrane   balloon: area "), "{log}");
+}
+
+/// Vertices have the numbers of the lines `v` of the file; those of no triangle are left out.
+#[test]
+fn vertices_keep_the_order_of_the_file() {
+    let obj = "v 0.02 0.02 0\nv 0 0 0\nv 9 9 9\nv 0 0.02 0\nv 0.02 0 0\nf 2 5 1\nf 2 1 4\n";
+    let scene = format!("{HEAD}[[membranes]]\nname = \"sheet\"\nfile = \"sheet.obj\"\nmaterial = \"rubber\"\nthickness = 3e-4\nyoungs_modulus = 1e6\n")
+        .replace("end = 0.02", "end = 1e-5");
+    let folder = folder_with("run.toml", &scene);
+    fs::write(folder.path().join("sheet.obj"), obj).unwrap();
+    let output = solve(folder.path(), &["run.toml", "--quiet"]);
+    assert_eq!(code(&output), Some(0), "{}", errors(&output));
+    let reader = MembraneReader::open(folder.path().join("run/run.membranes.arrow")).unwrap();
+    let frame = reader.frame(0).unwrap();
+    let places: Vec<[f64; 2]> = frame.position.iter().map(|x| [x.x, x.y]).collect();
+    assert_eq!(places, [[0.02, 0.02], [0.0, 0.0], [0.0, 0.02], [0.02, 0.0]]);
+}
+
+#[test]
+fn the_help_names_the_lanes_that_there_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let help = said(&solve(folder.path(), &["--help"]));
+    let line = help
+        .lines()
+        .find(|line| line.contains("side by side"))
+        .unwrap();
+    assert!(line.contains("1, 2 or 4"), "{line}");
 }

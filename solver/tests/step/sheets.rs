@@ -665,6 +665,47 @@ fn fast_sheets_meet_resting_particles() {
     }
 }
 
+/// A sheet that moves far from all particles costs no lists: it uses up the gap between them first. Where it comes from afar it meets them as ever.
+#[test]
+fn a_sheet_far_away_wears_no_list_out() {
+    let places = (0..216).map(|k| dvec3(f64::from(k % 6), f64::from(k / 6 % 6), f64::from(k / 36)));
+    let balls: Vec<NewParticle> = places
+        .map(|place| ball(0.015 * place, 0.001, DVec3::ZERO, DVec3::ZERO))
+        .collect();
+    let lists = |height: f64, periodic: &str| {
+        let mut sheet = square(4, 0.12, 0.0, 1);
+        for at in &mut sheet.vertices {
+            *at += dvec3(-0.01, -0.01, height);
+        }
+        sheet.masses.fill(f64::INFINITY);
+        let setup = Setup {
+            periodic,
+            ..Setup::default()
+        };
+        let mut engine = Engine::new(setup.plan(balls.clone(), vec![sheet]), 1).unwrap();
+        engine.surfaces[0].velocities.fill(dvec3(0.0, 0.0, 10.0));
+        let start = engine.list_statistics().0;
+        // It goes 0.1 m; the skin of balls at rest is a few hundredths of their millimetre.
+        engine.steps_at_once(1000, None).unwrap();
+        let front = engine.surfaces()[0].positions[0].z;
+        let above = |z: f64| height > 0.1 || z > front || front < 0.0;
+        assert!(
+            engine
+                .particles
+                .records
+                .iter()
+                .all(|ball| above(ball.position.z))
+        );
+        engine.list_statistics().0 - start
+    };
+    assert_eq!(lists(-0.5, "[]"), 0);
+    assert_eq!(lists(0.3, "[]"), 0);
+    // Through the periodic face: it stands below all balls, and above their images by 1.6 m.
+    assert_eq!(lists(-0.5, "[\"z\"]"), 0);
+    // From 20 mm below them it comes to push them.
+    assert!(lists(-0.02, "[]") > 5);
+}
+
 /// Vertices bounce on a floor as spheres of half the thickness: they stay above it, the wall feels what they get, and energy is kept.
 #[test]
 fn vertices_touch_walls() {

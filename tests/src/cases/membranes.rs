@@ -58,6 +58,25 @@ fn hencky() -> f64 {
     0.644_78 * RADIUS * (PRESSURE * RADIUS / (MODULUS * THICKNESS)).cbrt()
 }
 
+/// A strip, 100 x 20 x 0.3 mm, held at one end; a servo of `force` (N) moves the wall that holds the other. The force that it comes to, and the one that
+/// the strip carries at its stretch l by uniform strain, E t w (l^3 - l)/2.
+fn pulled_strip(force: f64) -> [f64; 2] {
+    let more = format!(
+        "[[walls]]\nname = \"grip\"\nshape = \"disc\"\naxis = [1.0, 0.0, 0.0]\norigin = [0.3, 0.0, 0.3]\nradius = 0.01\nmaterial = \"rubber\"\n\
+         motion = [{{ kind = \"servo\", axis = [1.0, 0.0, 0.0], force = {force:?}, max_speed = 0.2 }}]\n\
+         [[membranes]]\nname = \"strip\"\nshape = \"rectangle\"\ncorner = [0.0, 0.0, 0.0]\nalong = [0.1, 0.0, 0.0]\nacross = [0.0, 0.02, 0.0]\nedge = 1e-2\n\
+         material = \"rubber\"\nthickness = {THICKNESS:?}\nyoungs_modulus = {MODULUS:?}\nelasticity = \"continuum\"\npoisson_ratio = 0.0\ndamping_ratio = 0.3\ndrag = 50.0\n\
+         [[membranes.holds]]\nname = \"left\"\nregion = {{ shape = \"half-space\", point = [1e-6, 0.0, 0.0], normal = [-1.0, 0.0, 0.0] }}\nvelocity = [0.0, \"free\", 0.0]\n\
+         [[membranes.holds]]\nname = \"right\"\nregion = {{ shape = \"half-space\", point = [0.099999, 0.0, 0.0], normal = [1.0, 0.0, 0.0] }}\nwall = \"grip\"\n"
+    );
+    let mut engine = engine(0.0, (0.5, 3e-5), &more);
+    run(&mut engine);
+    let held = -engine.membranes()[0].hold_loads[1].force.x;
+    let stretch = 1.0 + engine.walls()[0].servos[0].displacement / 0.1;
+    let cube = stretch * stretch * stretch;
+    [held, MODULUS * THICKNESS * 0.02 * (cube - stretch) / 2.0]
+}
+
 /// A triangle with two held corners.
 const TRIANGLE: &str = "v 0.0 0.0 0.0\nv 0.1 0.0 0.0\nv 0.05 0.08660254037844387 0.0\nf 1 2 3\n";
 
@@ -265,6 +284,21 @@ pub(super) fn cases() -> Vec<Case> {
             "law of the enclosed volume",
             move || enclosed(pressure, law),
         ));
+    }
+    // It comes to rest within some 30 ms, the coefficient of the servo over the stiffness of the strip: exp(-0.5/0.03) is left.
+    for force in [0.05, 0.2] {
+        for (kind, quantity) in ["force on its wall", "what the strip carries at its stretch"]
+            .into_iter()
+            .enumerate()
+        {
+            cases.push(Case::new(
+                format!("T24 engine: a servo of {force} N on a wall that holds a strip of rubber, {quantity} (N)"),
+                force,
+                Relative(1e-4),
+                "E t w (l^3 - l)/2 at rest",
+                move || pulled_strip(force)[kind],
+            ));
+        }
     }
     for (kind, quantity) in ["momentum", "angular momentum"].into_iter().enumerate() {
         cases.push(Case::new(

@@ -11,6 +11,31 @@ use super::{Surface, TriangleMesh};
 ///
 /// Vertices are taken in the order of their first use, so the result depends on the file only.
 pub(super) fn weld(surface: &Surface, tolerance: f64) -> TriangleMesh {
+    weld_and_count(surface, tolerance).0
+}
+
+/// The same with the vertices in the order of the file: each stands where the first of those merged into it does.
+pub(super) fn weld_in_order(surface: &Surface, tolerance: f64) -> TriangleMesh {
+    let (mut mesh, merged) = weld_and_count(surface, tolerance);
+    let mut number = vec![u32::MAX; mesh.vertices.len()];
+    let mut vertices = Vec::with_capacity(mesh.vertices.len());
+    for &index in merged.iter().flatten() {
+        let own = &mut number[index as usize];
+        if *own == u32::MAX {
+            // The readers allow no more vertices than 32-bit indices.
+            *own = vertices.len() as u32;
+            vertices.push(mesh.vertices[index as usize]);
+        }
+    }
+    mesh.vertices = vertices;
+    for corner in mesh.triangles.iter_mut().flatten() {
+        *corner = number[*corner as usize];
+    }
+    mesh
+}
+
+/// The mesh, and the index in it of each vertex of the file that is used.
+fn weld_and_count(surface: &Surface, tolerance: f64) -> (TriangleMesh, Vec<Option<u32>>) {
     let mut mesh = TriangleMesh {
         triangles: Vec::with_capacity(surface.triangles.len()),
         ..TriangleMesh::default()
@@ -19,7 +44,6 @@ pub(super) fn weld(surface: &Surface, tolerance: f64) -> TriangleMesh {
         tolerance,
         cells: HashMap::new(),
     };
-    // Index in the mesh of each vertex of the file that has been used.
     let mut merged: Vec<Option<u32>> = vec![None; surface.vertices.len()];
     for triangle in &surface.triangles {
         mesh.triangles.push(triangle.map(|index| {
@@ -32,7 +56,7 @@ pub(super) fn weld(surface: &Surface, tolerance: f64) -> TriangleMesh {
             })
         }));
     }
-    mesh
+    (mesh, merged)
 }
 
 /// A grid of cells with edge `tolerance`: what is near lies in the same or a neighbouring cell.

@@ -102,6 +102,7 @@ impl<H: History> Block<H> {
             feature: saved.feature,
             state: saved.state.bits(),
             history,
+            friction: None,
         });
     }
 

@@ -3,7 +3,9 @@
 use super::ContactLoop;
 use super::block::Block;
 use super::slots::{FREE, IMAGE, Slot, WITH_HISTORY};
-use crate::contact::{AdhesionLaw, Histories, History, NormalLaw, RollingLaw, TangentialLaw};
+use crate::contact::{
+    AdhesionLaw, FrictionNow, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
+};
 use crate::forces::saved::{MOST_AT_WALL, Stretch, most_bytes_of_pairs, put_stretches};
 use crate::forces::{HistoryLayout, SavedLoads, SavedSlot, SavedSlots, SavesContacts, SlotState};
 use crate::parallel::each_part_by;
@@ -182,6 +184,24 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> SavesContact
         }
         self.restored_vertices(&saved);
         Ok(())
+    }
+
+    fn friction_at_walls(&self) -> Vec<(u32, FrictionNow)> {
+        let slots = self.blocks.iter().flat_map(|block| &block.wall_slots);
+        let places = (0u32..).zip(slots);
+        places
+            .filter_map(|(place, slot)| Some((place, slot.friction?)))
+            .collect()
+    }
+
+    fn restore_friction_at_walls(&mut self, saved: &[(u32, FrictionNow)]) {
+        let slots = self.blocks.iter_mut();
+        let slots = slots.flat_map(|block| &mut block.wall_slots);
+        let mut saved = saved.iter().peekable();
+        for (place, slot) in (0u32..).zip(slots) {
+            let own = saved.next_if(|(other, _)| *other == place);
+            slot.friction = own.map(|(_, friction)| *friction);
+        }
     }
 
     fn feature_loads(&self) -> Vec<SavedLoads> {

@@ -1,6 +1,6 @@
 //! The data of a listed pair, and of a feature of a wall near a particle.
 
-use crate::contact::History;
+use crate::contact::{FrictionNow, History};
 use crate::forces::SlotState;
 
 /// A listed pair with its history.
@@ -55,6 +55,8 @@ pub(super) struct WallSlot<H> {
     /// [`TOUCHING`], [`BONDED`], or neither; with [`BEHIND`], [`THROUGH`] or [`JOINED`].
     pub(super) state: u32,
     pub(super) history: H,
+    /// Friction in the last evaluation; of walls alone whose wear or loads on triangles are of interest.
+    pub(super) friction: Option<FrictionNow>,
 }
 
 pub(in crate::forces) const FREE: u32 = u32::MAX;
@@ -66,6 +68,7 @@ impl<H: History> WallSlot<H> {
             feature: FREE,
             state: 0,
             history: H::default(),
+            friction: None,
         }
     }
 

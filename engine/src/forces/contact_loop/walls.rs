@@ -12,7 +12,8 @@ use super::sheets::AtSheet;
 use super::sides::{self, from_behind};
 use super::slots::{BEHIND, FREE, JOINED, TOUCHING, WITH_HISTORY, WallSlot, with_history};
 use crate::contact::{
-    AdhesionLaw, Contact, Event, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
+    AdhesionLaw, Contact, Event, FrictionNow, Histories, History, NormalLaw, RollingLaw,
+    TangentialLaw,
 };
 use crate::forces::{
     Alarms, FeatureLoad, FeatureLoads, Impact, NearWall, Observation, Partner, Rub,
@@ -154,8 +155,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             features += 1;
         }
         let slots = &mut wall_slots[first..first + features as usize];
+        let mut released = Vec::new();
         let mut forget = |slot: &mut WallSlot<_>| {
             events.extend(SlotEvent::forgotten(near, slot));
+            released.extend(Released::of(slot));
             slot.clear();
         };
         let saddles = scratch.saddles();
@@ -203,11 +206,67 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 }
                 None => {
                     events.extend(SlotEvent::forgotten(near, slot));
+                    released.extend(Released::of(slot));
                     slot.clear();
                 }
             }
         }
+        // What a wall that vanishes takes away is not dissipated.
+        if let (Some(reported), Shape::Mesh(mesh), true) =
+            (&mut reported, side.wall.shape(), state.present)
+        {
+            for ended in &released {
+                self.report_release(a, side, (mesh, ended), reported);
+            }
+        }
         features
+    }
+
+    /// Reports the last step of a contact that has ended: from its last forces to none.
+    fn report_release(
+        &self,
+        a: &Particle,
+        side: &WallSide<'_>,
+        (mesh, ended): (&Mesh, &Released),
+        reported: &mut Reported<'_>,
+    ) {
+        let (state, dt) = (side.state, self.context.spring_time);
+        let place = state.into_wall(side.centre);
+        let foot = mesh.foot_on(ended.feature, place);
+        let away = (place - foot).normalize_or_zero();
+        let normal = if ended.is_behind { -away } else { away };
+        let outward = state.out_of_wall(normal);
+        let arm = outward * -a.radius;
+        let mut velocity = a.velocity + a.angular_velocity.cross(arm);
+        if state.moves {
+            let earlier = side.centre - a.velocity * self.context.velocity_lag;
+            velocity -= state.velocity.at(earlier + arm);
+        }
+        let sliding = velocity - outward * velocity.dot(outward);
+        let none = FrictionNow::default();
+        let lost = ended.last.loss_until(&none, sliding, dt);
+        let wall = side.near.wall.number();
+        if let Some(loads) = &mut reported.loads {
+            let slipped = FeatureLoad {
+                slip: lost,
+                ..FeatureLoad::default()
+            };
+            loads.add((wall, ended.feature), &slipped);
+        }
+        if let Some(rubs) = &mut reported.rubs {
+            let way = sliding.length() * dt;
+            rubs.push(Rub {
+                wall,
+                feature: ended.feature,
+                foot,
+                normal,
+                load: ended.last.mean_load(&none),
+                way,
+                slip: way,
+                work: lost,
+                impact: None,
+            });
+        }
     }
 
     /// On which side of the wall a touch acts, as bits of its slot.
@@ -408,17 +467,26 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 action.force += Vector::from(joined.pull);
             }
         } else if let Some(reported) = reported {
-            let slip = if touches {
-                law.sliding_loss(&contact, &action, &before, &slot.history, dt)
-            } else {
-                0.0
+            let now = touches.then(|| law.friction_now(&contact, &action, &slot.history));
+            // A new contact begins without force. Of one that goes on from another run the forces before are not known.
+            let last = match slot.friction {
+                None if touched => now,
+                last => Some(last.unwrap_or_default()),
             };
+            let (mut lost, mut mean_load) = (0.0, 0.0);
+            // At the start no time has passed.
+            if let Some(last) = last.filter(|_| dt > 0.0) {
+                let next = now.unwrap_or_default();
+                mean_load = last.mean_load(&next);
+                lost = last.loss_until(&next, sliding, dt);
+            }
+            slot.friction = now;
             if let Some(loads) = &mut reported.loads {
                 let on_wall = FeatureLoad {
                     force: state.turn_into_wall(-force),
                     shear: state.turn_into_wall(-tangential),
                     normal: action.normal.total(),
-                    slip,
+                    slip: lost,
                 };
                 loads.add((side.near.wall.number(), touch.feature), &on_wall);
             }
@@ -441,10 +509,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                     feature: touch.feature,
                     foot: state.into_wall(side.centre) - touch.normal * touch.distance,
                     normal: touch.normal,
-                    load: action.normal.total().abs(),
+                    load: mean_load,
                     way: sliding.length() * dt,
                     slip: law.slip(&contact, &action, &before, &slot.history, dt),
-                    work: slip,
+                    work: lost,
                     impact,
                 });
             }
@@ -490,6 +558,23 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 );
             }
         }
+    }
+}
+
+/// A contact with a mesh that has ended, and what friction did in it last.
+struct Released {
+    feature: u32,
+    is_behind: bool,
+    last: FrictionNow,
+}
+
+impl Released {
+    fn of<H>(slot: &WallSlot<H>) -> Option<Self> {
+        Some(Self {
+            feature: slot.feature,
+            is_behind: slot.state & BEHIND != 0,
+            last: slot.friction?,
+        })
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod balloon;
 mod bending;
+mod borders;
 mod mesh;
 mod step;
 mod strain;

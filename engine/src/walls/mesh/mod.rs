@@ -39,7 +39,7 @@ pub use saddles::Saddle;
 pub use takers::Feature;
 use topology::Topology;
 use tree::Tree;
-pub use worn::{Base, Facing};
+pub use worn::{Base, Facing, TurnedPair};
 
 /// Minima whose directions from the sphere's centre differ by less than this are one contact, degrees. A turn tessellated by
 /// more facets than 360 over this is smooth from inside.

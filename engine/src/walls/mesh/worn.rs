@@ -1,5 +1,8 @@
 //! What wear needs of a mesh: where a contact stands on its triangle, which corners move alike, and what lies behind a face.
 
+use std::cmp::Reverse;
+use std::collections::HashMap;
+
 use glam::DVec3;
 
 use super::facet::Facet;
@@ -15,6 +18,19 @@ pub struct Base {
     pub weights: [f64; 3],
     /// Mean normal of the triangles there, of any length.
     pub normal: DVec3,
+}
+
+/// Two triangles with a common edge whose normals point to opposite sides of the surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TurnedPair {
+    /// Place in the file of the one with more such neighbours, where those without area are not counted.
+    pub triangle: u32,
+    /// Of the other one.
+    pub neighbour: u32,
+    /// How many pairs of the mesh are so.
+    pub pairs: usize,
+    /// The middle of the edge, m.
+    pub place: DVec3,
 }
 
 /// A triangle that lies opposite to another one.
@@ -37,6 +53,45 @@ impl Mesh {
             .collect();
         all.sort_unstable_by_key(|&(place, _)| place);
         all.into_iter().map(|(_, corners)| corners).collect()
+    }
+
+    /// Neighbours whose normals point to opposite sides: both run through their common edge in the same sense. Edges with more than two triangles have
+    /// no two sides, and do not count.
+    #[must_use]
+    pub fn turned(&self) -> Option<TurnedPair> {
+        let mut found = Vec::new();
+        let mut counts: HashMap<u32, usize> = HashMap::new();
+        for edge in 0..self.topology.edge_count() as u32 {
+            let &[(one, _), (other, _)] = self.topology.triangles_at(edge) else {
+                continue;
+            };
+            let ends = self.topology.ends(edge);
+            let [a, b] = [one, other].map(|facet| self.facets[facet as usize].runs(ends));
+            if a == b {
+                let pair = [one, other].map(|facet| self.file_order[facet as usize]);
+                found.push((pair, ends));
+                for triangle in pair {
+                    *counts.entry(triangle).or_default() += 1;
+                }
+            }
+        }
+        let worst = |pair: [u32; 2]| {
+            let [one, other] = pair.map(|triangle| (counts[&triangle], Reverse(triangle)));
+            one.max(other)
+        };
+        let &(pair, ends) = found.iter().max_by_key(|(pair, _)| worst(*pair))?;
+        let (_, Reverse(triangle)) = worst(pair);
+        let [from, to] = ends.map(|corner| self.vertices[corner as usize]);
+        Some(TurnedPair {
+            triangle,
+            neighbour: if pair[0] == triangle {
+                pair[1]
+            } else {
+                pair[0]
+            },
+            pairs: found.len(),
+            place: 0.5 * (from + to),
+        })
     }
 
     /// Corners that move alike, as they are the same up to whole periods: pairs of which the first follows the second.
@@ -102,6 +157,13 @@ impl Mesh {
             weights: [1.0, 0.0, 0.0],
             normal: normals(&mut self.topology.edges_at(corner)),
         }
+    }
+
+    /// The nearest point of a feature of the file, or of its image that is nearest, m.
+    #[must_use]
+    pub fn foot_on(&self, feature: u32, place: DVec3) -> DVec3 {
+        let shift = self.shift_to(feature, place);
+        self.nearest_of(feature, place + shift) - shift
     }
 
     /// The whole periods that bring a place on an image of a feature onto the feature itself, m.

@@ -61,6 +61,7 @@ pub(super) fn assemble(
         fluxes,
         fields,
         sheets,
+        sizes,
         ..
     } = parts;
     let track: Vec<(String, u32)> = scene
@@ -95,6 +96,7 @@ pub(super) fn assemble(
         scene,
         &walls,
         domain,
+        sizes.smallest,
         &mut found.warnings,
         &mut found.remarks,
     );
@@ -102,6 +104,7 @@ pub(super) fn assemble(
         meshes::has_triangle_loads(&walls, &scene.output.switches, &mut found.warnings);
     ignored_keys(scene, &mut found.warnings);
     let wear = wear(scene, &walls);
+    let mesh_files = meshes::files(scene, &walls);
     let liquid = liquid(
         scene,
         &walls,
@@ -203,6 +206,7 @@ pub(super) fn assemble(
             },
             regions,
             fluxes,
+            mesh_files,
         },
         notes: Notes {
             counted,

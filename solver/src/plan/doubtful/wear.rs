@@ -7,7 +7,7 @@ use crate::plan::Plan;
 use mercury_engine::contact::parameter::short;
 use mercury_engine::forces::{Impact, Rub};
 use mercury_engine::state::volume;
-use mercury_engine::walls::Wall;
+use mercury_engine::walls::{Scratch, Shape, Wall};
 use mercury_engine::wear::{WearPlan, Worn};
 
 /// Warnings for each wall that wears.
@@ -34,6 +34,10 @@ fn of_wear(plan: &Plan, wear: &WearPlan) -> Vec<String> {
     } else {
         None
     };
+    let reason = reason.map_or_else(
+        || out_of_reach(plan, wall),
+        |reason| Some(reason.to_owned()),
+    );
     if let Some(reason) = reason {
         return vec![format!(
             "walls.{name}.wear: no particle can wear the wall, as {reason}; leave `wear` out"
@@ -55,6 +59,39 @@ fn of_wear(plan: &Plan, wear: &WearPlan) -> Vec<String> {
         }
     }
     warnings
+}
+
+/// Why the whole wall is beyond what particles reach, if it is: they stay in the domain, and before walls that act on one side.
+fn out_of_reach(plan: &Plan, wall: &Wall) -> Option<String> {
+    let physics = plan.physics();
+    let mesh = wall.shape.mesh().filter(|_| wall.motion.is_static())?;
+    // Contact forces move a centre a little beyond a plane; deeper than its radius it is through.
+    let reach = physics.largest_radius();
+    let (low, high) = mesh.bounds();
+    for axis in 0..3 {
+        let (min, max) = (physics.domain_min[axis], physics.domain_max[axis]);
+        let is_outside = low[axis] > max + reach || high[axis] < min - reach;
+        if is_outside && !physics.periodic[axis] {
+            return Some("it lies outside of the domain".to_owned());
+        }
+    }
+    let lasts = |other: &&Wall| other.from <= 0.0 && other.until.is_infinite();
+    let mut others = physics.walls.iter().filter(lasts);
+    let mut scratch = Scratch::default();
+    let shields = |other: &&Wall| {
+        // Around other shapes there may be a way.
+        let is_whole = matches!(other.shape, Shape::Plane(_) | Shape::Sphere(_));
+        let mut is_behind = |corner: &DVec3| {
+            let distance = other.shape.signed_distance(*corner, &mut scratch);
+            distance < -2.0 * reach
+        };
+        is_whole
+            && other.shape.is_one_sided()
+            && other.motion.is_static()
+            && mesh.corners().iter().all(&mut is_behind)
+    };
+    let before = others.find(shields)?;
+    Some(format!("it lies wholly behind the wall `{}`", before.name))
 }
 
 /// Whether anything brings particles and the wall together.

@@ -49,3 +49,28 @@ fn doubtful_sheets_draw_warnings() {
     assert_eq!(found.len(), 1, "{found:?}");
     assert!(found[0].contains("have liquid bridges"), "{found:?}");
 }
+
+/// A sheet that is stiff beyond all contacts sets the step where it can move, and has no part in it where all of it is held.
+#[test]
+fn a_sheet_that_is_held_all_over_sets_no_step() {
+    let planned = |sheet: &str| {
+        let text = format!(
+            "{HEAD}[materials.m]\ndensity = 1000.0\n{ELASTIC}\n\
+            [[particles]]\nmaterial = \"m\"\nradius = 0.02\nposition = [0.05, 0.04, 0.1]\n\
+            [[particles]]\nmaterial = \"m\"\nradius = 0.02\nposition = [0.05, 0.04, 0.3]\n{sheet}"
+        );
+        let plan = planned_with(&text, &["time.step=auto"]);
+        plan.unwrap_or_else(|errors| panic!("{errors}"))
+            .physics()
+            .time_step
+    };
+    let sheet = |held: &str| {
+        format!(
+            "[[membranes]]\nname = \"sheet\"\n{DISC}\nmaterial = \"m\"\nthickness = 1e-3\nyoungs_modulus = 1e10\nfixed = {held}\n"
+        )
+    };
+    let without = planned("");
+    let all = "{ shape = \"sphere\", origin = [0.0, 0.0, 0.0], radius = 1.0 }";
+    assert!(planned(&sheet("\"rim\"")) < 0.5 * without);
+    assert_eq!(planned(&sheet(all)), without);
+}

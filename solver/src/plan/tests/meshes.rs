@@ -128,7 +128,7 @@ fn a_mesh_in_the_wrong_place_or_unit_is_reported() {
     };
     let reported = |what: &str, from: &str, to: &str| {
         format!(
-            "walls.floor: the mesh of square.obj {what}: it reaches from {from} to {to} m, the domain from (-1, -1, -1) to (1, 1, 1) m; correct its unit by scale (0.001 for a file in millimetres) and its place by offset"
+            "walls.floor: the mesh of square.obj {what}: it reaches from {from} to {to} m, the domain from (-1, -1, -1) to (1, 1, 1) m; correct its unit by scale (\"1 mm\" for a file in millimetres, 1 for one in metres) and its place by offset"
         )
     };
     let above = "offset = [0.0, 0.0, 5.0]\n";
@@ -154,6 +154,35 @@ fn a_mesh_in_the_wrong_place_or_unit_is_reported() {
             "(12.5, 12.5, -0.75)"
         )]
     );
+    // The balls have a diameter of 0.2 m, which is the diagonal at scale 0.0707.
+    assert_eq!(warnings(0.0708, ""), [""; 0]);
+    assert_eq!(
+        warnings(0.05, ""),
+        [reported(
+            "is very small beside the smallest particle, whose diameter is 0.2 m",
+            "(-0.05, -0.05, -0.045)",
+            "(0.05, 0.05, -0.045)"
+        )]
+    );
+}
+
+/// `scale` is the length of a unit of the file, as a number in metres or with a unit.
+#[test]
+fn the_unit_of_a_mesh_file_may_be_named() {
+    let plan_of = |scale: &str| {
+        let (_folder, text) = scene(true, "", 7.0, "");
+        let text = text.replace("scale = 7.0", &format!("scale = {scale}"));
+        planned_with(&text, &[]).unwrap_or_else(|errors| panic!("{errors}"))
+    };
+    for (typed, size) in [("\"10 cm\"", 0.1), ("0.1", 0.1), ("\"1 m\"", 1.0)] {
+        let plan = plan_of(typed);
+        let (low, high) = plan.physics().walls[0].shape.bounds();
+        assert_eq!((low.x, high.x), (-size, size), "{typed}");
+        let [file] = plan.outputs().mesh_files() else {
+            panic!("one mesh")
+        };
+        assert_eq!((file.wall, file.scale), (0, size), "{typed}");
+    }
 }
 
 #[test]
