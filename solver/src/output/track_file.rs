@@ -21,7 +21,7 @@ impl StreamKind for TrackFile {
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
         let plan = run.plan;
-        let head = b"time,name,id,x,y,z,vx,vy,vz,qw,qx,qy,qz,wx,wy,wz\n";
+        let head = b"time,name,id,x,y,z,vx,vy,vz,qw,qx,qy,qz,wx,wy,wz,fx,fy,fz,tx,ty,tz\n";
         let file = run.text(Self::NAME, head)?;
         Ok(Self {
             file,
@@ -43,8 +43,10 @@ impl Stream for TrackFile {
                 velocity: v,
                 angular_velocity: w,
                 orientation: q,
+                load,
                 ..
             } = point;
+            let (f, t) = (load.force, load.torque);
             push_number(out, state.time, NumberStyle::Shortest);
             out.push(b',');
             let name = self.names.get(point.track as usize - 1);
@@ -52,7 +54,8 @@ impl Stream for TrackFile {
             out.push(b',');
             push_integer(out, i64::from(point.id));
             for value in [
-                x.x, x.y, x.z, v.x, v.y, v.z, q.w, q.x, q.y, q.z, w.x, w.y, w.z,
+                x.x, x.y, x.z, v.x, v.y, v.z, q.w, q.x, q.y, q.z, w.x, w.y, w.z, f.x, f.y, f.z,
+                t.x, t.y, t.z,
             ] {
                 out.push(b',');
                 push_number(out, value, NumberStyle::Shortest);
