@@ -126,6 +126,17 @@ impl Numbers {
     }
 }
 
+impl Numbers {
+    /// Puts the contact found at `k` to `to`, before it.
+    pub(super) fn keep(&mut self, k: usize, to: usize) {
+        self.slot[to] = self.slot[k];
+        let offset = self.offset.iter_mut();
+        for column in offset.chain([&mut self.squared, &mut self.reach]) {
+            column.0[to] = column.0[k];
+        }
+    }
+}
+
 impl<'a> ContactBatch<'a> {
     /// Nothing yet; `filler` fills all entries.
     pub(super) fn new(filler: &'a Particle, numbers: &'a mut Numbers) -> Self {
