@@ -1,7 +1,7 @@
 //! A ball at rest on an elastic sheet, as the least of its energy. Written from the formulas alone, it shares no code with the solver.
 //!
 //! The energy is that of springs along edges, hinges that rest flat, weights, and the contact. With d the distance of the ball's centre from a triangle or an
-//! edge, and U(d) = k (R - d)^2/2 below R, the contact stores the sum of U over the triangles less the sum over those edges that a spanning forest of the nearest
+//! edge, t the thickness, and U(d) = k (R + t/2 - d)^2/2 below R + t/2, the contact stores the sum of U over the triangles less the sum over those edges that a spanning forest of the nearest
 //! edges between them has: one U for each region of the sheet that the ball touches, however many triangles it has.
 
 use std::collections::BTreeMap;
@@ -71,6 +71,11 @@ impl SheetAtRest {
         let mut places = self.vertices.clone();
         places.push(ball);
         self.energy().least(places)
+    }
+
+    /// Largest distance at which the ball touches the middle of the sheet, m.
+    fn reach(&self) -> f64 {
+        self.radius + 0.5 * self.thickness
     }
 
     fn energy(&self) -> Energy<'_> {
@@ -179,7 +184,7 @@ impl Energy<'_> {
         let ball = x.len() - 1;
         let (foot, weights) = nearest(x, corners, x[ball]);
         let branch = x[ball] - foot;
-        let overlap = self.of.radius - branch.length();
+        let overlap = self.of.reach() - branch.length();
         if overlap <= 0.0 {
             return 0.0;
         }
@@ -198,7 +203,7 @@ impl Energy<'_> {
         let mut sum = 0.0;
         let mut group: Vec<usize> = (0..count).collect();
         let is_near: Vec<bool> = (0..count)
-            .map(|k| away(&self.corners(k)) < self.of.radius)
+            .map(|k| away(&self.corners(k)) < self.of.reach())
             .collect();
         for triangle in (0..count).filter(|&k| is_near[k]) {
             sum += self.spring(x, &self.corners(triangle), 1.0, slope);

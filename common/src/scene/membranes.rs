@@ -254,7 +254,7 @@ pub(super) static MEMBRANE: TableKeys = TableKeys::new(&[&[
     key("rest", Kind::File(""), "\"unloaded.stl\"", "the stress-free triangles, as many and in the same order; `scale`, `rotate` and `offset` apply to it too").or_open("the shape itself"),
     key("prestrain", Kind::Number("", Range::Over(-0.5)), "0.05", "all rest lengths are taken over 1 + `prestrain`, so that the sheet starts in tension").or(0.0),
     key("material", Kind::Material, "\"glass\"   # the name of a table [materials.glass]", "its density is that of the sheet, its laws are those of contacts"),
-    key("thickness", positive("m"), "3e-4", "of the sheet"),
+    key("thickness", positive("m"), "3e-4", "of the sheet; half of it on each side of the triangles in contacts"),
     key("youngs_modulus", positive("Pa"), "1.25e6", "Young's modulus"),
     key("elasticity", word::<Elasticity>(), "\"continuum\"", "a spring along each edge; or `\"continuum\"`, uniformly strained triangles, exact on any mesh").or_word("springs"),
     key("poisson_ratio", Kind::Number("", Range::PoissonRatio), "0.3333", "of `\"continuum\"`; springs have 1/3 and no other").or(1.0 / 3.0),

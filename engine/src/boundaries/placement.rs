@@ -161,14 +161,15 @@ impl Room {
     }
 }
 
-/// Whether a sphere would overlap a wall that is there; touching is not overlapping.
+/// Whether a sphere would overlap a wall or sheet that is there; touching is not overlapping.
 pub fn overlaps_wall(walls: &[WallNow], images: &Images, centre: DVec3, radius: f64) -> bool {
     let mut touches = Touches::new();
     walls.iter().filter(|wall| wall.state.present).any(|wall| {
         wall.met_by().iter().any(|&code| {
             let code = wall.image_of(centre, code);
             let centre = wall.state.into_wall(centre + images.any_shift(code));
-            wall.shape().touches(centre, radius, &mut touches);
+            let reach = radius + wall.half_thickness();
+            wall.shape().touches(centre, reach, &mut touches);
             !touches.is_empty()
         })
     })

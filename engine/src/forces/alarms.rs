@@ -15,6 +15,20 @@ pub enum AlarmKind {
     Behind,
 }
 
+/// What is beyond a limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Subject {
+    /// A particle.
+    Particle(Id),
+    /// A vertex of a sheet, by the number of the sheet and its own.
+    Vertex {
+        /// Of the sheet.
+        surface: u16,
+        /// In the order of its file.
+        vertex: u32,
+    },
+}
+
 /// The partner of a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Other {
@@ -27,8 +41,8 @@ pub enum Other {
 /// A contact beyond a limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Alarm {
-    /// The particle.
-    pub id: Id,
+    /// The particle, or the vertex, which is a sphere of half the thickness of its sheet.
+    pub of: Subject,
     /// What it touches.
     pub other: Other,
     /// Its centre, m.

@@ -13,6 +13,7 @@ mod pairs;
 mod pass;
 mod prefetch;
 mod saving;
+mod separated;
 mod sharing;
 mod sheets;
 mod sides;
@@ -37,6 +38,7 @@ use memory::Memory;
 use pass::Pass;
 pub(super) use slots::FREE;
 use vertices::VertexBlocks;
+pub(super) use walls::held_depth;
 
 /// The contact loop for one combination of laws.
 #[derive(Debug)]

@@ -18,7 +18,7 @@ mod observation;
 mod rubs;
 mod saved;
 
-pub use alarms::{Alarm, AlarmKind, Alarms, Other};
+pub use alarms::{Alarm, AlarmKind, Alarms, Other, Subject};
 pub use blocks::{block_size, parked_bytes};
 pub use compiled::{contact_loop, dispatching_loop};
 pub use contact_loop::ContactLoop;
@@ -53,6 +53,8 @@ pub struct StepContext<'a> {
     pub walls: &'a [WallNow],
     /// Sheets as they are now.
     pub surfaces: &'a [Surface],
+    /// Whether each row may come near a sheet before the next list, where there are sheets: these separate pairs.
+    pub beside_sheets: Option<&'a [bool]>,
     /// The liquid film on each row, where bridges form as films meet: thickness, m, and volume, m^3.
     pub films: Option<&'a [[f64; 2]]>,
     /// Films of walls, likewise.

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::contact_loop::held_depth;
 use crate::neighbours::{Block, Boxes, Grid, Images, Margin};
 use crate::state::{Particle, Particles, WallIndex};
 use crate::walls::{Scratch, Shape, Touches, WallNow};
@@ -69,7 +70,7 @@ pub fn find_near_walls(
         for &(index, code, block) in near {
             let wall = &walls[index as usize];
             found.extend(boxes.rows(block).filter_map(|row| {
-                let (image, features) = tests.test(wall, row, code)?;
+                let (image, features) = tests.test(wall, (row, 0.0), code)?;
                 Some(NearWall {
                     row: row as u32,
                     wall: WallIndex::new(index),
@@ -91,7 +92,7 @@ pub fn find_near_walls(
     by_rows(&found, records.len())
 }
 
-/// The same for the vertices of a sheet as spheres, in any order: each with each wall.
+/// The same for the vertices of a sheet as spheres, in any order: each with each wall, as deep as walls hold them from behind.
 #[must_use]
 pub fn near_walls_of_vertices(
     vertices: &[Particle],
@@ -109,9 +110,10 @@ pub fn near_walls_of_vertices(
     };
     let mut found = Vec::new();
     for row in 0..vertices.len() {
+        let depth = held_depth(vertices[row].radius);
         for (index, wall) in walls.iter().enumerate() {
             for &code in wall.met_by() {
-                if let Some((image, features)) = tests.test(wall, row, code) {
+                if let Some((image, features)) = tests.test(wall, (row, depth), code) {
                     found.push(NearWall {
                         row: row as u32,
                         wall: WallIndex::new(index as u16),
@@ -139,9 +141,15 @@ struct Tests<'a> {
 }
 
 impl Tests<'_> {
-    /// The image, among those with the code `met_by`, by which a particle is near a wall, and how many features may be touched.
+    /// The image, among those with the code `met_by`, by which a particle is near a wall, and how many features may be touched. `depth`: how far
+    /// beyond its radius it looks for the wall, m.
     #[inline]
-    fn test(&mut self, wall: &WallNow, row: usize, met_by: u32) -> Option<(u32, u32)> {
+    fn test(
+        &mut self,
+        wall: &WallNow,
+        (row, depth): (usize, f64),
+        met_by: u32,
+    ) -> Option<(u32, u32)> {
         let record = &self.records[row];
         // Particles that contacts cannot move do not feel walls, but sheets feel them.
         if record.inverse_mass == 0.0 && wall.surface().is_none() {
@@ -150,7 +158,8 @@ impl Tests<'_> {
         let image = wall.image_of(record.position, met_by);
         let centre = (wall.state).into_wall(record.position + self.images.any_shift(image));
         let extra_skin = self.extra_skin.get(row).copied().unwrap_or_default();
-        let reach = record.radius + extra_skin + self.margin.to_walls(record);
+        let margin = extra_skin + self.margin.to_walls(record);
+        let reach = record.radius + depth + margin + wall.half_thickness();
         let features = match wall.shape() {
             // Most walls of most scenes.
             Shape::Plane(plane) => usize::from(plane.touch(centre, reach).is_some()),

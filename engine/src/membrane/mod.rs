@@ -21,7 +21,7 @@ pub use critical::Rates;
 pub use elements::{Fold, Strained, Tension, hinge_energy};
 pub use forces::{Evaluation, Powers, Workspace};
 pub use now::{
-    Fault, HoldCourse, HoldLoad, HoldPlan, MembraneNow, MembranePlan, Moment, STRETCHES,
+    Fault, Gap, HoldCourse, HoldLoad, HoldPlan, MembraneNow, MembranePlan, Moment, STRETCHES,
     SavedMembrane, Works,
 };
 pub(crate) use part::Membranes;

@@ -13,7 +13,7 @@ use crate::lanes::Width;
 use crate::neighbours::Images;
 use crate::parallel::map_parts;
 use crate::surface::{CHUNK, LARGE, Surface};
-use crate::walls::{Motion, Pose, WallNow, WallStiffness};
+use crate::walls::{Motion, Pose, Touches, WallNow, WallStiffness};
 
 /// Stands for "not held".
 const FREE: u32 = u32::MAX;
@@ -93,6 +93,26 @@ crate::state::plain!(HoldLoad {
     power
 });
 
+/// A hold on a wall that began away from the wall.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Gap {
+    /// Number of the hold.
+    pub hold: u32,
+    /// When it began, s.
+    pub time: f64,
+    /// The held vertex that was farthest from the wall.
+    pub vertex: u32,
+    /// How far it was, m.
+    pub distance: f64,
+}
+
+crate::state::plain!(Gap {
+    hold,
+    time,
+    vertex,
+    distance
+});
+
 /// Sums since the start, J.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Works {
@@ -126,6 +146,8 @@ pub struct MembraneNow {
     pub hold_loads: Vec<HoldLoad>,
     /// Steps in which it was beyond the limits of the guard, where that does not stop the run.
     pub faults: u64,
+    /// Holds on walls that began farther from the wall than an edge is long.
+    pub gaps: Vec<Gap>,
     dashpots: Vec<f64>,
     /// Of the vertices that each wall holds, by the number of the wall.
     borders: Vec<(usize, Border)>,
@@ -150,6 +172,8 @@ pub struct SavedMembrane {
     pub hold_loads: Vec<HoldLoad>,
     /// Steps beyond the limits of the guard.
     pub faults: u64,
+    /// As of [`MembraneNow`].
+    pub gaps: Vec<Gap>,
 }
 
 crate::state::plain!(SavedMembrane {
@@ -159,7 +183,8 @@ crate::state::plain!(SavedMembrane {
     pressure,
     works,
     hold_loads,
-    faults
+    faults,
+    gaps
 });
 
 /// When an evaluation or a motion happens, and what it depends on.
@@ -219,6 +244,7 @@ impl MembraneNow {
             works: Works::default(),
             hold_loads: vec![HoldLoad::default(); plan.holds.len()],
             faults: 0,
+            gaps: Vec::new(),
             dashpots: Vec::new(),
             borders: Vec::new(),
             powers: Powers::default(),
@@ -265,6 +291,10 @@ impl MembraneNow {
         for (number, hold) in plan.holds.iter().enumerate() {
             if self.is_active[number] || !wanted[number] {
                 continue;
+            }
+            if let HoldCourse::Wall(wall) = hold.ramp {
+                let gap = gap(plan, (number, hold), &at.walls[wall], surface, at);
+                self.gaps.extend(gap);
             }
             let pose = hold.ramp.pose(at.time, at.walls);
             for &vertex in &hold.vertices {
@@ -561,6 +591,7 @@ impl MembraneNow {
             works: self.works,
             hold_loads: self.hold_loads.clone(),
             faults: self.faults,
+            gaps: self.gaps.clone(),
         }
     }
 
@@ -579,7 +610,8 @@ impl MembraneNow {
             && saved.place.len() == vertices
             && saved.is_active.len() == holds
             && saved.hold_loads.len() == holds
-            && (saved.held_by.iter()).all(|&hold| hold == FREE || (hold as usize) < holds);
+            && (saved.held_by.iter()).all(|&hold| hold == FREE || (hold as usize) < holds)
+            && (saved.gaps.iter()).all(|gap| (gap.hold as usize) < holds);
         if !fits {
             return Err("it has a membrane of other vertices or holds".to_owned());
         }
@@ -590,12 +622,40 @@ impl MembraneNow {
         self.works = saved.works;
         self.hold_loads.clone_from(&saved.hold_loads);
         self.faults = saved.faults;
+        self.gaps.clone_from(&saved.gaps);
         self.note_holds(plan, surface);
         // The next work of the pressure begins with the normals of the last evaluation.
         plan.sheet
             .evaluated_at(&surface.positions, &mut self.workspace);
         Ok(())
     }
+}
+
+/// Whether a hold begins farther from its wall than an edge of the sheet is long.
+fn gap(
+    plan: &MembranePlan,
+    (number, hold): (usize, &HoldPlan),
+    wall: &WallNow,
+    surface: &Surface,
+    at: &Moment<'_>,
+) -> Option<Gap> {
+    let edges = plan.sheet.topology().edges().len();
+    let edge = plan.sheet.rest_lengths().sum::<f64>() / edges as f64;
+    let mut touches = Touches::default();
+    let mut farthest: Option<Gap> = None;
+    for &vertex in &hold.vertices {
+        let place = surface.positions[vertex as usize];
+        let distance = wall.distance(at.images, place, &mut touches);
+        if distance > edge && farthest.is_none_or(|gap| distance > gap.distance) {
+            farthest = Some(Gap {
+                hold: number as u32,
+                time: at.time,
+                vertex,
+                distance,
+            });
+        }
+    }
+    farthest
 }
 
 /// Adds the drag on the vertices to all forces on them. Returns what it loses, W.

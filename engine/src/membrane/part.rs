@@ -1,8 +1,8 @@
 //! Sheets in a step: their vertices are kicked and drift, their meshes follow, and what acts inside them is added to what contacts do.
 
-use super::{Fault, MembraneNow, MembranePlan, Moment, STRETCHES, SavedMembrane};
+use super::{Fault, Gap, HoldCourse, MembraneNow, MembranePlan, Moment, STRETCHES, SavedMembrane};
 use crate::contact::parameter::short;
-use crate::forces::{NewList, Observation};
+use crate::forces::{NewList, Observation, StepContext};
 use crate::physics::{GuardPolicy, Setup};
 use crate::state::{Pieces, Plain};
 use crate::step::{Core, Crowd, Engine, Part, RunError, SEEN};
@@ -16,6 +16,8 @@ pub(crate) struct Membranes {
     is_near: Vec<bool>,
     /// Whether the mesh of each sheet was left behind, as no particle is near.
     stale: Vec<bool>,
+    /// Whether each row is near a sheet by the present candidate list; empty where that is not known.
+    beside: Vec<bool>,
 }
 
 /// The sheets of a core, their plans, and what their mechanics depend on.
@@ -60,6 +62,7 @@ impl Part for Membranes {
             all,
             is_near,
             stale,
+            beside: Vec::new(),
         })
     }
 
@@ -123,9 +126,18 @@ impl Part for Membranes {
 
     fn new_list(&mut self, list: &NewList<'_>) {
         self.is_near.fill(false);
+        self.beside.clear();
+        self.beside.resize(list.particles.len(), false);
+        let first = self.is_near.len() - self.stale.len();
         for near in list.near_walls {
-            self.is_near[near.wall.index()] = true;
+            let wall = near.wall.index();
+            self.is_near[wall] = true;
+            self.beside[near.row as usize] |= wall >= first;
         }
+    }
+
+    fn inform<'a>(&'a self, context: &mut StepContext<'a>) {
+        context.beside_sheets = Some(&self.beside);
     }
 
     /// Forces inside the sheets, pressure and drag, for the positions of the present step and the velocities of half a step before; then
@@ -191,15 +203,20 @@ impl Part for Membranes {
 
     fn warnings(&self, core: &Core) -> Vec<String> {
         let names = core.physics.surfaces.iter();
-        (names.zip(&self.all))
+        let faults = (names.zip(&self.all))
             .filter(|(_, membrane)| membrane.faults > 0)
             .map(|(surface, membrane)| {
                 format!(
                     "membranes.{}: in {} steps an edge was shorter than {} or longer than {} of its length at rest, or a triangle turned over",
                     surface.name, membrane.faults, STRETCHES[0], STRETCHES[1]
                 )
-            })
-            .collect()
+            });
+        let plans = core.physics.surfaces.iter().zip(&core.physics.membranes);
+        let gaps = (plans.zip(&self.all)).flat_map(|((surface, plan), membrane)| {
+            let words = |gap: &Gap| words_of_gap(core, &surface.name, plan, gap);
+            membrane.gaps.iter().map(words)
+        });
+        faults.chain(gaps).collect()
     }
 
     fn put(&self, _: &Core, pieces: &mut Pieces) {
@@ -258,6 +275,26 @@ impl Membranes {
             error,
         })
     }
+}
+
+fn words_of_gap(core: &Core, name: &str, plan: &MembranePlan, gap: &Gap) -> String {
+    let hold = &plan.holds[gap.hold as usize];
+    let wall = match hold.ramp {
+        HoldCourse::Wall(wall) => core.physics.walls.get(wall),
+        _ => None,
+    };
+    let distance = if gap.distance.is_finite() {
+        format!("{} m", short(gap.distance))
+    } else {
+        "more than the length of the domain".to_owned()
+    };
+    format!(
+        "membranes.{name}: the hold `{}` began at {} s, when its vertex {} was {distance} away from wall `{}`, farther than an edge is long: the sheet may leak or fold there; let it begin (`from`) where the two meet, or make the sheet end at the wall",
+        hold.name,
+        short(gap.time),
+        gap.vertex,
+        wall.map_or("", |wall| &wall.name)
+    )
 }
 
 fn words_of(fault: &Fault, surface: &Surface) -> String {

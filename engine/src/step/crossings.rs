@@ -9,10 +9,10 @@ use mercury_common::turns::by_vector;
 
 use super::Core;
 use super::guard::Guard;
-use crate::forces::{Alarm, AlarmKind, Alarms, Other};
+use crate::forces::{Alarm, AlarmKind, Alarms, Other, Subject};
 use crate::neighbours::Images;
 use crate::physics::GuardPolicy;
-use crate::state::{Id, Particle, WallIndex};
+use crate::state::{Particle, WallIndex};
 use crate::surface::Surface;
 use crate::walls::{Pose, RigidVelocity, Touch, Touches, WallNow};
 
@@ -129,7 +129,7 @@ impl<'a> Passing<'a> {
     }
 
     /// What there is to say if the centre of a particle went through the wall in this step.
-    fn crossing(&self, id: Id, particle: &Particle, touches: &mut Touches) -> Option<Alarm> {
+    fn crossing(&self, of: Subject, particle: &Particle, touches: &mut Touches) -> Option<Alarm> {
         // Particles that contacts cannot move do not feel walls, but sheets feel them.
         let feels = particle.inverse_mass > 0.0 || self.surface.is_some();
         if !feels || !self.wall.state.present {
@@ -141,14 +141,14 @@ impl<'a> Passing<'a> {
                 let image = (self.wall).image_of(particle.position, code);
                 let centre = particle.position + self.images.any_shift(image);
                 (self.carried(particle, centre, touches)?)
-                    .crossing_of(id, particle, centre, touches)
+                    .crossing_of(of, particle, centre, touches)
             })
             .next()
     }
 
     fn crossing_of(
         &self,
-        id: Id,
+        of: Subject,
         particle: &Particle,
         centre: DVec3,
         touches: &mut Touches,
@@ -173,7 +173,7 @@ impl<'a> Passing<'a> {
                 let behind = (before.foot - end).dot(before.touch.normal).max(0.0);
                 let nearer = (before.place - now.place).dot(before.touch.normal);
                 return Some(Alarm {
-                    id,
+                    of,
                     other: Other::Wall(self.index),
                     position: particle.position,
                     radius,
@@ -231,7 +231,8 @@ impl Guard {
             }
             for (record, &id) in core.particles.records.iter().zip(&core.particles.ids) {
                 if passing.is_fast(record)
-                    && let Some(alarm) = passing.crossing(id, record, &mut touches)
+                    && let Some(alarm) =
+                        passing.crossing(Subject::Particle(id), record, &mut touches)
                 {
                     alarms.note(AlarmKind::Through, alarm);
                 }
@@ -240,7 +241,38 @@ impl Guard {
         self.crossed.take_from(&mut alarms);
     }
 
-    /// The same for slower ones that have just left through a face of the domain: no contact sees them any more.
+    /// The same for vertices of sheets that touch walls.
+    pub(super) fn look_for_crossing_vertices(&mut self, core: &Core) {
+        let physics = &core.physics;
+        if physics.guard.policy == GuardPolicy::Off {
+            return;
+        }
+        let mut touches = Touches::default();
+        let mut alarms = Alarms::default();
+        for (surface, vertices) in (0..).zip(core.all_vertex_spheres()) {
+            let Some(radius) = vertices.first().map(|vertex| vertex.radius) else {
+                continue;
+            };
+            let own = core.surfaces[usize::from(surface)].squared_speed.sqrt() * physics.time_step;
+            for index in 0..physics.walls.len() {
+                let passing = Passing::new(index, core);
+                if passing.way + own <= SEEN * radius {
+                    continue;
+                }
+                for (vertex, record) in (0..).zip(&vertices) {
+                    let of = Subject::Vertex { surface, vertex };
+                    if passing.is_fast(record)
+                        && let Some(alarm) = passing.crossing(of, record, &mut touches)
+                    {
+                        alarms.note(AlarmKind::Through, alarm);
+                    }
+                }
+            }
+        }
+        self.crossed.take_from(&mut alarms);
+    }
+
+    /// The same for slower particles that have just left through a face of the domain: no contact sees them any more.
     pub(super) fn look_at_leavers(&mut self, core: &Core) {
         let leavers = core.boundaries.left_by_face();
         if leavers.is_empty() || core.physics.guard.policy == GuardPolicy::Off {
@@ -252,7 +284,8 @@ impl Guard {
             let passing = Passing::new(index, core);
             for (id, record) in leavers {
                 if !passing.is_fast(record)
-                    && let Some(alarm) = passing.crossing(*id, record, &mut touches)
+                    && let Some(alarm) =
+                        passing.crossing(Subject::Particle(*id), record, &mut touches)
                 {
                     alarms.note(AlarmKind::Through, alarm);
                 }

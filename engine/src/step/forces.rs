@@ -150,6 +150,7 @@ fn unobserved<'a>(
         images,
         walls,
         surfaces,
+        beside_sheets: None,
         films: None,
         wall_films: None,
         wall_curvature: physics.wall_curvature,

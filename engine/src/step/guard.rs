@@ -10,7 +10,7 @@ use glam::DVec3;
 use super::crossings::SEEN;
 use super::{Core, Engine, Exchanged, Part, RunError};
 use crate::contact::parameter::short;
-use crate::forces::{Alarm, AlarmKind, Alarms, Other, StepContext, Watch};
+use crate::forces::{Alarm, AlarmKind, Alarms, Other, StepContext, Subject, Watch};
 use crate::physics::GuardPolicy;
 use crate::state::{Id, Pieces, Plain, WallIndex};
 
@@ -25,6 +25,13 @@ enum What {
         part: f64,
         /// m/s
         speed: f64,
+    },
+    /// A vertex of a sheet is outside of the domain.
+    Left {
+        of: Subject,
+        position: DVec3,
+        /// How far, m.
+        way: f64,
     },
 }
 
@@ -46,8 +53,8 @@ struct Count {
 /// What the guard of a run has seen.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Guard {
-    /// By kind of contact, then long ways.
-    counts: [Count; 4],
+    /// By kind of contact, then long ways, then vertices that left the domain.
+    counts: [Count; 5],
     /// Finds the particles that went through a wall in this step without a contact that shows it.
     pub(super) crossed: Alarms,
     /// Why the run stops.
@@ -64,6 +71,7 @@ impl Event {
         match self.what {
             What::Contact(_, alarm) => alarm.part(),
             What::Way { part, .. } => part,
+            What::Left { way, .. } => way,
         }
     }
 
@@ -71,6 +79,7 @@ impl Event {
         match self.what {
             What::Contact(kind, _) => kind as usize,
             What::Way { .. } => 3,
+            What::Left { .. } => 4,
         }
     }
 }
@@ -95,6 +104,8 @@ impl Part for Guard {
 
     fn after_walls(&mut self, core: &mut Core) {
         self.look_for_crossings(core);
+        self.look_for_crossing_vertices(core);
+        self.look_for_vertices_outside(core);
     }
 
     fn after_exchange(&mut self, core: &mut Core, _: &Exchanged) {
@@ -161,7 +172,7 @@ impl Guard {
 impl Event {
     /// All of it but the kind; whole numbers are exact.
     fn numbers(&self) -> Vec<f64> {
-        let (id, position, others) = match self.what {
+        let (of, position, others) = match self.what {
             What::Contact(_, alarm) => {
                 let other = match alarm.other {
                     Other::Particle(id) => [0.0, f64::from(id.number())],
@@ -169,16 +180,25 @@ impl Event {
                 };
                 let [is_wall, index] = other;
                 let others = [is_wall, index, alarm.radius, alarm.overlap, alarm.speed];
-                (alarm.id, alarm.position, others)
+                (alarm.of, alarm.position, others)
             }
             What::Way {
                 id,
                 position,
                 part,
                 speed,
-            } => (id, position, [0.0, 0.0, 1.0, part, speed]),
+            } => (
+                Subject::Particle(id),
+                position,
+                [0.0, 0.0, 1.0, part, speed],
+            ),
+            What::Left { of, position, way } => (of, position, [0.0, 0.0, 1.0, way, 0.0]),
         };
-        let mut numbers = vec![self.step as f64, self.time, f64::from(id.number())];
+        let [sheet, number] = match of {
+            Subject::Particle(id) => [-1.0, f64::from(id.number())],
+            Subject::Vertex { surface, vertex } => [f64::from(surface), f64::from(vertex)],
+        };
+        let mut numbers = vec![self.step as f64, self.time, sheet, number];
         numbers.extend(position.to_array());
         numbers.extend(others);
         numbers
@@ -188,7 +208,8 @@ impl Event {
         let &[
             step,
             time,
-            id,
+            sheet,
+            number,
             x,
             y,
             z,
@@ -201,7 +222,15 @@ impl Event {
         else {
             return None;
         };
-        let (id, position) = (Id::new(id as u32), DVec3::new(x, y, z));
+        let (id, position) = (Id::new(number as u32), DVec3::new(x, y, z));
+        let of = if sheet < 0.0 {
+            Subject::Particle(id)
+        } else {
+            Subject::Vertex {
+                surface: sheet as u16,
+                vertex: number as u32,
+            }
+        };
         let other = if is_wall == 1.0 {
             Other::Wall(WallIndex::new(index as u16))
         } else {
@@ -210,7 +239,7 @@ impl Event {
         let what = match Alarms::KINDS.get(kind) {
             Some(&kind) => {
                 let alarm = Alarm {
-                    id,
+                    of,
                     other,
                     position,
                     radius,
@@ -219,11 +248,16 @@ impl Event {
                 };
                 What::Contact(kind, alarm)
             }
-            None => What::Way {
+            None if kind == Alarms::KINDS.len() => What::Way {
                 id,
                 position,
                 part: overlap,
                 speed,
+            },
+            None => What::Left {
+                of,
+                position,
+                way: overlap,
             },
         };
         Some(Self {
@@ -259,6 +293,31 @@ impl Guard {
                 speed: record.velocity.length(),
             };
             self.note(core, what);
+        }
+    }
+
+    /// Looks for vertices of sheets that have left the domain: all were inside at the start.
+    fn look_for_vertices_outside(&mut self, core: &Core) {
+        if core.physics.guard.policy == GuardPolicy::Off {
+            return;
+        }
+        let images = &core.images;
+        let (min, max) = (images.min, images.min + images.size);
+        let is_closed = images.periodic.map(|is_periodic| !is_periodic);
+        let mut worst: Option<(Subject, DVec3, f64)> = None;
+        for (surface, sheet) in (0..).zip(&core.surfaces) {
+            for (vertex, &position) in (0..).zip(&sheet.positions) {
+                let beyond = (min - position).max(position - max);
+                for axis in 0..3 {
+                    let way = beyond[axis];
+                    if is_closed[axis] && way > 0.0 && worst.is_none_or(|(.., most)| way > most) {
+                        worst = Some((Subject::Vertex { surface, vertex }, position, way));
+                    }
+                }
+            }
+        }
+        if let Some((of, position, way)) = worst {
+            self.note(core, What::Left { of, position, way });
         }
     }
 
@@ -364,17 +423,28 @@ fn reported(core: &Core, event: &Event) -> String {
                 short(limits.way)
             );
         }
+        What::Left { of, position, way } => {
+            return format!(
+                "{} at {} has left the domain by {} m",
+                subject(core, of),
+                place(position),
+                short(way)
+            );
+        }
         What::Contact(kind, alarm) => (kind, alarm),
     };
     let (other, radius) = match alarm.other {
         Other::Particle(id) => (format!("particle {id}"), "the smaller radius"),
         Other::Wall(index) => {
-            let wall = core.physics.walls.get(index.index());
-            let name = wall.map_or(index.to_string(), |wall| wall.name.clone());
-            (format!("wall `{name}`"), "its radius")
+            let radius = match alarm.of {
+                Subject::Particle(_) => "its radius",
+                Subject::Vertex { .. } => "half the thickness",
+            };
+            (wall(core, index), radius)
         }
     };
-    let (id, at, speed) = (alarm.id, place(alarm.position), short(alarm.speed.abs()));
+    let id = subject(core, alarm.of);
+    let (at, speed) = (place(alarm.position), short(alarm.speed.abs()));
     let way = if alarm.speed >= 0.0 {
         "approaching"
     } else {
@@ -382,17 +452,42 @@ fn reported(core: &Core, event: &Event) -> String {
     };
     match kind {
         AlarmKind::Overlap => format!(
-            "particle {id} at {at} overlaps {other} by {} of {radius}, {way} at {speed} m/s (guard.overlap = {})",
+            "{id} at {at} overlaps {other} by {} of {radius}, {way} at {speed} m/s (guard.overlap = {})",
             short(alarm.part()),
             short(limits.overlap)
         ),
         AlarmKind::Through => format!(
-            "particle {id} at {at} has gone through {other}: its centre is {} m behind it, {way} at {speed} m/s",
+            "{id} at {at} has gone through {other}: its centre is {} m behind it, {way} at {speed} m/s",
             short(alarm.overlap - alarm.radius)
         ),
         AlarmKind::Behind => format!(
-            "particle {id} at {at} touches {other}, which acts on its other side, from behind; it is pushed back from there"
+            "{id} at {at} touches {other}, which acts on its other side, from behind; it is pushed back from there"
         ),
+    }
+}
+
+/// A particle, or a vertex with the name of its sheet.
+fn subject(core: &Core, of: Subject) -> String {
+    match of {
+        Subject::Particle(id) => format!("particle {id}"),
+        Subject::Vertex { surface, vertex } => {
+            let plan = core.physics.surfaces.get(usize::from(surface));
+            let name = plan.map_or(surface.to_string(), |plan| plan.name.clone());
+            format!("membranes.{name}: vertex {vertex}")
+        }
+    }
+}
+
+/// The name of a wall, or of the sheet whose shape it borrows.
+fn wall(core: &Core, index: WallIndex) -> String {
+    let number = index.index();
+    let (walls, surfaces) = (&core.physics.walls, &core.physics.surfaces);
+    match walls.get(number) {
+        Some(wall) => format!("wall `{}`", wall.name),
+        None => match surfaces.get(number.wrapping_sub(walls.len())) {
+            Some(sheet) => format!("membrane `{}`", sheet.name),
+            None => format!("wall `{index}`"),
+        },
     }
 }
 
@@ -408,6 +503,9 @@ fn help(core: &Core, event: &Event) -> String {
                 short(dt * limit / part)
             )
         }
+        What::Left { .. } => format!(
+            "hold the sheet (`fixed`, `holds`), let its vertices touch the walls (`walls = true`), or widen domain.min and domain.max; {go_on}"
+        ),
         // In a few steps it came as far as it is.
         What::Contact(_, alarm) if 4.0 * alarm.speed * dt > alarm.overlap => format!(
             "it came so far in less than 4 steps: the time step is too large for this speed; {go_on}"

@@ -26,7 +26,7 @@ pub(super) fn start(
         });
         let (surface, wall): (Surface, Wall) = made?;
         let mut now = WallNow::new(&wall, dt, images);
-        now.set_surface(number as u16);
+        now.set_surface(number as u16, plan.thickness);
         surfaces.push(surface);
         walls.push(now);
     }

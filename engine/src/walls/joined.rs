@@ -16,7 +16,8 @@ const SAME_FOOT: f64 = 1e-6;
 
 impl WallNow {
     /// Takes those of the `touches` of a particle at `position` (m) within `reach` (m) by one image out that belong to another image: they
-    /// lie on its surface, and there it is touched elsewhere, or in the same place and has the lower code. `scratch`: any memory.
+    /// lie on its surface, and there it is touched elsewhere, or in a place that only it has, or in the same place and has the lower code.
+    /// `scratch`: any memory.
     pub fn keep_own(
         &self,
         images: &Images,
@@ -38,11 +39,18 @@ impl WallNow {
                     return false;
                 }
                 self.shape().touches(centre + way, reach, scratch);
-                let is_foot = scratch.iter().any(|its| {
-                    let its_foot = centre - its.normal * its.distance;
-                    its_foot.distance(foot) <= SAME_FOOT * reach
-                });
-                !is_foot || other < image
+                let its_foot = (scratch.iter())
+                    .map(|its| centre - its.normal * its.distance)
+                    .find(|its| its.distance(foot) <= SAME_FOOT * reach);
+                let Some(its_foot) = its_foot else {
+                    return true;
+                };
+                if other < image {
+                    return true;
+                }
+                // Beyond the rim of this image the place is the other's alone, whatever the codes are.
+                self.shape().touches(its_foot, SAME * reach, scratch);
+                scratch.is_empty()
             };
             let mut others = (self.met_by().iter())
                 .map(|&code| self.image_of(position, code))
@@ -51,6 +59,22 @@ impl WallNow {
                 touches.push(*touch);
             }
         }
+    }
+
+    /// Distance of a place (m) from the surface by the nearest image, m; infinite where that is farther than the domain is long. `scratch`: any memory.
+    #[must_use]
+    pub fn distance(&self, images: &Images, place: DVec3, scratch: &mut Touches) -> f64 {
+        let reach = images.size.length();
+        let mut least = f64::INFINITY;
+        for &code in self.met_by() {
+            let shift = images.any_shift(self.image_of(place, code));
+            let place = self.state.into_wall(place + shift);
+            self.shape().touches(place, reach, scratch);
+            for touch in scratch.iter() {
+                least = least.min(touch.distance.abs());
+            }
+        }
+        least
     }
 
     /// Whether a place (m) is within `reach` (m) of the surface by an image.

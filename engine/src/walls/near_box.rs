@@ -34,7 +34,7 @@ impl WallNow {
         posed(&self.state.pose, (low, high))
     }
 
-    /// Whether the wall may be within the radius of a particle of the block, and `margin` (m) more, by the image that goes with the
+    /// Whether the wall, with half the thickness of a sheet, may be within the radius of a particle of the block, and `margin` (m) more, by the image that goes with the
     /// code `met_by`. `outer`: [`WallNow::outer_box`].
     #[must_use]
     pub fn may_be_near(
@@ -45,7 +45,7 @@ impl WallNow {
         (images, met_by): (&Images, u32),
         scratch: &mut Scratch,
     ) -> bool {
-        let reach = block.radius + margin;
+        let reach = block.radius + margin + self.half_thickness();
         // The period in which a particle lies can differ from that of its box: all images with the code are tested.
         let corners = (block.low, block.high);
         self.images_of_box(images, corners, met_by).any(|code| {

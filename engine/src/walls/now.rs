@@ -37,6 +37,8 @@ pub struct WallNow {
     wears: bool,
     /// Number of the sheet whose shape it borrows, if it is no wall of the plan.
     surface: Option<u16>,
+    /// How far it reaches beyond its triangles on each side, m: half the thickness of a sheet, nothing for walls.
+    half_thickness: f64,
 }
 
 /// What must be kept of a [`WallNow`] to go on later, beside the time.
@@ -75,6 +77,7 @@ impl WallNow {
             reshaped_by: 0.0,
             wears: false,
             surface: None,
+            half_thickness: 0.0,
         };
         now.set_back(images);
         now.note_images(images);
@@ -102,9 +105,17 @@ impl WallNow {
         self.wears
     }
 
-    /// It borrows the shape of a sheet from now on.
-    pub fn set_surface(&mut self, number: u16) {
+    /// It borrows the shape of a sheet of this `thickness` (m) from now on.
+    pub fn set_surface(&mut self, number: u16, thickness: f64) {
         self.surface = Some(number);
+        self.half_thickness = 0.5 * thickness;
+    }
+
+    /// How far it reaches beyond its triangles on each side, m: half the thickness of a sheet, 0 for walls.
+    #[inline]
+    #[must_use]
+    pub fn half_thickness(&self) -> f64 {
+        self.half_thickness
     }
 
     /// Number of the sheet whose shape it borrows, if it does.

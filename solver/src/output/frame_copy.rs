@@ -77,6 +77,8 @@ pub struct TrackPoint {
     pub angular_velocity: DVec3,
     /// Orientation.
     pub orientation: DQuat,
+    /// Force (N) and torque about the centre (N m) of all contacts.
+    pub load: Load,
 }
 
 /// All of them.
@@ -87,13 +89,19 @@ fn track_points(engine: &Engine) -> Vec<TrackPoint> {
         let id = particles.ids[row].number();
         let body = particles.bodies.as_ref();
         let body = body.and_then(|bodies| Some(&bodies.all[bodies.body_of_row(row)?.index()]));
-        let (velocity, angular_velocity, orientation) = match body {
-            Some(body) => (body.velocity, body.angular_velocity, body.orientation),
+        let (velocity, angular_velocity, orientation, load) = match body {
+            Some(body) => (
+                body.velocity,
+                body.angular_velocity,
+                body.orientation,
+                body.load,
+            ),
             None => {
                 let record = &particles.records[row];
                 let all = particles.orientations.as_ref();
                 let orientation = all.map_or(DQuat::IDENTITY, |all| all[row]);
-                (record.velocity, record.angular_velocity, orientation)
+                let load = particles.loads[row];
+                (record.velocity, record.angular_velocity, orientation, load)
             }
         };
         TrackPoint {
@@ -103,6 +111,7 @@ fn track_points(engine: &Engine) -> Vec<TrackPoint> {
             velocity,
             angular_velocity,
             orientation,
+            load,
         }
     };
     let mut points: Vec<TrackPoint> = engine.tracked().into_iter().map(point).collect();

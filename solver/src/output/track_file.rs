@@ -24,6 +24,12 @@ const COLUMNS: &[TableColumn] = &[
     ("wx", "rad/s"),
     ("wy", "rad/s"),
     ("wz", "rad/s"),
+    ("fx", "N"),
+    ("fy", "N"),
+    ("fz", "N"),
+    ("tx", "N m"),
+    ("ty", "N m"),
+    ("tz", "N m"),
 ];
 
 pub(super) struct TrackFile {
@@ -61,8 +67,10 @@ impl Stream for TrackFile {
                 velocity: v,
                 angular_velocity: w,
                 orientation: q,
+                load,
                 ..
             } = point;
+            let (f, t) = (load.force, load.torque);
             push_number(out, state.time, NumberStyle::Shortest);
             out.push(b',');
             let name = self.names.get(point.track as usize - 1);
@@ -70,7 +78,8 @@ impl Stream for TrackFile {
             out.push(b',');
             push_integer(out, i64::from(point.id));
             for value in [
-                x.x, x.y, x.z, v.x, v.y, v.z, q.w, q.x, q.y, q.z, w.x, w.y, w.z,
+                x.x, x.y, x.z, v.x, v.y, v.z, q.w, q.x, q.y, q.z, w.x, w.y, w.z, f.x, f.y, f.z,
+                t.x, t.y, t.z,
             ] {
                 out.push(b',');
                 push_number(out, value, NumberStyle::Shortest);

@@ -37,7 +37,7 @@ mod row {
     /// A material of a region or flux in its table.
     pub(super) const COUNTED: f64 = 120.0;
     /// A particle in `.track.csv`.
-    pub(super) const TRACK: f64 = 250.0;
+    pub(super) const TRACK: f64 = 360.0;
     /// A grain in `.left.csv`.
     pub(super) const LEFT: f64 = 190.0;
     /// A number of a table of fields: of scenes/profiles.toml, in text.

@@ -151,6 +151,16 @@ pub(super) fn membranes(
     }
     for membrane in &scene.membranes {
         if let Some((surface, mechanics)) = plan_one(scene, membrane, walls, warnings, errors) {
+            let is_held_by = |wall: usize| {
+                let mut holds = mechanics.holds.iter();
+                holds.any(|hold| hold.ramp == HoldCourse::Wall(wall))
+            };
+            if !membrane.walls && !(0..walls.len()).all(is_held_by) {
+                notes.push(format!(
+                    "membranes.{}: it does not touch walls; with `walls = true` its vertices do",
+                    surface.name
+                ));
+            }
             planned.surfaces.push(surface);
             planned.membranes.push(mechanics);
         }
@@ -218,6 +228,7 @@ fn plan_one(
         holds.extend(plan_hold(hold, &mesh.vertices, &is_on_rim, walls, errors));
     }
     check_twice(membrane, &holds, errors);
+    check_walls_of_holds(name, &holds, walls, warnings);
     let first_volume = sheet.enclosed(&mesh.vertices).volume;
     let load = match load(&membrane.pressure) {
         Ok(load) => load,
@@ -506,6 +517,37 @@ fn check_twice(membrane: &Membrane, holds: &[HoldPlan], errors: &mut Vec<SceneEr
             ));
             errors.push(error.with_help(
                 "a vertex has one hold at a time: narrow one of the regions, or their times (from, until)",
+            ));
+        }
+    }
+}
+
+/// Holds that go with a wall end with it, and begin with it.
+fn check_walls_of_holds(
+    name: &str,
+    holds: &[HoldPlan],
+    walls: &[Wall],
+    warnings: &mut Vec<String>,
+) {
+    for hold in holds {
+        let HoldCourse::Wall(wall) = hold.ramp else {
+            continue;
+        };
+        let wall = &walls[wall];
+        if wall.until < hold.until {
+            warnings.push(format!(
+                "membranes.{name}: the hold `{}` ends at {} s, when its wall `{}` is removed, and its vertices are free then; if this is meant, end the hold itself (`until`)",
+                hold.name,
+                short(wall.until),
+                wall.name
+            ));
+        }
+        if wall.from > hold.from.max(0.0) {
+            warnings.push(format!(
+                "membranes.{name}: the hold `{}` begins at {} s only, when its wall `{}` comes, and its vertices are free before; if this is meant, begin the hold itself then (`from`)",
+                hold.name,
+                short(wall.from),
+                wall.name
             ));
         }
     }

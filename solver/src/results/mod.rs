@@ -47,7 +47,7 @@ const FUNCTIONS: [(&str, Function); 9] = [
     ("slope", Function::Slope),
 ];
 
-const SOURCES: [&str; 5] = ["walls", "regions", "flux", "energy", "particles"];
+const SOURCES: [&str; 6] = ["walls", "regions", "flux", "track", "energy", "particles"];
 
 /// A table with a row for each name and time: `<prefix>.<word>.csv`.
 #[derive(Debug, PartialEq, Eq)]
@@ -80,6 +80,33 @@ static FLUX: Table = Table {
     one: "plane of [[fluxes]]",
     columns: FLUX_COLUMNS,
     amounts: &["forward", "backward", "mass", "volume", "px", "py", "pz"],
+};
+
+static TRACK: Table = Table {
+    word: "track",
+    one: "particle, clump or insertion in output.track",
+    columns: &[
+        ("x", "m"),
+        ("y", "m"),
+        ("z", "m"),
+        ("vx", "m/s"),
+        ("vy", "m/s"),
+        ("vz", "m/s"),
+        ("qw", "1"),
+        ("qx", "1"),
+        ("qy", "1"),
+        ("qz", "1"),
+        ("wx", "rad/s"),
+        ("wy", "rad/s"),
+        ("wz", "rad/s"),
+        ("fx", "N"),
+        ("fy", "N"),
+        ("fz", "N"),
+        ("tx", "N m"),
+        ("ty", "N m"),
+        ("tz", "N m"),
+    ],
+    amounts: &[],
 };
 
 /// Units of the columns of `.ene`, in their order.
@@ -238,7 +265,9 @@ impl NamedResult {
                 material,
                 ..
             } => {
+                let tracks = files.track_names();
                 let names: Vec<&str> = match table.word {
+                    "track" => tracks.iter().map(String::as_str).collect(),
                     "walls" => (plan.physics().walls.iter())
                         .map(|wall| wall.name.as_str())
                         .collect(),
@@ -250,6 +279,9 @@ impl NamedResult {
                         .collect(),
                 };
                 there_is(table.one, name, &names)?;
+                if table.word == "track" {
+                    return Ok(());
+                }
                 if table.word == "walls" {
                     return match files.walls {
                         true => Ok(()),
@@ -470,7 +502,7 @@ fn in_quotes(path: &[String]) -> Option<String> {
         return None;
     };
     let most = match first.as_str() {
-        "walls" => 1,
+        "walls" | "track" => 1,
         "regions" | "flux" => 2,
         _ => return None,
     };
@@ -502,6 +534,7 @@ fn source(path: &[String], function: Function) -> Result<Source, String> {
     };
     match words[..] {
         ["walls", name, column] => rows(&WALLS, name, None, column),
+        ["track", name, column] => rows(&TRACK, name, None, column),
         ["regions", name, column] => rows(&REGIONS, name, None, column),
         ["regions", name, material, column] => rows(&REGIONS, name, Some(material), column),
         ["flux", name, column] => rows(&FLUX, name, None, column),
@@ -521,7 +554,7 @@ fn source(path: &[String], function: Function) -> Result<Source, String> {
         [first, ..] => {
             one_of("source", first, &SOURCES)?;
             Err(format!(
-                "`{}` names no result: expected walls.NAME.COLUMN, regions.NAME.COLUMN, regions.NAME.MATERIAL.COLUMN, flux likewise, energy.COLUMN or particles.COLUMN",
+                "`{}` names no result: expected walls.NAME.COLUMN, regions.NAME.COLUMN, regions.NAME.MATERIAL.COLUMN, flux likewise, track.NAME.COLUMN, energy.COLUMN or particles.COLUMN",
                 path.join(".")
             ))
         }
@@ -567,6 +600,7 @@ mod tests {
             ("rate(flux.out.mass, 1.0..)", "kg/s"),
             ("rate(flux.out.forward)", "1/s"),
             ("rate(walls.lid.z)", "m/s"),
+            ("max(track.ball.fz)", "N"),
             ("last(energy.traKineticEnergy)", "J"),
             ("rate(energy.elasticEnergy)", "J/s"),
             ("max(particles.z)", "m"),

@@ -311,3 +311,168 @@ fn the_help_names_the_lanes_that_there_are() {
         .unwrap();
     assert!(line.contains("1, 2 or 4"), "{line}");
 }
+
+/// A sheet of 3 mm triangles that falls from `height` (m) onto what `walls` say, for `end` (s).
+fn falling(walls: &str, keys: &str, (height, end): (f64, f64)) -> String {
+    let head = HEAD.replace("end = 0.02", &format!("end = {end:?}"));
+    format!(
+        "gravity = [0.0, 0.0, -9.81]\n{head}{walls}\n[[membranes]]\nname = \"sheet\"\nshape = \"rectangle\"\ncorner = [-0.01, -0.01, {height:?}]\nalong = [0.02, 0.0, 0.0]\nacross = [0.0, 0.02, 0.0]\nedge = 3e-3\nmaterial = \"rubber\"\nthickness = 3e-4\nyoungs_modulus = 1e6\nelasticity = \"continuum\"\ndamping_ratio = 0.2\n{keys}\n"
+    )
+}
+
+const FLOOR: &str = "v -0.15 -0.15 0\nv 0.15 -0.15 0\nv 0.15 0.15 0\nv -0.15 0.15 0\nf 1 2 3 4\n";
+
+/// Lowest place of a vertex at any time, m.
+fn lowest(folder: &Path) -> f64 {
+    let file = folder.join("run/run.membranes.arrow");
+    let reader = mercury_common::frames::MembraneReader::open(&file).unwrap();
+    let frames = 0..reader.frames().len();
+    let heights = frames.flat_map(|k| reader.frame(k).unwrap().position);
+    heights.map(|place| place.z).fold(f64::INFINITY, f64::min)
+}
+
+/// Vertices on a mesh and on a disc: held where their contacts are stiff enough; else the guard stops the run, or counts, by the name of the sheet, and the walls
+/// hold them nevertheless.
+#[test]
+fn meshes_and_discs_hold_sheets_or_the_guard_says_so() {
+    for shape in [
+        "shape = \"mesh\"\nfile = \"floor.obj\"",
+        "shape = \"disc\"\naxis = [0.0, 0.0, 1.0]\norigin = [0.0, 0.0, 0.0]\nradius = 0.1",
+    ] {
+        let wall = format!("[[walls]]\nname = \"floor\"\nmaterial = \"rubber\"\n{shape}");
+        // It arrives at 1 m/s after 0.1 s.
+        let scene = falling(&wall, "walls = true", (0.0515, 0.12));
+        let folder = folder_with("run.toml", &scene);
+        fs::write(folder.path().join("floor.obj"), FLOOR).unwrap();
+        let output = solve(folder.path(), &["run.toml", "--quiet"]);
+        let said = errors(&output);
+        assert_eq!(code(&output), Some(1), "{said}");
+        let words = ["membranes.sheet: vertex ", "wall `floor`", "help: "];
+        assert!(words.iter().all(|word| said.contains(word)), "{said}");
+
+        let set = ["--set", "guard.policy=\"warn\"", "--force"];
+        let output = solve(
+            folder.path(),
+            &[&["run.toml", "--quiet"], &set[..]].concat(),
+        );
+        assert_eq!(code(&output), Some(0), "{}", errors(&output));
+        let summary = fs::read_to_string(folder.path().join("run/summary.json")).unwrap();
+        assert!(summary.contains("membranes.sheet: vertex "), "{summary}");
+        // Four times the thickness are the deepest at which it is held.
+        assert!(lowest(folder.path()) > -1.2e-3, "{}", lowest(folder.path()));
+        let last = membranes_in(folder.path()).pop().unwrap();
+        assert!(number(&last, "z") > 0.0, "{last:?}");
+
+        // A vertex of 2.6 mg, v = 1 m/s and m v^2/2 = 8/15 E* sqrt(R) d^(5/2) with E* = 6e8 Pa, R = 0.15 mm: d = 0.07 R.
+        let stiff = scene
+            .replace(
+                "youngs_modulus = 1e6, poisson",
+                "youngs_modulus = 1e9, poisson",
+            )
+            .replace("step = 1e-5", "step = 2e-6");
+        fs::write(folder.path().join("run.toml"), &stiff).unwrap();
+        let output = solve(folder.path(), &["run.toml", "--quiet", "--force"]);
+        assert_eq!(code(&output), Some(0), "{}", errors(&output));
+        assert!(
+            lowest(folder.path()) > 0.5 * 1.5e-4,
+            "{}",
+            lowest(folder.path())
+        );
+    }
+}
+
+fn membranes_in(folder: &Path) -> Vec<Row> {
+    table(&folder.join("run/run.membranes.csv"))
+}
+
+/// A step in which a vertex goes by ten times its radius leads through a wall: that is seen, too.
+#[test]
+fn vertices_that_are_fast_go_through_no_wall_in_silence() {
+    let wall = "[[walls]]\nname = \"floor\"\nmaterial = \"rubber\"\nshape = \"disc\"\naxis = [0.0, 0.0, 1.0]\norigin = [0.0, 0.0, 0.0]\nradius = 0.1";
+    let scene = falling(wall, "walls = true", (0.0037, 0.01))
+        .replace("step = 1e-5", "step = 2e-5")
+        .replace(
+            "gravity = [0.0, 0.0, -9.81]",
+            "gravity = [0.0, 0.0, -1.5e6]",
+        );
+    let folder = folder_with("run.toml", &scene);
+    let output = solve(folder.path(), &["run.toml", "--quiet"]);
+    let said = errors(&output);
+    assert_eq!(code(&output), Some(1), "{said}");
+    assert!(said.contains("membranes.sheet: vertex "), "{said}");
+    assert!(said.contains("has gone through wall `floor`"), "{said}");
+}
+
+/// What leaves the domain stops the run, or is counted, by name.
+#[test]
+fn a_sheet_that_leaves_the_domain_does_not_go_in_silence() {
+    // It falls by 0.2 m in 0.2 s.
+    let folder = folder_with("run.toml", &falling("", "", (0.0, 0.21)));
+    let output = solve(folder.path(), &["run.toml", "--quiet"]);
+    let said = errors(&output);
+    assert_eq!(code(&output), Some(1), "{said}");
+    assert!(said.contains("membranes.sheet: vertex "), "{said}");
+    assert!(said.contains("has left the domain"), "{said}");
+    let set = ["--set", "guard.policy=\"warn\"", "--force"];
+    let output = solve(
+        folder.path(),
+        &[&["run.toml", "--quiet"], &set[..]].concat(),
+    );
+    assert_eq!(code(&output), Some(0), "{}", errors(&output));
+    let summary = fs::read_to_string(folder.path().join("run/summary.json")).unwrap();
+    assert!(summary.contains("has left the domain by"), "{summary}");
+}
+
+/// The guard names the sheet that a particle goes through, not a wall by a number.
+#[test]
+fn the_guard_names_sheets() {
+    let ball = "[[walls]]\nname = \"floor\"\nmaterial = \"rubber\"\nshape = \"plane\"\npoint = [0.0, 0.0, -0.1]\nnormal = [0.0, 0.0, 1.0]\n\
+        [[particles]]\nmaterial = \"rubber\"\nradius = 5e-4\nposition = [0.001, 0.001, 0.003]\nvelocity = [0.0, 0.0, -20.0]";
+    let scene = falling(ball, "fixed = \"rim\"", (0.0, 0.01));
+    let folder = folder_with("run.toml", &scene);
+    let output = solve(folder.path(), &["run.toml", "--quiet"]);
+    let said = errors(&output);
+    assert_eq!(code(&output), Some(1), "{said}");
+    assert!(said.contains("membrane `sheet`"), "{said}");
+    // What the plan says of the floor.
+    let output = solve(folder.path(), &["run.toml", "--check"]);
+    let plan = String::from_utf8(output.stdout.clone()).unwrap();
+    assert!(
+        plan.contains("membranes.sheet: it does not touch walls"),
+        "{plan}"
+    );
+}
+
+/// A hold that begins away from its wall, and one whose wall is removed, are named.
+#[test]
+fn holds_away_from_their_walls_are_named() {
+    let scene = |height: f64, until: &str| {
+        let walls = format!(
+            "[[walls]]\nname = \"lid\"\nmaterial = \"rubber\"\nshape = \"disc\"\naxis = [0.0, 0.0, -1.0]\norigin = [0.0, 0.0, {height:?}]\nradius = 0.02\nuntil = 0.015"
+        );
+        let hold = format!(
+            "holds = [{{ name = \"top\", on = \"rim\", wall = \"lid\", from = 5e-3{until} }}]"
+        );
+        falling(&walls, &hold, (0.0, 0.02)).replace("gravity = [0.0, 0.0, -9.81]", "")
+    };
+    // A little more, and a little less, than an edge away.
+    for (height, until, is_far, is_left) in [
+        (0.0035, "", true, true),
+        (0.0025, "", false, true),
+        (0.0025, ", until = 0.015", false, false),
+    ] {
+        let folder = folder_with("run.toml", &scene(height, until));
+        let output = solve(folder.path(), &["run.toml", "--quiet"]);
+        assert_eq!(code(&output), Some(0), "{}", errors(&output));
+        let log = fs::read_to_string(folder.path().join("run/run.log")).unwrap();
+        let far = "the hold `top` began at 0.005 s, when its vertex";
+        assert_eq!(log.contains(far), is_far, "{height}: {log}");
+        assert_eq!(
+            log.contains("0.0035 m away from wall `lid`"),
+            is_far,
+            "{log}"
+        );
+        let left = "the hold `top` ends at 0.015 s, when its wall `lid` is removed";
+        assert_eq!(log.contains(left), is_left, "{until}: {log}");
+    }
+}

@@ -184,8 +184,9 @@ fn ball_at_rest() -> BallOnSheet {
     let surface = &engine.surfaces()[0];
     let centre = engine.particles.records[0].position;
     // From the flat sheet, the ball above it.
-    let least = sheet.least(dvec3(centre.x, centre.y, radius));
-    let sag = radius - centre.z;
+    let flat = radius + 0.5 * THICKNESS;
+    let least = sheet.least(dvec3(centre.x, centre.y, flat));
+    let sag = flat - centre.z;
     let (last, vertices) = least.split_last().expect("the ball is the last");
     let apart = surface.positions.iter().zip(vertices);
     let shape = apart.map(|(one, other)| one.distance(*other));
@@ -196,6 +197,24 @@ fn ball_at_rest() -> BallOnSheet {
         shape: shape.fold(0.0, f64::max) / sag,
         rim: -engine.membranes()[0].hold_loads[0].force.z / weight,
     }
+}
+
+/// Two balls pressed by 5 % of their radius onto either face of a sheet that is held: the force on the `which`-th over that which Hertz' law says for a plane at
+/// half the thickness of the sheet, upwards.
+fn on_either_face(which: usize) -> f64 {
+    let (radius, overlap) = (4e-3, 2e-4);
+    let height = radius + 0.5 * THICKNESS - overlap;
+    let balls = [height, -height].map(|z| {
+        format!("[[particles]]\nmaterial = \"rubber\"\nradius = {radius:?}\nposition = [0.001, 0.002, {z:?}]\n")
+    });
+    let more = format!(
+        "{}[[membranes]]\nname = \"sheet\"\nshape = \"rectangle\"\ncorner = [-0.02, -0.02, 0.0]\nalong = [0.04, 0.0, 0.0]\nacross = [0.0, 0.04, 0.0]\nedge = 3e-3\nmaterial = \"rubber\"\nthickness = {THICKNESS:?}\nyoungs_modulus = {MODULUS:?}\nfixed = {{ shape = \"half-space\", point = [0.0, 0.0, 0.1], normal = [0.0, 0.0, -1.0] }}\n",
+        balls.concat()
+    );
+    let engine = engine(0.0, (1e-4, 1e-5), &more);
+    let modulus = 1e6 / (2.0 * (1.0 - 0.16));
+    let force = 4.0 / 3.0 * modulus * radius.sqrt() * overlap.powf(1.5);
+    engine.particles.loads[which].force.z / force
 }
 
 pub(super) fn cases() -> Vec<Case> {
@@ -264,6 +283,16 @@ pub(super) fn cases() -> Vec<Case> {
             || ball_on_a_sheet().rim,
         ),
     ];
+    for (which, expected) in [(0, 1.0), (1, -1.0)] {
+        let face = ["front", "back"][which];
+        cases.push(Case::new(
+            format!("T24 engine: two balls pressed onto either face of a held sheet, more deeply than it is thick: force on that at the {face} over that of a plane"),
+            expected,
+            Relative(1e-11),
+            "Hertz (1882), half the thickness on each side",
+            move || on_either_face(which),
+        ));
+    }
     cases.extend(budgets());
     for (name, pressure, law) in [
         (

@@ -123,6 +123,17 @@ impl Numbers {
     }
 }
 
+impl Numbers {
+    /// Puts the contact found at `k` to `to`, before it.
+    pub(super) fn keep(&mut self, k: usize, to: usize) {
+        self.slot[to] = self.slot[k];
+        let offset = self.offset.iter_mut();
+        for column in offset.chain([&mut self.squared, &mut self.reach]) {
+            column.0[to] = column.0[k];
+        }
+    }
+}
+
 /// The order in which the contacts found in one chunk are evaluated. A value of that chunk alone, so that the order of one chunk
 /// is never applied to another.
 #[derive(Debug, Clone, Copy)]

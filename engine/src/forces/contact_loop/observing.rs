@@ -67,7 +67,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ObservesCont
 
     fn take_alarms(&mut self) -> Alarms {
         let mut all = Alarms::default();
-        for block in &mut self.blocks {
+        for block in self
+            .blocks
+            .iter_mut()
+            .chain(self.of_sheets.iter_mut().flatten())
+        {
             all.take_from(&mut block.alarms);
         }
         all

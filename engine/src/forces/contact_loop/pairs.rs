@@ -2,7 +2,7 @@
 //!
 //! A chunk of slots goes through four stages, each a short loop without long chains of dependent numbers:
 //!
-//! - search: which of the two of a slot touch; their offset
+//! - search: which of the two of a slot touch, and no sheet is between; their offset
 //! - prepare: velocities; roots and divisions that depend only on sizes and distances
 //! - act: the laws, histories one step on
 //! - share: forces and torques to both, in the order of the slots
@@ -75,7 +75,14 @@ where
             let first_slot = next_slot;
             next_slot += slots.len();
             rest = later;
-            let count = pass.search::<L, PERIODIC>(slots, first_row, rows, &mut found);
+            let mut count = pass.search::<L, PERIODIC>(slots, first_row, rows, &mut found);
+            if let Some(beside) = pass.context.beside_sheets
+                && count > 0
+            {
+                let (rows, found) = ((first_row, rows), (&mut found, count));
+                let events = &mut block.events;
+                count = pass.leave_out_separated(beside, slots, rows, found, events);
+            }
             let by_touch = A::ACTIVE && L::LANES > 1;
             let turn = found.put_in_turn(count, pass.materials, L::LANES, by_touch);
             let end = turn.end;

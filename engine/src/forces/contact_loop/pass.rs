@@ -24,6 +24,8 @@ pub(super) struct Pass<'a, N, T, R, A> {
     pub(super) ids: &'a [Id],
     /// The bodies, in scenes that damp contacts of clumps by the mass at the contact point.
     pub(super) bodies: Option<&'a Bodies>,
+    /// The sheet whose vertices the rows are, if they are no particles.
+    pub(super) sheet: Option<u16>,
     pub(super) context: &'a StepContext<'a>,
 }
 
@@ -43,6 +45,7 @@ impl<'a, N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'a,
             asks_ahead: ids.len() > BEYOND_CACHE,
             ids,
             bodies: bodies.filter(|_| context.contact_point_mass),
+            sheet: None,
             context,
         }
     }

@@ -143,13 +143,13 @@ impl Joined {
 }
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
-    /// What is left of the `action` of a contact of a particle of this radius (m) that joins a nearer one at a saddle: of elastic normal forces
-    /// all of it, less the force at the saddle; of others a part.
+    /// What is left of the `action` of a contact that joins a nearer one at a saddle: of elastic normal forces all of it, less the force at the
+    /// saddle; of others a part. `reach`: radius of the particle and half the thickness of the sheet, m.
     #[inline(never)]
     pub(super) fn join(
         law: &PairLaw<N, T, R, A>,
         contact: &Contact,
-        (saddle, radius): (&Saddle, f64),
+        (saddle, reach): (&Saddle, f64),
         action: &Action,
     ) -> (Action, Joined) {
         let part = saddle.part;
@@ -175,7 +175,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let at_saddle = Contact {
             normal: saddle.normal.into(),
             distance: saddle.distance,
-            overlap: radius - saddle.distance,
+            overlap: reach - saddle.distance,
             normal_velocity: 0.0,
             ..*contact
         };

@@ -51,23 +51,24 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
         loads: &mut [Load],
     ) {
         let context = StepContext {
-            // Contacts of vertices have no records, no alarms, and no films.
+            // Contacts of vertices have no records and no films.
             watch: context.watch.map(|watch| Watch {
                 records: false,
                 ..watch
             }),
             films: None,
-            overlap_limit: f64::INFINITY,
-            deep: f64::INFINITY,
             feature_loads: false,
             ..*context
         };
-        let pass = Pass::new(
-            (&self.laws, self.materials),
-            (&self.memory, self.block_size),
-            (&[], None),
-            &context,
-        );
+        let pass = Pass {
+            sheet: Some(sheet as u16),
+            ..Pass::new(
+                (&self.laws, self.materials),
+                (&self.memory, self.block_size),
+                (&[], None),
+                &context,
+            )
+        };
         let Some(blocks) = self.of_sheets.get_mut(sheet) else {
             return;
         };

@@ -10,7 +10,7 @@ use super::contact_point::mobility;
 use super::pass::{ContactSite, Pass, Rows};
 use super::sheets::AtSheet;
 use super::sides::{self, from_behind};
-use super::slots::{BEHIND, FREE, JOINED, TOUCHING, WITH_HISTORY, WallSlot, with_history};
+use super::slots::{BEHIND, FREE, JOINED, THROUGH, TOUCHING, WITH_HISTORY, WallSlot, with_history};
 use crate::contact::{
     AdhesionLaw, Contact, Event, FrictionNow, Histories, History, NormalLaw, RollingLaw,
     TangentialLaw,
@@ -22,6 +22,9 @@ use crate::lanes::Vector;
 use crate::state::{Load, Particle};
 use crate::surface::SurfaceLoad;
 use crate::walls::{Mesh, NearMeshes, Scratch, Shape, Touch, Touches, WallNow, WallState};
+
+/// Radii of a vertex to which walls that act on both sides hold it from behind: four times the thickness of its sheet.
+const HELD: f64 = 8.0;
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
     pub(super) fn walls(
@@ -85,7 +88,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             match touch {
                 Some(touch) => {
                     slot.feature = touch.feature;
-                    if self.is_alarming(a, &touch, 0) {
+                    if self.is_alarming(a, wall, &touch, 0) {
                         self.alarm_wall(&mut block.alarms, a, (&side, None), &touch, 0);
                     }
                     let observation = &mut block.observation;
@@ -124,7 +127,13 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
     ) -> u32 {
         let (near, state) = (&side.near, side.state);
         let place = state.into_wall(side.centre);
-        let reach = self.wall_reach(a, side.wall);
+        let contact_reach = self.wall_reach(a, side.wall);
+        let holds = self.holds_from_behind(side.wall);
+        let reach = if holds {
+            contact_reach + held_depth(a.radius)
+        } else {
+            contact_reach
+        };
         touches.clear();
         if state.present {
             match side.wall.shape() {
@@ -164,8 +173,22 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let saddles = scratch.saddles();
         let joins = !A::ACTIVE && !saddles.is_empty() && side.wall.surface().is_some();
         match side.wall.shape() {
+            shape if holds => {
+                // On its way through it comes from one side of a face to the other, which may be features of their own.
+                let goes_on = |from: u32, touch: &Touch| {
+                    touch.distance < contact_reach
+                        || match shape {
+                            Shape::Mesh(mesh) => mesh.continues(from, touch, place).is_some(),
+                            _ => shape.adjacent(from, touch.feature),
+                        }
+                };
+                assign(slots, touches, goes_on, &mut forget);
+            }
             Shape::Mesh(mesh) => assign_on_mesh(slots, touches, mesh, || place, &mut forget),
-            shape => assign(slots, touches, shape, &mut forget),
+            shape => {
+                let goes_on = |from: u32, touch: &Touch| shape.adjacent(from, touch.feature);
+                assign(slots, touches, goes_on, &mut forget);
+            }
         }
         if joins {
             Self::change_roles(slots, saddles);
@@ -185,20 +208,25 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             let sheet = sheet.as_ref();
             // What is held on both sides is not moved by a contact.
             let is_held = sheet.is_some_and(|sheet| sheet.inverse_mass + a.inverse_mass == 0.0);
-            match touch.filter(|_| !is_held) {
-                Some(touch) => {
-                    let (reported, side) = (reported.as_mut(), (side, sheet));
-                    let at = self.side_of(a, side, touch, slot.state);
-                    if self.is_alarming(a, touch, at) {
-                        self.alarm_wall(alarms, a, side, touch, at);
+            let seen = touch.filter(|_| !is_held).map(|touch| {
+                let at = self.side_of(a, (side, sheet), touch, slot.state);
+                (touch, at)
+            });
+            // What is held from behind is looked for from farther away.
+            let acts = |(touch, at): &(&Touch, u32)| *at != 0 || touch.distance < contact_reach;
+            match seen.filter(acts) {
+                Some((touch, at)) => {
+                    let (reported, wall, side) = (reported.as_mut(), side.wall, (side, sheet));
+                    // A surface that acts on both sides shows any centre its own one.
+                    let is_through = at == THROUGH && touch.distance > 0.0;
+                    let turned = (at == BEHIND || is_through).then(|| from_behind(touch));
+                    let acting = turned.as_ref().unwrap_or(touch);
+                    let named = if is_through { acting } else { touch };
+                    if self.is_alarming(a, wall, named, at) {
+                        self.alarm_wall(alarms, a, side, named, at);
                     }
                     let events = (index as u32, &mut *events);
-                    if at == BEHIND {
-                        let touch = from_behind(touch);
-                        self.touch_wall(a, side, &touch, slot, load, observation, reported, events);
-                    } else {
-                        self.touch_wall(a, side, touch, slot, load, observation, reported, events);
-                    }
+                    self.touch_wall(a, side, acting, slot, load, observation, reported, events);
                     slot.state |= at;
                     if joins && saddles.iter().any(|saddle| saddle.of == slot.feature) {
                         slot.state |= JOINED;
@@ -278,24 +306,43 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         touch: &Touch,
         before: u32,
     ) -> u32 {
-        if touch.distance >= 0.0 && before & BEHIND == 0 {
+        let holds = self.holds_from_behind(side.wall);
+        if touch.distance >= 0.0 && before & BEHIND == 0 && !holds {
             return 0;
         }
         let normal = side.state.out_of_wall(touch.normal);
         let at = side.centre - normal * touch.distance;
         let velocity = a.velocity - side.velocity(sheet, at);
         let last = touch.distance - velocity.dot(normal) * self.context.spring_time;
+        if holds {
+            // The normal points to where the centre is.
+            let (was_through, has_crossed) = (before & THROUGH != 0, last < 0.0);
+            return if was_through != has_crossed {
+                THROUGH
+            } else {
+                0
+            };
+        }
         sides::side(before, [touch.distance, last])
     }
 
-    /// The largest distance (m) at which the centre of a particle interacts with a wall: its radius, and the range of adhesion.
+    /// Whether a wall that acts on both sides pushes back what has gone through it: vertices of sheets, which are small spheres with the
+    /// mass of their surroundings, and may go deep.
+    #[inline]
+    fn holds_from_behind(&self, wall: &WallNow) -> bool {
+        self.sheet.is_some() && !wall.shape().is_one_sided()
+    }
+
+    /// The largest distance (m) at which the centre of a particle interacts with a wall: its radius, half the thickness of a sheet, and
+    /// the range of adhesion.
     #[inline(always)]
     pub(super) fn wall_reach(&self, a: &Particle, wall: &WallNow) -> f64 {
+        let reach = a.radius + wall.half_thickness();
         if A::ACTIVE {
             let pair = a.material.index() * self.materials + wall.material.index();
-            a.radius + self.laws[pair].adhesion.range()
+            reach + self.laws[pair].adhesion.range()
         } else {
-            a.radius
+            reach
         }
     }
 
@@ -313,7 +360,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         (at, events): (u32, &mut Vec<SlotEvent>),
     ) {
         let (context, state) = (self.context, side.state);
-        let overlap = a.radius - touch.distance;
+        let reach = a.radius + side.wall.half_thickness();
+        let overlap = reach - touch.distance;
         let touches = !A::ACTIVE || overlap > 0.0;
         if !touches && A::FORMS_ON_CONTACT && slot.state & WITH_HISTORY == 0 {
             let films = context.films.filter(|_| A::HAS_EVENTS);
@@ -438,7 +486,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         if let Some(sheet) = sheet
             && let Some(saddle) = &sheet.saddle
         {
-            let (left, of_saddle) = Self::join(law, &contact, (saddle, a.radius), &action);
+            let (left, of_saddle) = Self::join(law, &contact, (saddle, reach), &action);
             (action, joined) = (left, Some(of_saddle));
         }
         slot.state = if A::ACTIVE {
@@ -578,6 +626,11 @@ impl Released {
     }
 }
 
+/// How deep behind a surface that acts on both sides the centre of a vertex of this radius (m) is still pushed back to where it came from, m.
+pub(in crate::forces) fn held_depth(radius: f64) -> f64 {
+    HELD * radius
+}
+
 /// The loads and the sliding that contacts with a mesh report.
 struct Reported<'a> {
     /// Loads on its features, if they are summed up.
@@ -619,11 +672,11 @@ fn images_of_wall(near_walls: &[NearWall], index: usize) -> Range<usize> {
 }
 
 /// Gives every touched feature a slot. A feature that was touched before keeps its own; a new one takes the slot, and the
-/// history, of an adjacent feature that is no longer touched, or else a free slot without history.
+/// history, of a feature that is no longer touched and of which it `goes_on`, or else a free slot without history.
 fn assign<H: History>(
     slots: &mut [WallSlot<H>],
     touches: &Touches,
-    shape: &Shape,
+    goes_on: impl Fn(u32, &Touch) -> bool,
     forget: &mut impl FnMut(&mut WallSlot<H>),
 ) {
     for touch in touches.iter() {
@@ -633,9 +686,9 @@ fn assign<H: History>(
         let left = |slot: &WallSlot<H>| {
             slot.feature == FREE || !touches.iter().any(|touch| touch.feature == slot.feature)
         };
-        let from = slots.iter().position(|slot| {
-            slot.feature != FREE && left(slot) && shape.adjacent(slot.feature, touch.feature)
-        });
+        let from = slots
+            .iter()
+            .position(|slot| slot.feature != FREE && left(slot) && goes_on(slot.feature, touch));
         match from.or_else(|| slots.iter().position(left)) {
             Some(index) => {
                 if from.is_none() {

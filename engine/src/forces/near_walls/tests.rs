@@ -36,16 +36,14 @@ fn by_testing_all(
     for row in 0..particles.len() {
         for (index, wall) in walls.iter().enumerate() {
             for &code in wall.met_by() {
-                found.extend(
-                    tests
-                        .test(wall, row, code)
-                        .map(|(image, features)| NearWall {
-                            row: row as u32,
-                            wall: WallIndex::new(index as u16),
-                            image,
-                            features,
-                        }),
-                );
+                found.extend(tests.test(wall, (row, 0.0), code).map(|(image, features)| {
+                    NearWall {
+                        row: row as u32,
+                        wall: WallIndex::new(index as u16),
+                        image,
+                        features,
+                    }
+                }));
             }
         }
     }

@@ -6,6 +6,7 @@
 //! `docs/theory/mesh-walls.md`.
 
 mod contacts;
+mod crossed;
 mod facet;
 mod leaf;
 mod near;

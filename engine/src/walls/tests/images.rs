@@ -260,3 +260,55 @@ fn a_wall_that_is_set_back_is_met_where_it_stands() {
         now.note_images(&images);
     }
 }
+
+/// A surface of exactly one period is one with its images: beside the seam, however near, a particle touches it in one place.
+#[test]
+fn beside_a_seam_a_surface_is_touched_once() {
+    let images = Images::new(DVec3::ZERO, SIZE, [true, true, false]);
+    let [a, b, c, d] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+        .map(|[x, y]| dvec3(x * SIZE.x, y * SIZE.y, 0.4));
+    let triangles = TriangleMesh::from_corners(&[[a, b, c], [a, c, d]]);
+    let mesh = Mesh::new(&triangles, |x| x, false).unwrap();
+    let disc = Disc::new(DVec3::Z, dvec3(0.5, 0.65, 0.4), 1.5).unwrap();
+    let shapes = [
+        Shape::Mesh(Arc::new(mesh.clone())),
+        Shape::Mesh(Arc::new(mesh.keeping_all())),
+        Shape::Disc(disc),
+    ];
+    let (radius, height) = (0.05, 0.045);
+    let mut stream = Stream::new(1, "offsets", 0);
+    let mut offsets = vec![0.0, 1e-9, -1e-9, 1e-7, -1e-7];
+    for _ in 0..200 {
+        let size = 10f64.powf(stream.uniform_in(-17.0, -1.5));
+        offsets.push(if stream.uniform() < 0.5 { size } else { -size });
+    }
+    for shape in shapes {
+        let wall = Wall {
+            name: "wall".to_owned(),
+            material: MaterialIndex::new(0),
+            shape: shape.clone(),
+            motion: Motion::default(),
+            from: 0.0,
+            until: f64::INFINITY,
+            reference: DVec3::ZERO,
+        };
+        let now = WallNow::new(&wall, 1e-3, &images);
+        assert!(now.may_join());
+        let (mut touches, mut scratch) = (Touches::new(), Touches::new());
+        for pair in offsets.windows(2) {
+            for (x, y) in [(pair[0], 0.5), (0.3, pair[1]), (pair[0], pair[1])] {
+                let centre = images.wrap(dvec3(x, y, 0.4 + height));
+                let mut found = Vec::new();
+                for &code in now.met_by() {
+                    let code = now.image_of(centre, code);
+                    let place = now.state.into_wall(centre + images.any_shift(code));
+                    shape.touches(place, radius, &mut touches);
+                    now.keep_own(&images, centre, (code, radius), &mut touches, &mut scratch);
+                    found.extend(touches.iter().map(|touch| touch.distance));
+                }
+                assert_eq!(found.len(), 1, "{x:e}, {y:e}: {found:?}");
+                assert!((found[0] - height).abs() < 1e-15, "{x:e}, {y:e}");
+            }
+        }
+    }
+}

@@ -210,15 +210,17 @@ pub(in crate::plan) fn through_sheets(
         let Ok((_, wall)) = Surface::new(plan) else {
             continue;
         };
-        let wall = WallNow::new(&wall, 0.0, &images);
+        let mut wall = WallNow::new(&wall, 0.0, &images);
+        wall.set_surface(0, plan.thickness);
         let mut worst = Worst::default();
         for sphere in start.spheres(clumps) {
             for &code in wall.met_by() {
                 let code = wall.image_of(sphere.centre, code);
                 let centre = sphere.centre + images.any_shift(code);
-                (wall.shape()).touches(centre, sphere.radius, &mut touches);
+                let reach = sphere.radius + wall.half_thickness();
+                (wall.shape()).touches(centre, reach, &mut touches);
                 for touch in touches.iter() {
-                    let part = (sphere.radius - touch.distance) / sphere.radius;
+                    let part = (reach - touch.distance) / sphere.radius;
                     if part > *scene.contact.overlap_error {
                         worst.add(part, sphere.grain);
                     }
