@@ -50,7 +50,7 @@ pub use region_counts::materials as counted_materials;
 pub use schedule::{Due, Schedule};
 pub use stream::OutputError;
 pub use wear_files::WearState;
-pub use writer::{POSITIONS, Positions, ToWrite, Writer, Written};
+pub use writer::{Positions, ToWrite, Writer, Written};
 
 use stream::{StreamEntry, entry};
 
