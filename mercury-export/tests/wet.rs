@@ -9,7 +9,8 @@ use std::process::Command;
 
 use glam::DVec3;
 use mercury_common::frames::{
-    ContactColumns, ContactReader, ContactWriter, DropletFrame, DropletWriter, FramesHeader,
+    ColumnKind, ColumnSpec, ContactColumns, ContactReader, ContactWriter, DropletFrame,
+    DropletWriter, FramesHeader, ParticleColumns, ParticleReader, ParticleWriter,
 };
 use run_folder::folder_with_run;
 
@@ -131,4 +132,66 @@ fn dry_runs_have_neither() {
     let (code, said) = export(place.path(), &["png", "run", "--bridges", "--contacts"]);
     assert_eq!(code, Some(2));
     assert!(said.contains("--contacts"), "{said}");
+}
+
+/// The table of particles has the liquid of bridges in its films; of frames that do not have it, the lines for a scene say so.
+#[test]
+fn particles_take_the_liquid_of_bridges_along() {
+    for has_all in [true, false] {
+        let place = folder_with_run();
+        let path = place.path().join("run/run.particles.arrow");
+        let dry = ParticleReader::open(&path).unwrap();
+        let frames: Vec<_> = (0..4).map(|number| dry.frame(number).unwrap()).collect();
+        let spec = |name: &str| ColumnSpec::new(name, ColumnKind::F64, "m3");
+        let mut more = vec![spec("film_volume")];
+        let mut values = vec![vec![1e-3, 2e-3, 0.0]];
+        if has_all {
+            more.push(spec("liquid_volume"));
+            values.push(vec![1.5e-3, 2.25e-3, 0.0]);
+        }
+        let columns = ParticleColumns {
+            body: true,
+            angular_velocity: true,
+            force: true,
+            more,
+            ..ParticleColumns::default()
+        };
+        let header = FramesHeader {
+            materials: vec!["glass".to_owned(), "steel".to_owned()],
+            domain: Some((DVec3::ZERO, DVec3::new(4.0, 1.0, 2.0))),
+            ..FramesHeader::default()
+        };
+        let mut wet = ParticleWriter::create(&path, &header, &columns).unwrap();
+        for mut frame in frames {
+            frame.more.clone_from(&values);
+            wet.append(frame).unwrap();
+        }
+        drop(wet);
+        let arguments = [
+            "particles",
+            "run",
+            "--region",
+            "x=0.5..2.5",
+            "--frames",
+            "last",
+        ];
+        let output = Command::new(env!("CARGO_BIN_EXE_mercury-export"))
+            .current_dir(place.path())
+            .args(arguments)
+            .output()
+            .unwrap();
+        let both = [output.stdout, output.stderr].map(|said| String::from_utf8(said).unwrap());
+        assert_eq!(output.status.code(), Some(0), "{both:?}");
+        let table = place.path().join("particles/run.0003.csv");
+        let rows = mercury_common::formats::particle_csv::read_particle_csv(&table).unwrap();
+        let films: Vec<f64> = rows.iter().map(|row| row.properties[0].1).collect();
+        let expected = if has_all {
+            [1.5e-3, 2.25e-3]
+        } else {
+            [1e-3, 2e-3]
+        };
+        assert_eq!(films, expected);
+        let is_said = both.concat().contains("no column liquid_volume");
+        assert_eq!(is_said, !has_all, "{both:?}");
+    }
 }

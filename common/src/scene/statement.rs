@@ -63,7 +63,8 @@ impl Statement {
     }
 }
 
-/// What differs between two lists of [`Statement::entries`], a line each, but for the keys `allowed`.
+/// What differs between two lists of [`Statement::entries`], a line each, but for the keys `allowed`, in which `[]` stands for any
+/// entry of a list.
 #[must_use]
 pub fn differences(
     before: &BTreeMap<String, String>,
@@ -78,7 +79,9 @@ pub fn differences(
             (Some(then), None) => format!("{key}: {then} then, absent now"),
             (None, now) => format!("{key}: absent then, {} now", now.map_or("", |now| now)),
         };
-        (!allowed.contains(&key.as_str())).then_some(line)
+        let kind: String = key.chars().filter(|c| !c.is_ascii_digit()).collect();
+        let is_allowed = allowed.contains(&key.as_str()) || allowed.contains(&kind.as_str());
+        (!is_allowed).then_some(line)
     };
     keys.into_iter().filter_map(difference).collect()
 }

@@ -1,7 +1,9 @@
 //! The motion of a droplet within a step.
 
+use std::sync::LazyLock;
+
 use glam::DVec3;
-use libm::{exp, expm1, pow};
+use libm::{expm1, pow};
 
 use super::{Droplet, NozzlePlan};
 
@@ -46,43 +48,14 @@ impl Flight {
             droplet.velocity += dt * self.gravity;
             return;
         };
-        let k = self.rate(drag, droplet.radius, droplet.velocity);
-        let middle = self.after(drag, droplet.velocity, k, 0.5 * dt).1;
-        let k = self.rate(drag, droplet.radius, middle);
-        let (way, velocity) = self.after(drag, droplet.velocity, k, dt);
-        droplet.position += way;
-        droplet.velocity = velocity;
-    }
-
-    /// Way (m) and velocity (m/s) after `dt` (s) with this rate of drag (1/s).
-    fn after(&self, drag: &Drag, velocity: DVec3, k: f64, dt: f64) -> (DVec3, DVec3) {
-        let exponent = -k * dt;
-        // (1 - exp(-k dt))/k and what follows from it for the constant force; series where the difference would be lost.
-        let (of_velocity, of_force) = if exponent > -1e-4 {
-            let of_velocity = dt * (1.0 + 0.5 * exponent * (1.0 + exponent / 3.0));
-            (of_velocity, 0.5 * dt * dt * (1.0 + exponent / 3.0))
-        } else {
-            let of_velocity = -expm1(exponent) / k;
-            (of_velocity, (dt - of_velocity) / k)
-        };
-        let against = velocity - drag.velocity;
-        let way = dt * drag.velocity + of_velocity * against + of_force * self.gravity;
-        let velocity = drag.velocity + exp(exponent) * against + of_velocity * self.gravity;
-        (way, velocity)
-    }
-
-    /// 3/4 (rho_g/rho_l) C_d |v - u|/d with C_d = 24/Re (1 + 0.15 Re^0.687) below Re = 1000 and 0.44 from there on, 1/s.
-    fn rate(&self, drag: &Drag, radius: f64, velocity: DVec3) -> f64 {
-        let diameter = 2.0 * radius;
-        let stokes = 18.0 * drag.viscosity / (self.liquid_density * diameter * diameter);
-        let speed = (velocity - drag.velocity).length();
-        let reynolds = drag.density * speed * diameter / drag.viscosity;
-        let factor = if reynolds < 1000.0 {
-            1.0 + 0.15 * pow(reynolds, 0.687)
-        } else {
-            0.44 / 24.0 * reynolds
-        };
-        stokes * factor
+        let air = Air::around(drag, droplet.radius, self.liquid_density);
+        let against = droplet.velocity - drag.velocity;
+        let (left, of_velocity, _) = decays(0.5 * dt * air.rate(against.length()));
+        let at_middle = left * against + 0.5 * dt * of_velocity * self.gravity;
+        let (left, of_velocity, of_force) = decays(dt * air.rate(at_middle.length()));
+        droplet.position +=
+            dt * (drag.velocity + of_velocity * against + dt * of_force * self.gravity);
+        droplet.velocity = drag.velocity + left * against + dt * of_velocity * self.gravity;
     }
 
     /// A bound of the speed of a droplet within the next `time` (s), m/s.
@@ -90,5 +63,155 @@ impl Flight {
         let gas = self.drag.map_or(DVec3::ZERO, |drag| drag.velocity);
         // Drag slows the motion against the gas only.
         (velocity - gas).length() + gas.length() + time * self.gravity.length()
+    }
+}
+
+/// What the gas does to a droplet of one size.
+struct Air {
+    /// Rate of Stokes' drag, 1/s.
+    stokes: f64,
+    /// Reynolds number per speed, s/m.
+    reynolds: f64,
+}
+
+impl Air {
+    fn around(drag: &Drag, radius: f64, liquid_density: f64) -> Self {
+        let diameter = 2.0 * radius;
+        Self {
+            stokes: 18.0 * drag.viscosity / (liquid_density * diameter * diameter),
+            reynolds: drag.density * diameter / drag.viscosity,
+        }
+    }
+
+    /// 3/4 (rho_g/rho_l) C_d |v - u|/d with C_d = 24/Re (1 + 0.15 Re^0.687) below Re = 1000 and 0.44 from there on, 1/s.
+    fn rate(&self, speed: f64) -> f64 {
+        let reynolds = self.reynolds * speed;
+        let factor = if reynolds < 1000.0 {
+            1.0 + 0.15 * POWER.of(reynolds)
+        } else {
+            0.44 / 24.0 * reynolds
+        };
+        self.stokes * factor
+    }
+}
+
+/// exp(-x), (1 - exp(-x))/x and (x - 1 + exp(-x))/x^2 for x >= 0: for small x, as of most droplets, by series, which lose no digits.
+fn decays(x: f64) -> (f64, f64, f64) {
+    let (once, twice);
+    if x < SMALL {
+        // The first term left out is x^8/(10!/2), 4e-18.
+        let mut sum = 1.0;
+        for n in (3..=9).rev() {
+            sum = 1.0 - x * sum * INVERSE[n];
+        }
+        twice = 0.5 * sum;
+        once = 1.0 - x * twice;
+    } else {
+        once = -expm1(-x) / x;
+        twice = (1.0 - once) / x;
+    }
+    (1.0 - x * once, once, twice)
+}
+
+/// Below this x [`decays`] has series.
+const SMALL: f64 = 0.04;
+
+/// 1/n.
+const INVERSE: [f64; 10] = {
+    let mut inverse = [0.0; 10];
+    let mut n = 1;
+    while n < 10 {
+        inverse[n] = 1.0 / n as f64;
+        n += 1;
+    }
+    inverse
+};
+
+/// The exponent in the drag of Schiller & Naumann.
+const EXPONENT: f64 = 0.687;
+
+/// Powers of two between which [`POWER`] has tables: from where the drag is that of Stokes but for 1e-9 to Re = 1024.
+const TWOS: (i64, i64) = (-40, 10);
+
+/// x^0.687 from tables, to round-off: `pow` would take half of a droplet's step.
+struct Power {
+    /// 2^(0.687 n).
+    twos: Vec<f64>,
+    /// Of the middle of each sixteenth of (1, 2): its inverse, and its power.
+    middles: [[f64; 2]; 16],
+}
+
+static POWER: LazyLock<Power> = LazyLock::new(|| Power {
+    twos: (TWOS.0..TWOS.1)
+        .map(|n| pow(2.0, EXPONENT * n as f64))
+        .collect(),
+    middles: std::array::from_fn(|n| {
+        let middle = 1.0 + (n as f64 + 0.5) / 16.0;
+        [1.0 / middle, pow(middle, EXPONENT)]
+    }),
+});
+
+impl Power {
+    #[inline]
+    fn of(&self, x: f64) -> f64 {
+        let bits = x.to_bits();
+        let two = (bits >> 52) as i64 - 1023 - TWOS.0;
+        let Some(of_two) = usize::try_from(two).ok().and_then(|two| self.twos.get(two)) else {
+            return pow(x, EXPONENT);
+        };
+        let fraction = bits & ((1 << 52) - 1);
+        let [inverse, of_middle] = self.middles[(fraction >> 48) as usize];
+        // (1 + u)^0.687 by the binomial series, |u| < 1/32: the first term left out is below 2e-16.
+        let u = f64::from_bits(fraction | 1f64.to_bits()) * inverse - 1.0;
+        let mut sum = 1.0;
+        for n in (1..=9).rev() {
+            sum = 1.0 + (EXPONENT - (n - 1) as f64) * INVERSE[n] * u * sum;
+        }
+        of_two * of_middle * sum
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Some roundings of products and sums near 1.
+    const CLOSE: f64 = 8.0 * f64::EPSILON;
+
+    #[test]
+    fn powers_and_decays_are_those_of_the_library() {
+        for k in 0..4000 {
+            let x = libm::exp(-40.0 + 0.0117 * f64::from(k));
+            let (found, exact) = (POWER.of(x), pow(x, EXPONENT));
+            assert!(
+                (found / exact - 1.0).abs() < CLOSE,
+                "{x}: {found}, not {exact}"
+            );
+        }
+        assert_eq!(POWER.of(0.0), 0.0);
+        for k in 0..600 {
+            let x = libm::exp(-25.0 + 0.05 * f64::from(k));
+            let (left, once, twice) = decays(x);
+            // The first by the library; the others by what follows from it, where the differences keep their digits.
+            let exact = libm::exp(-x);
+            assert!((left - exact).abs() < CLOSE, "{x}: {left}, not {exact}");
+            assert!((once / (-expm1(-x) / x) - 1.0).abs() < CLOSE, "{x}: {once}");
+            let series = 0.5 - x / 6.0 * (1.0 - 0.25 * x);
+            let expected = if x < 1e-5 {
+                series
+            } else {
+                (x + expm1(-x)) / (x * x)
+            };
+            let digits = if x < 1e-5 {
+                CLOSE
+            } else {
+                4.0 * f64::EPSILON / x + CLOSE
+            };
+            assert!(
+                (twice / expected - 1.0).abs() < digits,
+                "{x}: {twice}, not {expected}"
+            );
+        }
+        assert_eq!(decays(0.0), (1.0, 1.0, 0.5));
     }
 }

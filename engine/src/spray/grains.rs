@@ -6,6 +6,12 @@ use super::Droplet;
 use crate::neighbours::{Images, NO_SHIFT};
 use crate::state::Particles;
 
+/// Part of an edge of a cell that particles may move by before they are listed anew.
+const STALE: f64 = 0.25;
+
+/// Part of an edge of a cell within which the nearest particle is looked for first.
+const NEAR: f64 = 0.2;
+
 /// Cells for each particle, at most.
 const CELLS_PER_GRAIN: usize = 8;
 
@@ -96,9 +102,12 @@ impl Grains {
         grains
     }
 
-    /// Particles have moved on by this distance (m) at most.
-    pub(super) fn drift(&mut self, way: f64) {
+    /// Particles have moved on by this distance (m) at most. Whether it is time to list them anew: near places are searched as far out as
+    /// all may have moved, also where they only swing about.
+    #[must_use]
+    pub(super) fn drift(&mut self, way: f64) -> bool {
         self.moved += way;
+        self.moved > STALE * self.edge
     }
 
     /// Edge of a cell, m.
@@ -152,17 +161,27 @@ impl Grains {
         particles: &Particles,
         images: &Images,
     ) -> f64 {
-        let mut clear = self.edge;
-        self.near(
-            droplet.position,
-            droplet.radius + self.edge,
-            images,
-            |row, shift| {
-                let record = &particles.records[row];
-                let distance = (record.position + shift).distance(droplet.position);
-                clear = clear.min(distance - record.radius - droplet.radius);
-            },
-        );
-        clear
+        let within = |reach: f64| {
+            let mut clear = reach;
+            self.near(
+                droplet.position,
+                droplet.radius + reach,
+                images,
+                |row, shift| {
+                    let record = &particles.records[row];
+                    let distance = (record.position + shift).distance(droplet.position);
+                    clear = clear.min(distance - record.radius - droplet.radius);
+                },
+            );
+            clear
+        };
+        // Among particles there is one near, and fewer cells to look at.
+        let near = NEAR * self.edge;
+        let clear = within(near);
+        if clear < near {
+            clear
+        } else {
+            within(self.edge)
+        }
     }
 }

@@ -35,7 +35,7 @@ use hits::{Catcher, Passing, Path};
 use crate::memory::GROWTH;
 use crate::neighbours::Images;
 use crate::state::Particles;
-use crate::walls::{Touches, WallFilms, WallNow};
+use crate::walls::{Touches, Wall, WallFilms, WallNow};
 use mercury_common::particle_properties::FILM_VOLUME;
 
 /// The share of an edge of a cell that a piece of a path may be long.
@@ -150,6 +150,8 @@ pub struct Surroundings<'a> {
     pub gravity: DVec3,
     /// Walls where they stand at the end of the step.
     pub walls: &'a [WallNow],
+    /// The same walls as the plan has them.
+    pub planned_walls: &'a [Wall],
     /// The domain and its periodic images.
     pub images: &'a Images,
     /// Largest speed of a particle in this step, m/s.
@@ -170,6 +172,10 @@ pub struct Sprays {
     grains: Grains,
     /// Count of list builds for which `grains` holds.
     listed: Option<u64>,
+    /// There are too many droplets at the end of this step.
+    too_many: Option<TooMany>,
+    /// Any number of droplets may fly, to look at a state with too many.
+    unlimited: bool,
 }
 
 /// There are more droplets in flight than allowed.
@@ -208,9 +214,13 @@ impl Sprays {
             state,
             clearance: vec![0.0; droplets],
             bound: vec![0.0; droplets],
-            grains: Grains::default(),
-            listed: None,
+            ..Self::default()
         }
+    }
+
+    /// From now on any number of droplets may fly.
+    pub(crate) fn lift_limits(&mut self) {
+        self.unlimited = true;
     }
 
     /// Goes on from a checkpoint.
@@ -322,12 +332,14 @@ impl Sprays {
             .collect();
         let walls_move = passing.iter().map(|wall| wall.way).fold(0.0, f64::max);
         let others = f64::max(around.fastest * around.dt, walls_move);
-        if self.listed != Some(around.rebuilds) {
+        let is_listed = self.listed == Some(around.rebuilds);
+        if !is_listed || self.grains.drift(around.fastest * around.dt) {
             self.grains = Grains::new(particles, around.images);
             self.listed = Some(around.rebuilds);
-            self.clearance.fill(0.0);
-        } else {
-            self.grains.drift(around.fastest * around.dt);
+            // Particles or walls may have come.
+            if !is_listed {
+                self.clearance.fill(0.0);
+            }
         }
         let flights: Vec<Flight> = (plan.nozzles.iter())
             .map(|nozzle| Flight::new(nozzle, around.gravity))
@@ -443,6 +455,11 @@ impl Sprays {
                 }
                 continue;
             };
+            if !is_inside(start + hit.share * (path.to - start), around.images) {
+                // The domain is convex: the droplet has crossed a face before.
+                self.state.balance.left.add(droplet.volume);
+                return true;
+            }
             match hit.by {
                 Catcher::Particle(row) => {
                     self.absorb(&droplet, row as usize, hit.shift, nozzle, particles, around);
@@ -513,9 +530,11 @@ impl Sprays {
                 gravity: around.gravity,
                 lag: 0.5 * around.dt,
             };
-            weight.add(particles, row, mass, Some(droplet.velocity))
+            let gained = weight.add(particles, row, mass, Some(droplet.velocity));
+            gained.map(|gained| gained + turn(particles, row, place, impulse))
         } else {
-            push(particles, row, place, impulse)
+            push(particles, row, impulse)
+                .map(|gained| gained + turn(particles, row, place, impulse))
         };
         if let Some(energy) = gained {
             for (sum, part) in self
@@ -535,8 +554,9 @@ impl Sprays {
     }
 }
 
-/// Gives a particle, or the body of a pebble, an impulse (N s); the kinetic energy that it gains, J. `None` for one that nothing moves.
-fn push(particles: &mut Particles, row: usize, place: DVec3, impulse: DVec3) -> Option<f64> {
+/// Gives a particle, or the body of a pebble, the momentum of an impulse (N s); the kinetic energy that it gains, J. `None` for one that
+/// nothing moves.
+fn push(particles: &mut Particles, row: usize, impulse: DVec3) -> Option<f64> {
     if particles.is_fixed(row) || particles.is_prescribed(row) {
         return None;
     }
@@ -551,18 +571,31 @@ fn push(particles: &mut Particles, row: usize, place: DVec3, impulse: DVec3) -> 
         record.velocity += change;
         return Some(energy);
     };
-    let record = particles.records[row];
-    let bodies = particles.bodies.as_mut()?;
-    let pebble = (bodies.of_row[row]).map(|pebble| bodies.pebbles[pebble.index()])?;
+    let body = &mut particles.bodies.as_mut()?.all[index.index()];
+    let change = impulse / body.mass;
+    let energy = impulse.dot(body.velocity + 0.5 * change);
+    body.velocity += change;
+    Some(energy)
+}
+
+/// Gives the body of a pebble the moment of an impulse (N s) at a place (m) about its centre of mass, so that the sum of angular momenta
+/// about any point is kept; the energy of rotation that it gains, J. A sphere does not turn by what it catches.
+fn turn(particles: &mut Particles, row: usize, place: DVec3, impulse: DVec3) -> f64 {
+    let position = particles.records[row].position;
+    let Some(bodies) = particles.bodies.as_mut() else {
+        return 0.0;
+    };
+    let (Some(index), Some(pebble)) = (bodies.body_of_row(row), bodies.of_row[row]) else {
+        return 0.0;
+    };
+    let offset = bodies.pebbles[pebble.index()].offset;
     let body = &mut bodies.all[index.index()];
-    let lever = place - (record.position - body.orientation * pebble.offset);
-    let before = 0.5 * body.mass * body.velocity.length_squared() + body.rotational_energy();
-    body.velocity += impulse / body.mass;
+    let lever = place - (position - body.orientation * offset);
+    let before = body.rotational_energy();
     body.angular_momentum += lever.cross(impulse);
     let turned = body.orientation.inverse() * body.angular_momentum;
     body.angular_velocity = body.orientation * (turned / body.moments);
-    let after = 0.5 * body.mass * body.velocity.length_squared() + body.rotational_energy();
-    Some(after - before)
+    body.rotational_energy() - before
 }
 
 fn is_inside(position: DVec3, images: &Images) -> bool {

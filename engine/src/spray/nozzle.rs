@@ -196,7 +196,8 @@ const WORDS: u64 = 6;
 
 impl NozzlePlan {
     /// Droplets that are in flight at once, as they cross a domain of this size (m) with their mean speed; no more than allowed.
-    pub(super) fn in_flight(&self, across: f64) -> f64 {
+    #[must_use]
+    pub fn in_flight(&self, across: f64) -> f64 {
         let droplets = match &self.source {
             SourcePlan::Nozzle {
                 flow, speed, sizes, ..
@@ -275,13 +276,16 @@ impl NozzlePlan {
                     volume,
                     age,
                 };
-                if let Some(wall) = carrier.and_then(|index| around.walls.get(index)) {
-                    let state = &wall.state;
-                    let now = state.pose.to_global(released.position);
-                    let carried = state.velocity.at(now);
-                    // Where it stood when the droplet left.
-                    released.position = now - age * carried;
-                    released.velocity = state.pose.rotation * released.velocity + carried;
+                let walls = (around.walls, around.planned_walls);
+                let carrier =
+                    carrier.and_then(|index| Some((walls.0.get(index)?, walls.1.get(index)?)));
+                if let Some((now, planned)) = carrier {
+                    // As it stood and moved when the droplet left.
+                    let left_at = around.time - age;
+                    let (pose, velocity) = now.motion_at(planned, left_at, around.time);
+                    released.position = pose.to_global(released.position);
+                    released.velocity =
+                        pose.rotation * released.velocity + velocity.at(released.position);
                 }
                 Some(released)
             }

@@ -48,12 +48,25 @@ impl Part for Sprays {
             dt: physics.time_step,
             gravity: physics.gravity,
             walls: &core.walls,
+            planned_walls: &physics.walls,
             images: &core.images,
             fastest: core.fastest(),
             rebuilds: core.lists.rebuilds,
         };
         let advanced = self.advance(plan, &mut core.particles, &mut core.wall_films, &around);
-        advanced.map_err(|error| RunError::Droplets { time, error })
+        self.too_many = advanced.err();
+        Ok(())
+    }
+
+    /// Too many droplets end the run once the step is whole, so that its state can be written.
+    fn end_step(&mut self, core: &mut Core) -> Result<(), RunError> {
+        match self.too_many.take().filter(|_| !self.unlimited) {
+            Some(error) => Err(RunError::Droplets {
+                time: core.time(),
+                error,
+            }),
+            None => Ok(()),
+        }
     }
 
     fn put(&self, _: &Core, pieces: &mut Pieces) {

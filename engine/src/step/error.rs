@@ -52,7 +52,7 @@ pub enum RunError {
     /// More droplets are in flight than a spray allows.
     #[error(
         "t = {} s: {error}\n\
-         help: raise `max_droplets` of the spray if the memory allows it (88 bytes each), or spray less, or let walls or the domain take the droplets",
+         help: raise `max_droplets` of the spray if the memory allows it (88 bytes each), and go on with --resume; or spray less, or let walls or the domain take the droplets",
         rounded(*.time, 12)
     )]
     Droplets {

@@ -12,6 +12,7 @@ use super::{Core, Engine, Exchanged, Part, RunError};
 use crate::contact::parameter::short;
 use crate::forces::{Alarm, AlarmKind, Alarms, Other, StepContext, Subject, Watch};
 use crate::physics::GuardPolicy;
+use crate::spray::Sprays;
 use crate::state::{Id, Pieces, Plain, WallIndex};
 
 /// What happened.
@@ -392,6 +393,9 @@ impl Engine {
     pub fn step_to_look_at(&mut self, watch: Watch) -> Result<(), RunError> {
         if let Some((guard, _)) = self.part_and_core::<Guard>() {
             guard.off = true;
+        }
+        if let Some((sprays, _)) = self.part_and_core::<Sprays>() {
+            sprays.lift_limits();
         }
         self.step(Some(watch))?;
         self.complete_step()

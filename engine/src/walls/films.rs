@@ -9,8 +9,8 @@ use super::{Shape, WallNow};
 pub struct WallFilmPlan {
     /// Areas of the triangles of a mesh, of another shape that of the whole, m^2; 0 where there is no surface.
     pub areas: Vec<f64>,
-    /// Thickness of the film, m.
-    pub thickness: f64,
+    /// Volumes at the start, of each of them, m^3.
+    pub volumes: Vec<f64>,
     /// Share of a broken bridge's liquid that stays on the wall.
     pub keeps: f64,
 }
@@ -33,6 +33,17 @@ pub struct WallFilms {
 /// A place that holds liquid: the wall, and the triangle.
 pub type WallPlace = (usize, usize);
 
+/// Which of the films of a shape holds the liquid at a feature: of an edge or a corner of a mesh that of the first of its triangles.
+#[must_use]
+pub fn film_at(shape: &Shape, feature: u32) -> Option<usize> {
+    let Shape::Mesh(mesh) = shape else {
+        return Some(0);
+    };
+    let mut triangles = Vec::new();
+    mesh.triangles_of(feature, &mut triangles);
+    triangles.first().map(|&triangle| triangle as usize)
+}
+
 impl WallFilms {
     /// As they are at the start.
     #[must_use]
@@ -40,11 +51,7 @@ impl WallFilms {
         let film = |plan: &WallFilmPlan| WallFilm {
             areas: plan.areas.clone(),
             keeps: plan.keeps,
-            volumes: plan
-                .areas
-                .iter()
-                .map(|area| area * plan.thickness)
-                .collect(),
+            volumes: plan.volumes.clone(),
         };
         Self {
             walls: plan.iter().map(|plan| plan.as_ref().map(film)).collect(),
@@ -62,14 +69,7 @@ impl WallFilms {
     #[must_use]
     pub fn place(&self, wall: usize, feature: u32, walls: &[WallNow]) -> Option<WallPlace> {
         let film = self.walls.get(wall)?.as_ref()?;
-        let triangle = match walls.get(wall)?.shape() {
-            Shape::Mesh(mesh) => {
-                let mut triangles = Vec::new();
-                mesh.triangles_of(feature, &mut triangles);
-                *triangles.first()? as usize
-            }
-            _ => 0,
-        };
+        let triangle = film_at(walls.get(wall)?.shape(), feature)?;
         (triangle < film.volumes.len()).then_some((wall, triangle))
     }
 

@@ -68,7 +68,7 @@ pub use cone::Cone;
 pub use cylinder::Cylinder;
 pub use disc::Disc;
 pub use error::WallError;
-pub use films::{WallFilmPlan, WallFilms, WallPlace};
+pub use films::{WallFilmPlan, WallFilms, WallPlace, film_at};
 pub use mesh::{
     Base, Facing, Feature, Mesh, NearMeshes, Period, SMOOTH_ANGLE, Saddle, Scratch, TurnedPair,
 };

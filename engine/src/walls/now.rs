@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::images::MetBy;
 use super::near_box::Corners;
-use super::{Pose, ServoState, Shape, Wall, WallError, WallState};
+use super::{Pose, RigidVelocity, ServoState, Shape, Wall, WallError, WallState};
 use crate::neighbours::Images;
 use crate::state::MaterialIndex;
 
@@ -241,6 +241,26 @@ impl WallNow {
             state.velocity.origin += set_back;
         }
         state
+    }
+
+    /// Where the frame of the wall stood at `time` (s), within the step that ends at `end` (s), and its velocities at that time.
+    #[must_use]
+    pub fn motion_at(&self, wall: &Wall, time: f64, end: f64) -> (Pose, RigidVelocity) {
+        if !self.state.moves {
+            return (Pose::IDENTITY, RigidVelocity::REST);
+        }
+        let before = |servo: &ServoState| ServoState {
+            displacement: servo.displacement - (end - time) * servo.velocity,
+            ..*servo
+        };
+        let servos: Vec<ServoState> = self.servos.iter().map(before).collect();
+        let at_end = wall.motion.driven_pose(end, &self.servos);
+        let set_back = self.state.pose.translation - at_end.translation;
+        let mut pose = wall.motion.driven_pose(time, &servos);
+        let mut velocity = wall.motion.driven_velocity(time, &servos);
+        pose.translation += set_back;
+        velocity.origin += set_back;
+        (pose, velocity)
     }
 
     /// Takes whole periods off the way that it has gone along periodic axes.

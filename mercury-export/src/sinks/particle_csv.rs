@@ -7,7 +7,7 @@ use glam::DVec3;
 use mercury_common::formats::number::NumberStyle;
 use mercury_common::formats::particle_csv::{ParticleRow, push_particle_csv};
 use mercury_common::frames::Column;
-use mercury_common::particle_properties::ParticleProperty;
+use mercury_common::particle_properties::{FILM_VOLUME, ParticleProperty};
 
 use super::density::Digits;
 use super::{Encode, FilePerFrame};
@@ -17,7 +17,10 @@ use crate::{ExportError, Outcome, Sink, Snapshot};
 /// How a scene starts from a run with all that a table lacks.
 const FROM_RUN: &str = "`[[particles]]` with `run = \"FOLDER\"` starts from the last state of a run of mercury-solve, with its clumps and contacts";
 
-/// The rows of a frame.
+/// The column of frames with what each particle holds in its film and in bridges, m^3.
+const WITH_BRIDGES: &str = "liquid_volume";
+
+/// The rows of a frame, with the liquid of bridges in the films.
 ///
 /// # Errors
 /// When it has no positions or radii, or a sphere belongs to a body: the table knows spheres only.
@@ -36,8 +39,14 @@ pub fn particle_rows(snapshot: &Snapshot) -> Result<Vec<ParticleRow>, ExportErro
     let none = || vec![DVec3::ZERO; radius.len()];
     let velocity = snapshot.vectors(["vx", "vy", "vz"]).unwrap_or_else(none);
     let spin = snapshot.vectors(["wx", "wy", "wz"]).unwrap_or_else(none);
+    // A table has no bridges: their liquid comes with the films of the particles.
     let column = |property: &'static ParticleProperty| {
-        Some((property, snapshot.numbers(property.name).ok()?))
+        let whole = (*property == FILM_VOLUME).then(|| snapshot.numbers(WITH_BRIDGES).ok());
+        let values = whole.flatten();
+        Some((
+            property,
+            values.or_else(|| snapshot.numbers(property.name).ok())?,
+        ))
     };
     let properties: Vec<_> = ParticleProperty::given().filter_map(column).collect();
     let material = snapshot.column("material").and_then(Column::as_u32);
@@ -157,6 +166,9 @@ fn scene_lines(snapshot: &Snapshot) -> Result<String, ExportError> {
     }
     if used.is_empty() {
         text += "material = \"grain\"\n";
+    }
+    if snapshot.column(FILM_VOLUME.name).is_some() && snapshot.column(WITH_BRIDGES).is_none() {
+        text += "# The column film_volume is that of the films alone: this frame has no column liquid_volume, with what bridges hold.\n";
     }
     Ok(text)
 }

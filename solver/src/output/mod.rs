@@ -53,7 +53,7 @@ pub use schedule::{Due, Schedule};
 pub use stream::OutputError;
 pub use wall_loads::COLUMNS as WALL_COLUMNS;
 pub use wear_files::WearState;
-pub use writer::{POSITIONS, Positions, ToWrite, Writer, Written};
+pub use writer::{Positions, ToWrite, Writer, Written};
 
 use stream::{StreamEntry, entry};
 

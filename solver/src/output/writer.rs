@@ -16,7 +16,7 @@ use super::budget::{BudgetRow, gap, is_closed, largest_term};
 use super::field_tables::FieldTable;
 use super::stream::{Beginning, Stream};
 use super::{FrameCopy, OrderedFrame, OutputError, STREAMS, energies};
-use crate::plan::Plan;
+use crate::plan::{POSITIONS, Plan};
 use mercury_engine::contact::HistoryNumber;
 use mercury_engine::neighbours::Images;
 use mercury_engine::stage::{Event, OutputFile, Stage};
@@ -63,9 +63,6 @@ pub struct ToWrite {
     /// All but how far the outputs have come.
     pub state: Encoder,
 }
-
-/// The section of a checkpoint that the writer adds.
-pub const POSITIONS: &str = "outputs";
 
 /// The positions of a run's outputs: everything that a later continuation needs.
 #[derive(Debug, Clone, PartialEq)]

@@ -149,6 +149,114 @@ pub(super) fn wide_ratios(pairs: &[PairPlan], radii: &[[f64; 2]]) -> Vec<String>
     pairs.iter().filter_map(warning).collect()
 }
 
+/// Volumes for each power of ten, and powers of ten, over which a law is searched for poles: below, the shape of its force is that of the
+/// smallest bridge that it was fitted to.
+const SEARCHED: (i32, i32) = (50, 6);
+
+/// Radii of each material for which it is searched, between the smallest and the largest.
+const RADII: usize = 9;
+
+/// Refuses laws whose force has a pole in the gap of a bridge that the pair may have: of any volume up to the largest, between any two
+/// of its sizes or one and a wall.
+pub(super) fn poles(
+    scene: &Scene,
+    pairs: &[PairPlan],
+    radii: &[[f64; 2]],
+    errors: &mut Vec<SceneError>,
+) {
+    for pair in pairs {
+        let Some(liquid) = pair.law.adhesion.liquid() else {
+            continue;
+        };
+        let Some((volume, sizes)) = smallest_with_pole(pair, liquid, radii) else {
+            continue;
+        };
+        let diameter = reduced_diameter(sizes);
+        let between = match sizes {
+            [radius, f64::INFINITY] => format!("of a sphere of {} m at a wall", short(radius)),
+            [a, b] => format!("between spheres of {} m and {} m", short(a), short(b)),
+        };
+        let message = format!(
+            "{}: at a contact angle of {} degrees `{}` has no force for a bridge of {} m3 (V/R_D^3 = {}) {between}: its formula grows beyond all bounds within the gap, and max_bridge_volume is {} m3",
+            names(pair),
+            short(liquid.contact_angle.to_degrees()),
+            liquid.fit.name(),
+            short(volume),
+            short(volume / (diameter * diameter * diameter)),
+            short(liquid.max_volume),
+        );
+        let help = "give the law `young-laplace`, which is exact up to 90 degrees, or a smaller max_bridge_volume or contact angle";
+        let place = place_of(scene, pair, "max_bridge_volume");
+        errors.push(place.error(message).with_help(help));
+    }
+}
+
+/// The smallest volume (m^3) of those that were looked at for which a law has a pole, and the radii (m; infinite at a wall).
+fn smallest_with_pole(
+    pair: &PairPlan,
+    liquid: &Liquid,
+    radii: &[[f64; 2]],
+) -> Option<(f64, [f64; 2])> {
+    let tables = Tables::default();
+    let (per_ten, tens) = SEARCHED;
+    let volumes = (0..=per_ten * tens).rev().map(|k| {
+        let share = libm::exp10(-f64::from(k) / f64::from(per_ten));
+        liquid.max_volume * share
+    });
+    let [a, b] = pair.materials.map(|material| radii[material.index()]);
+    let smallest = a[0].min(b[0]);
+    let is_any = |volume: f64| liquid.has_pole(volume, [smallest; 2], &tables);
+    // Of one volume the bridge between equal spheres is the longest, and that between the smallest the largest for its grains.
+    if !smallest.is_finite() || !volumes.clone().any(is_any) {
+        return None;
+    }
+    let all = |[least, most]: [f64; 2]| {
+        (0..RADII).map(move |k| {
+            let share = k as f64 / (RADII - 1) as f64;
+            least * libm::pow(most / least, share)
+        })
+    };
+    let there = |radii: [f64; 2]| radii[1] > 0.0;
+    let mut sizes: Vec<[f64; 2]> = Vec::new();
+    if pair.between_particles && there(a) && there(b) {
+        for one in all(a) {
+            sizes.extend(all(b).map(|other| [one, other]));
+            sizes.push([one, one.clamp(b[0], b[1])]);
+        }
+    }
+    if pair.at_walls {
+        for of_grains in [a, b].into_iter().filter(|radii| there(*radii)) {
+            sizes.extend(all(of_grains).map(|one| [one, f64::INFINITY]));
+        }
+    }
+    let mut all = volumes.flat_map(|volume| sizes.iter().map(move |&sizes| (volume, sizes)));
+    all.find(|&(volume, sizes)| liquid.has_pole(volume, sizes, &tables))
+}
+
+/// Refuses a `roughness` of at least the gap at which the longest bridge of the pair breaks: the viscous force would be the same at every
+/// gap.
+pub(super) fn rough(scene: &Scene, pairs: &[PairPlan], errors: &mut Vec<SceneError>) {
+    for pair in pairs {
+        let Some(liquid) = pair.law.adhesion.liquid() else {
+            continue;
+        };
+        let Some(roughness) =
+            (liquid.roughness).filter(|&least| liquid.range > 0.0 && least >= liquid.range)
+        else {
+            continue;
+        };
+        let message = format!(
+            "{}: a roughness of {} m, and the longest bridge breaks at a gap of {} m: the viscous force would be that of the roughness at every gap",
+            names(pair),
+            short(roughness),
+            short(liquid.range)
+        );
+        let help = "roughness is the least gap of the viscous force, as of asperities, far below the size of a bridge; check the unit, or leave it out: R*/100";
+        let place = place_of(scene, pair, "roughness");
+        errors.push(place.error(message).with_help(help));
+    }
+}
+
 /// Volumes over R_D^3 for which tables of exact bridges are made, and the smallest one that every table has.
 const VOLUMES: (f64, f64) = (1e-5, 0.5);
 const SMALL: f64 = 1e-4;
@@ -220,7 +328,7 @@ pub(super) fn tables(
             Err(error) => {
                 let pair = &pairs[table.pairs[0]];
                 let message = format!("{}: {error}", names(pair));
-                let help = "give a larger `accuracy`, a contact angle of at most 60 degrees, or the law `bagheri`";
+                let help = "give a larger `accuracy`, or a smaller range of volumes and radii";
                 errors.push(
                     place_of(scene, pair, "accuracy")
                         .error(message)

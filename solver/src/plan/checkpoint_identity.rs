@@ -93,6 +93,9 @@ impl Head {
     }
 }
 
+/// Name of the section of a checkpoint with the positions of the outputs, which the writer adds behind those of the engine.
+pub const POSITIONS: &str = "outputs";
+
 /// The two checkpoints of a run, which alternate.
 #[must_use]
 pub fn checkpoint_paths(folder: &Path, prefix: &str) -> [PathBuf; 2] {

@@ -56,6 +56,7 @@ impl Sheets {
         let limits = all.map(|(surface, membrane)| Limit {
             time: rates(membrane, &surface.vertices).critical_step(),
             of: format!("membranes.{}", surface.name),
+            part: "",
         });
         limits.min_by(|one, other| one.time.total_cmp(&other.time))
     }

@@ -47,7 +47,7 @@ mod wear;
 mod workload;
 
 pub use build::{plan, sketch};
-pub use checkpoint_identity::{Head, checkpoint_paths};
+pub use checkpoint_identity::{Head, POSITIONS, checkpoint_paths};
 pub use disk::Disk;
 pub use document::{document, document_as_json};
 pub use draft::Draft;

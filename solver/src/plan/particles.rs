@@ -1,7 +1,7 @@
 //! The particles of the start: `[[particles]]` in the order of the file, which is the order of their ids.
 
 use glam::DVec3;
-use mercury_common::particle_properties::{ParticleProperty, PropertyValue};
+use mercury_common::particle_properties::{FILM_VOLUME, ParticleProperty, PropertyValue};
 use mercury_common::random::Stream;
 use mercury_common::readable;
 use mercury_common::scene::{
@@ -98,6 +98,30 @@ impl StartingParticles {
             self.values.push(StartValues::new(property));
         }
         &mut self.values[place]
+    }
+
+    /// Adds liquid (m^3) to the films of particles and bodies, each by its number among them.
+    pub(super) fn add_films(
+        &mut self,
+        particles: impl Iterator<Item = (usize, f64)>,
+        bodies: impl Iterator<Item = (usize, f64)>,
+    ) {
+        let add = |values: &mut Vec<(usize, f64)>, more: &mut dyn Iterator<Item = (usize, f64)>| {
+            // The numbers ascend, as grains were added in their order.
+            for (number, volume) in more {
+                match values.binary_search_by_key(&number, |value| value.0) {
+                    Ok(place) => values[place].1 += volume,
+                    Err(place) => values.insert(place, (number, volume)),
+                }
+            }
+        };
+        let (mut particles, mut bodies) = (particles.peekable(), bodies.peekable());
+        if particles.peek().is_none() && bodies.peek().is_none() {
+            return;
+        }
+        let films = self.values_of(&FILM_VOLUME);
+        add(&mut films.particles, &mut particles);
+        add(&mut films.bodies, &mut bodies);
     }
 
     /// Adds what another run left.

@@ -91,7 +91,11 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
         pass(
             "liquid",
             plan.physics().liquid.is_some(),
-            "films on particles, bridges in the slots of contacts, moved after each step",
+            if plan.physics().laws.has_liquid() {
+                "films on particles, bridges in the slots of contacts, moved after each step"
+            } else {
+                "films alone, a coating: no pair of materials has a liquid law, so that no bridge forms"
+            },
             "no material has a liquid law: no films, no bridges, no pairs at a distance",
         ),
         Pass {

@@ -10,8 +10,9 @@ use mercury_common::sizes::{SizeDistribution, SizeError};
 
 use super::number_table;
 use mercury_engine::contact::parameter::short;
+use mercury_engine::neighbours::Images;
 use mercury_engine::spray::{Drag, Flow, NozzlePlan, Pattern, Point, SourcePlan, SprayPlan};
-use mercury_engine::walls::{Touches, Wall};
+use mercury_engine::walls::{Scratch, Wall, WallNow};
 
 /// All sprays, in the order of the file; `None` where there are none.
 pub(super) fn sprays(
@@ -36,8 +37,9 @@ pub(super) fn sprays(
             spray.name.value
         ));
     }
+    let standing = Standing::new(scene, walls);
     let nozzles = (scene.sprays.iter())
-        .filter_map(|spray| plan_one(scene, spray, walls, warnings, errors))
+        .filter_map(|spray| plan_one(scene, spray, (walls, &standing), warnings, errors))
         .collect();
     Some(SprayPlan {
         nozzles,
@@ -74,19 +76,19 @@ fn one_density(scene: &Scene, errors: &mut Vec<SceneError>) {
 fn plan_one(
     scene: &Scene,
     spray: &Spray,
-    walls: &[Wall],
+    (walls, standing): (&[Wall], &Standing),
     warnings: &mut Vec<String>,
     errors: &mut Vec<SceneError>,
 ) -> Option<NozzlePlan> {
     let source = match &spray.source {
-        SpraySource::Points(file) => match points(scene, file.as_path()) {
+        SpraySource::Points(file) => match points(scene, standing, file.as_path()) {
             Ok(points) => Some(SourcePlan::Points(points)),
             Err(message) => {
                 errors.push(file.error(message));
                 None
             }
         },
-        SpraySource::Nozzle(nozzle) => source(scene, spray, nozzle, walls, errors),
+        SpraySource::Nozzle(nozzle) => source(scene, spray, nozzle, (walls, standing), errors),
     };
     let planned = NozzlePlan {
         name: spray.name.value.clone(),
@@ -122,7 +124,7 @@ fn source(
     scene: &Scene,
     spray: &Spray,
     nozzle: &Nozzle,
-    walls: &[Wall],
+    (walls, standing): (&[Wall], &Standing),
     errors: &mut Vec<SceneError>,
 ) -> Option<SourcePlan> {
     let before = errors.len();
@@ -130,7 +132,7 @@ fn source(
     if !is_inside(scene, **place) {
         let error = place.error("the nozzle is outside of the domain");
         errors.push(error.with_help("move it into the box of domain.min and domain.max"));
-    } else if let Some(wall) = inside_of(**place, walls) {
+    } else if let Some(wall) = standing.hides(**place) {
         let error = place.error(format!("the nozzle is in or behind the wall `{wall}`"));
         let help = "move it to the side on which particles are: each droplet would end at once";
         errors.push(error.with_help(help));
@@ -198,16 +200,33 @@ fn source(
     })
 }
 
-/// The wall in or behind which a place lies at the start.
-fn inside_of(place: DVec3, walls: &[Wall]) -> Option<&str> {
-    let mut touches = Touches::new();
-    let stands = |wall: &&Wall| wall.from <= 0.0;
-    walls.iter().filter(stands).find_map(|wall| {
-        // Only shapes with an inside have places behind them; those of meshes with two sides are before one of them.
-        wall.shape.touches(place, 0.0, &mut touches);
-        let behind = touches.iter().any(|touch| touch.distance <= 0.0);
-        behind.then_some(wall.name.as_str())
-    })
+/// The walls at the start, for places that must lie in front of them.
+struct Standing {
+    walls: Vec<WallNow>,
+    names: Vec<String>,
+    images: Images,
+}
+
+impl Standing {
+    fn new(scene: &Scene, walls: &[Wall]) -> Self {
+        let images = Images::new(*scene.domain.min, *scene.domain.max, scene.domain.periodic);
+        let there: Vec<&Wall> = walls.iter().filter(|wall| wall.from <= 0.0).collect();
+        // Where they stand at the start does not depend on the step.
+        let now = |wall: &&Wall| WallNow::new(wall, 1.0, &images);
+        Self {
+            walls: there.iter().map(now).collect(),
+            names: there.iter().map(|wall| wall.name.clone()).collect(),
+            images,
+        }
+    }
+
+    /// The wall behind which a place (m) lies, or in which; of one that acts on both sides there is no such place.
+    fn hides(&self, place: DVec3) -> Option<&str> {
+        let mut scratch = Scratch::default();
+        let behind = |wall: &WallNow| wall.is_behind(&self.images, place, &mut scratch);
+        let index = self.walls.iter().position(behind)?;
+        Some(&self.names[index])
+    }
 }
 
 fn sizes(psd: &Located<Psd>) -> Result<SizeDistribution, SceneError> {
@@ -243,7 +262,11 @@ fn flow_table(path: &std::path::Path) -> Result<Vec<[f64; 2]>, String> {
     Ok(rows.into_iter().map(|(_, row)| row).collect())
 }
 
-fn points(scene: &Scene, path: &std::path::Path) -> Result<Vec<Point>, String> {
+fn points(
+    scene: &Scene,
+    standing: &Standing,
+    path: &std::path::Path,
+) -> Result<Vec<Point>, String> {
     let columns = ["t", "x", "y", "z", "vx", "vy", "vz", "diameter"];
     let rows = number_table::read(path, columns)?;
     let mut points: Vec<Point> = Vec::with_capacity(rows.len());
@@ -258,7 +281,8 @@ fn points(scene: &Scene, path: &std::path::Path) -> Result<Vec<Point>, String> {
         } else if !is_inside(scene, position) {
             Some("the droplet starts outside of the domain".to_owned())
         } else {
-            None
+            let wall = standing.hides(position);
+            wall.map(|wall| format!("the droplet starts in or behind the wall `{wall}`"))
         };
         if let Some(message) = wrong {
             return Err(format!("{}:{line}: {message}", path.display()));

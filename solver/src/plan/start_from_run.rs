@@ -1,11 +1,12 @@
 //! Starts from the last state of another run: `[[particles]] run`.
 //!
 //! Grains keep their velocities and prescribed motion, contacts keep their histories: those between the grains of one run, and
-//! those with walls that have the same name and number their features alike. Grains are numbered anew, particles before bodies,
+//! those with walls that have the same name and number their features alike. The liquid of bridges that cannot go on goes to the films
+//! of their grains and walls; films of walls and droplets begin as this scene says, and what that run had of them is named. Grains are numbered anew, particles before bodies,
 //! so the slots of the other run are translated row by row; the first candidate list carries their histories over as every later
 //! one does.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
 use mercury_common::formats::clump::Pebble;
@@ -15,16 +16,21 @@ use mercury_common::particle_properties::{
 use mercury_common::readable::{printable, rounded};
 use mercury_common::scene::{Dimensions, Located, Scene, SceneError};
 
-use super::checkpoint_identity::{Head, checkpoint_paths};
+use super::checkpoint_identity::{Head, POSITIONS, checkpoint_paths};
+use super::particles::StartingParticles;
 use super::{NewBody, NewParticle, PrescribedMotion};
 use mercury_engine::bodies::{BodyStep, Clump};
+use mercury_engine::contact::adhesion::liquid::{saved_numbers, saved_volume};
+use mercury_engine::contact::parameter::short;
 use mercury_engine::contact::registry::LawTable;
 use mercury_engine::forces::{SavedSlot, SavedSlots, SlotState, contact_loop};
+use mercury_engine::liquid::{SavedLiquid, Sum};
+use mercury_engine::spray::SprayState;
 use mercury_engine::state::{
     BodyPebble, DecodeError, Decoder, FIXED, MaterialIndex, PEBBLE, Particles, Prescribed,
-    PrescribedBody, inverse_inertia_factor,
+    PrescribedBody, Sections, inverse_inertia_factor,
 };
-use mercury_engine::walls::Wall;
+use mercury_engine::walls::{Wall, WallFilmPlan, film_at};
 
 /// A run from which this one starts.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -53,6 +59,7 @@ pub(super) struct Earlier {
     rows: Vec<EarlierRow>,
     pairs: SavedSlots,
     near_walls: SavedSlots,
+    liquid_left: LiquidLeft,
     /// Particles, in the order of their ids there, with the properties that are not the default.
     pub(super) particles: Vec<(NewParticle, Vec<PropertyValue>)>,
     /// Bodies, in the order of their ids there, with theirs.
@@ -85,6 +92,65 @@ struct State {
     particles: Particles,
     pairs: SavedSlots,
     near_walls: SavedSlots,
+    liquid_left: LiquidLeft,
+}
+
+/// Liquid of another run that is neither on its grains nor in its bridges, m^3: it does not go on.
+#[derive(Debug, Clone, Copy, Default)]
+struct LiquidLeft {
+    on_walls: f64,
+    in_flight: f64,
+}
+
+impl LiquidLeft {
+    /// From the sections of a state behind its contacts.
+    fn of(sections: &Sections) -> Result<Self, DecodeError> {
+        let has = |name: &str| sections.iter().any(|(found, _)| found == name);
+        let mut left = Self::default();
+        if has("liquid") {
+            let saved: SavedLiquid = sections.get("liquid")?;
+            left.on_walls = summed(saved.walls.iter().flatten().copied());
+        }
+        if has("sprays") {
+            let saved: SprayState = sections.get("sprays")?;
+            left.in_flight = summed(saved.droplets.iter().map(|droplet| droplet.volume));
+        }
+        Ok(left)
+    }
+
+    /// What to say of it, if there is any.
+    fn warning(&self, key: &str) -> Option<String> {
+        let Self {
+            on_walls,
+            in_flight,
+        } = *self;
+        let parts = [
+            (
+                on_walls,
+                "on walls",
+                "walls begin with the `film` of this scene",
+            ),
+            (in_flight, "in droplets", "sprays begin without droplets"),
+        ];
+        let there: Vec<_> = parts.iter().filter(|(volume, ..)| *volume > 0.0).collect();
+        let volumes: Vec<String> = (there.iter())
+            .map(|(volume, place, _)| format!("{} m3 {place}", short(*volume)))
+            .collect();
+        let begins: Vec<&str> = there.iter().map(|(.., begin)| *begin).collect();
+        (!there.is_empty()).then(|| {
+            format!(
+                "{key}: liquid of that run does not go on: {}; {}",
+                volumes.join(", "),
+                begins.join(", ")
+            )
+        })
+    }
+}
+
+fn summed(volumes: impl Iterator<Item = f64>) -> f64 {
+    let mut sum = Sum::default();
+    volumes.for_each(|volume| sum.add(volume));
+    sum.value()
 }
 
 /// Reads the last state of the run in `folder`. `clumps`: the templates of this scene.
@@ -121,6 +187,7 @@ pub(super) fn take_up(
         particles: state,
         pairs,
         near_walls,
+        liquid_left,
         ..
     } = state;
     let material = |name: &String| {
@@ -239,6 +306,7 @@ pub(super) fn take_up(
         rows: rows.ok_or_else(|| folder.error("a pebble of that run is of no body"))?,
         pairs,
         near_walls,
+        liquid_left,
         particles,
         bodies,
         first: (0, 0),
@@ -335,6 +403,7 @@ fn read(path: &Path) -> Result<State, String> {
                 decoder.section("pairs")?
             },
             near_walls: decoder.section("near walls")?,
+            liquid_left: LiquidLeft::of(&Sections::take_from(&mut decoder, POSITIONS)?)?,
         })
     };
     let state: State = decode().map_err(|error: DecodeError| error.to_string())?;
@@ -441,6 +510,8 @@ pub(super) struct Here<'a> {
     pub(super) bodies: &'a [NewBody],
     pub(super) clumps: &'a [Clump],
     pub(super) walls: &'a [Wall],
+    /// Films of its walls.
+    pub(super) wall_films: &'a [Option<WallFilmPlan>],
     pub(super) laws: &'a LawTable,
 }
 
@@ -457,14 +528,77 @@ impl Here<'_> {
     }
 }
 
-/// The contacts of all runs in `earlier` in this scene, and a remark on each; `None` if there is no such run.
+/// Liquid of bridges that do not go on.
+#[derive(Debug, Default)]
+pub(super) struct Released {
+    /// By the number of the particle in this scene, m^3.
+    particles: BTreeMap<usize, Sum>,
+    /// By that of the body.
+    bodies: BTreeMap<usize, Sum>,
+    /// By the wall and the place on it.
+    walls: BTreeMap<(usize, usize), Sum>,
+}
+
+impl Released {
+    fn to_grain(&mut self, run: &Earlier, row: u32, volume: f64) {
+        let sum = match run.rows[row as usize].grain {
+            Grain::Particle(index) => self.particles.entry(run.first.0 + index),
+            Grain::Pebble(body, _) => self.bodies.entry(run.first.1 + body),
+        };
+        sum.or_default().add(volume);
+    }
+
+    /// A grain at a wall takes all but what a film of the wall keeps.
+    fn at_wall(
+        &mut self,
+        run: &Earlier,
+        here: &Here<'_>,
+        slot: &SavedSlot<'_>,
+        wall: Option<usize>,
+        volume: f64,
+    ) {
+        let film = wall.and_then(|wall| {
+            let film = here.wall_films.get(wall)?.as_ref()?;
+            let place = film_at(&here.walls[wall].shape, slot.feature)?;
+            (place < film.volumes.len()).then_some((wall, place, film.keeps))
+        });
+        let kept = film.map_or(0.0, |(.., keeps)| keeps * volume);
+        if let Some((wall, place, _)) = film {
+            self.walls.entry((wall, place)).or_default().add(kept);
+        }
+        self.to_grain(run, slot.row, volume - kept);
+    }
+
+    /// Adds it to the films of the start.
+    pub(super) fn pour(
+        self,
+        start: &mut StartingParticles,
+        wall_films: &mut [Option<WallFilmPlan>],
+    ) {
+        let grains = |sums: BTreeMap<usize, Sum>| {
+            let values = sums.into_iter();
+            values.map(|(number, sum)| (number, sum.value()))
+        };
+        start.add_films(grains(self.particles), grains(self.bodies));
+        for ((wall, place), sum) in self.walls {
+            if let Some(Some(film)) = wall_films.get_mut(wall) {
+                film.volumes[place] += sum.value();
+            }
+        }
+    }
+}
+
+/// The contacts of all runs in `earlier` in this scene, and the liquid of those that do not go on; a remark on each run, and a warning of
+/// liquid that is lost. No contacts if there is no such run.
 pub(super) fn carried(
     earlier: &[Earlier],
     here: &Here<'_>,
     remarks: &mut Vec<String>,
-) -> Option<mercury_engine::physics::Carried> {
+    warnings: &mut Vec<String>,
+) -> (Option<mercury_engine::physics::Carried>, Released) {
+    let mut released = Released::default();
     if earlier.is_empty() {
-        return None;
+        return (None, released);
     }
     let numbers = contact_loop(here.laws).0.layout().numbers;
     let first_pebbles = here.first_pebbles();
@@ -482,6 +616,14 @@ pub(super) fn carried(
             !then.is_empty() && names[here_a * here.laws.materials + here_b] == *then
         };
         let (mut kept, mut anew) = (0u64, 0u64);
+        let of_bridge = saved_numbers(run.head.laws.iter().map(String::as_str));
+        let (mut bridges, mut liquid) = (0u64, Sum::default());
+        let mut ended = |slot: &SavedSlot<'_>| {
+            let volume = saved_volume(slot.history, of_bridge);
+            bridges += u64::from(volume > 0.0);
+            liquid.add(volume);
+            volume
+        };
         for slot in run
             .pairs
             .iter()
@@ -490,6 +632,12 @@ pub(super) fn carried(
             let [a, b] = [slot.row, slot.partner].map(|row| run.rows[row as usize].material);
             if run.pairs.numbers() != numbers || !is_alike([a[0], b[0]], [a[1], b[1]]) {
                 anew += 1;
+                let volume = ended(&slot);
+                if volume > 0.0 {
+                    let half = 0.5 * volume;
+                    released.to_grain(run, slot.row, half);
+                    released.to_grain(run, slot.partner, volume - half);
+                }
                 continue;
             }
             kept += 1;
@@ -509,8 +657,8 @@ pub(super) fn carried(
         for slot in (run.near_walls.iter()).filter(|slot| slot.state != SlotState::Near) {
             let [material, here_material] = run.rows[slot.row as usize].material;
             // Behind the walls come membranes, which are others here.
-            let wall = walls.get(slot.partner as usize).copied().flatten();
-            let wall = wall.filter(|&wall| {
+            let found = walls.get(slot.partner as usize).copied().flatten();
+            let wall = found.filter(|&wall| {
                 let of_wall = here.walls[wall].material.index();
                 let there = run.head.wall_materials[slot.partner as usize] as usize;
                 run.near_walls.numbers() == numbers
@@ -518,6 +666,10 @@ pub(super) fn carried(
             });
             let Some(wall) = wall else {
                 anew += 1;
+                let volume = ended(&slot);
+                if volume > 0.0 {
+                    released.at_wall(run, here, &slot, found, volume);
+                }
                 continue;
             };
             kept += 1;
@@ -538,7 +690,14 @@ pub(super) fn carried(
         if anew > 0 {
             remark += &format!(", {anew} begin anew: their law or their wall is another one here");
         }
+        if bridges > 0 {
+            remark += &format!(
+                "; the liquid of {bridges} bridges among these, {} m3, goes to the films of their grains and walls",
+                short(liquid.value())
+            );
+        }
         remarks.push(remark);
+        warnings.extend(run.liquid_left.warning(&run.key));
     }
     let sorted = |mut slots: Vec<SavedSlot<'_>>, like: &SavedSlots| {
         slots.sort_by_key(|slot| (slot.row, slot.partner, slot.image));
@@ -550,11 +709,12 @@ pub(super) fn carried(
         all
     };
     // All that were kept have histories of the same length.
-    let like = (earlier.iter()).find(|run| run.pairs.numbers() == numbers)?;
-    Some(mercury_engine::physics::Carried {
+    let like = (earlier.iter()).find(|run| run.pairs.numbers() == numbers);
+    let carried = like.map(|like| mercury_engine::physics::Carried {
         pairs: sorted(pairs, &like.pairs),
         near_walls: sorted(near_walls, &like.near_walls),
-    })
+    });
+    (carried, released)
 }
 
 impl Earlier {

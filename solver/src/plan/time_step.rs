@@ -45,7 +45,27 @@ pub struct Limit {
     pub time: f64,
     /// Which contact, in words.
     pub of: String,
+    /// Which part of its law sets a critical step.
+    pub part: &'static str,
 }
+
+impl Limit {
+    /// How a critical step is made longer.
+    pub(super) fn way_out(&self) -> &'static str {
+        match self.part {
+            LIQUID => {
+                "raise `roughness`, the least gap of the viscous force, or lower `viscosity`: a softer contact does not help"
+            }
+            _ => "soften the contact",
+        }
+    }
+}
+
+/// The part of a law whose dashpots are films of liquid.
+const LIQUID: &str = "liquid";
+
+/// Wet neighbours of a grain: as many as equal spheres about one can be.
+const NEIGHBOURS: f64 = 12.0;
 
 /// Two bodies that meet, at their smallest sizes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,6 +78,10 @@ pub struct Meeting {
     pub inverse_inertia: f64,
     /// I/(m R^2) inverted: 5/2 for spheres, 2 for discs.
     pub inertia_factor: f64,
+    /// The lighter of both masses, kg.
+    pub lighter: f64,
+    /// Whether the other one is a particle, of which a grain may have many around it.
+    pub among_particles: bool,
 }
 
 impl Meeting {
@@ -78,6 +102,8 @@ impl Meeting {
             effective_radius: 1.0 / (1.0 / one.0 + 1.0 / other.0),
             inverse_inertia: inertia(one) + inertia(other),
             inertia_factor: factor,
+            lighter: one.1.min(other.1),
+            among_particles: other.0.is_finite(),
         }
     }
 
@@ -93,7 +119,9 @@ impl Meeting {
     ///
     /// Springs of the contact: along the normal with the mass m*; in the tangent plane with 2/7 m* (discs 1/3), as the bodies
     /// also turn; against rolling and torsion with the lever l and the two inertias; each where it is stiffest in an impact at
-    /// `speed` (m/s).
+    /// `speed` (m/s). Films of liquid hold a grain on all sides for long, so their dashpots count for all neighbours: of N around a
+    /// grain of mass m, evenly spread and at rest, those along the normals add up to N/3, those in the tangent planes to 2N/3, and
+    /// against its spin to 5/2 times as much (from I = 2/5 m R^2).
     #[must_use]
     pub fn critical_step(
         &self,
@@ -139,12 +167,20 @@ impl Meeting {
                 film.stiffness = normal.stiffness;
                 film.dissipation += normal.dissipation;
             }
-            add(film, 1.0 / mass, "liquid");
-            let film = SpringAndDashpot {
+            add(film, 1.0 / mass, LIQUID);
+            let dashpot = |dissipation: f64| SpringAndDashpot {
                 stiffness: 0.0,
-                dissipation: tangential_film,
+                dissipation,
             };
-            add(film, (1.0 + self.inertia_factor) / mass, "liquid");
+            let film = dashpot(tangential_film);
+            add(film, (1.0 + self.inertia_factor) / mass, LIQUID);
+            if self.among_particles {
+                let along = NEIGHBOURS / 3.0;
+                let all = dashpot(along * (normal_film + 2.0 * tangential_film));
+                add(all, 1.0 / self.lighter, LIQUID);
+                let turning = dashpot(2.0 * along * self.inertia_factor * tangential_film);
+                add(turning, 1.0 / self.lighter, LIQUID);
+            }
         }
         for (lever, spring, part) in law.rolling.stiffest(radius, tangential_stiffness) {
             add(spring, lever * lever * self.inverse_inertia, part);
@@ -185,11 +221,13 @@ pub(super) fn limits(
     speed: f64,
 ) -> Limits {
     let mut limits = Limits::default();
-    let keep = |slot: &mut Option<Limit>, time: f64, of: &dyn Fn() -> String| {
-        if slot.as_ref().is_none_or(|least| time < least.time) {
-            *slot = Some(Limit { time, of: of() });
-        }
-    };
+    let keep =
+        |slot: &mut Option<Limit>, time: f64, part: &'static str, of: &dyn Fn() -> String| {
+            if slot.as_ref().is_none_or(|least| time < least.time) {
+                let of = of();
+                *slot = Some(Limit { time, of, part });
+            }
+        };
     for pair in pairs {
         for (meeting, kind) in meetings(pair, uses, clumps, densities, dimensions) {
             let [a, b] = &pair.names;
@@ -200,13 +238,13 @@ pub(super) fn limits(
                 Kind::Fixed => format!("{a}-{b}, at a fixed particle"),
             };
             let time = meeting.duration(&pair.law, speed);
-            keep(&mut limits.contact, time, &words);
+            keep(&mut limits.contact, time, "", &words);
             let (time, part) = meeting.critical_step(&pair.law, speed, true);
-            keep(&mut limits.critical, time, &|| {
+            keep(&mut limits.critical, time, part, &|| {
                 format!("{}, {part}", words())
             });
             let (time, part) = meeting.critical_step(&pair.law, speed, false);
-            keep(&mut limits.unbounded, time, &|| {
+            keep(&mut limits.unbounded, time, part, &|| {
                 format!("{}, {part}", words())
             });
         }

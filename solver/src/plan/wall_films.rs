@@ -25,9 +25,10 @@ pub(super) fn wall_films(scene: &Scene, walls: &[Wall]) -> Vec<Option<WallFilmPl
             Shape::Mesh(mesh) => mesh.areas(),
             shape => vec![area(shape, &typed.shape, &scene.domain)],
         };
+        let volumes = areas.iter().map(|area| area * *film.thickness).collect();
         Some(WallFilmPlan {
             areas,
-            thickness: *film.thickness,
+            volumes,
             keeps: *film.keeps,
         })
     };

@@ -15,16 +15,17 @@ use serde_json::{Value, json};
 
 use super::Run;
 use super::rest_criterion::Rest;
-use crate::output::{Exchanged, POSITIONS, Positions};
-use crate::plan::{Head, Plan, checkpoint_paths};
+use crate::output::{Exchanged, Positions};
+use crate::plan::{Head, POSITIONS, Plan, checkpoint_paths};
 use mercury_engine::forces::{SavedSlots, SlotState};
 use mercury_engine::state::{DecodeError, Decoder, Encoder};
 use mercury_engine::step::Snapshot;
 
 /// Keys of a scene that may change before its run goes on: they decide when a run ends and when it writes, not the physics.
-pub const MAY_CHANGE: [&str; 8] = [
+pub const MAY_CHANGE: [&str; 9] = [
     "title",
     "time.end",
+    "sprays[].max_droplets",
     "output.interval",
     "output.fstat_interval",
     "output.vtk_interval",

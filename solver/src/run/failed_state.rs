@@ -6,7 +6,7 @@ use mercury_engine::forces::Watch;
 use mercury_engine::step::RunError;
 
 impl Run {
-    /// Writes the state in which a run failed, for inspection.
+    /// Writes the state in which a run failed, for inspection; a checkpoint too, where the run can go on with another limit.
     pub(super) fn show(&mut self, error: &RunError) {
         let everything = self.schedule.everything();
         let watch = Watch {
@@ -14,17 +14,26 @@ impl Run {
             audit: None,
         };
         let due = match error {
-            RunError::Guarded { .. } if self.engine.step_to_look_at(watch).is_ok() => everything,
+            RunError::Guarded { .. } | RunError::Droplets { .. }
+                if self.engine.step_to_look_at(watch).is_ok() =>
+            {
+                everything
+            }
             // Contacts of a particle that is not finite cannot be found.
-            RunError::Guarded { .. } | RunError::NotFinite { .. } => Due {
-                frame: true,
-                ..Due::default()
-            },
+            RunError::Guarded { .. } | RunError::Droplets { .. } | RunError::NotFinite { .. } => {
+                Due {
+                    frame: true,
+                    ..Due::default()
+                }
+            }
             _ => return,
         };
         // If the writer has given up, the caller learns the reason from the error itself.
         let _ = self
             .writer
             .send(FrameCopy::take(&mut self.engine, due, &self.at_start));
+        if matches!(error, RunError::Droplets { .. }) {
+            let _ = self.write_checkpoint();
+        }
     }
 }

@@ -39,10 +39,8 @@ use rest_criterion::Rest;
 use time_left::Cost;
 
 use crate::output::summary::Status;
-use crate::output::{
-    Due, Exchanged, FrameCopy, OutputError, POSITIONS, Schedule, ToWrite, Writer, folder,
-};
-use crate::plan::{Ahead, Here, Plan, Workload, checkpoint_paths};
+use crate::output::{Due, Exchanged, FrameCopy, OutputError, Schedule, ToWrite, Writer, folder};
+use crate::plan::{Ahead, Here, POSITIONS, Plan, Workload, checkpoint_paths};
 use crate::results::NamedResult;
 use mercury_engine::forces::{Watch, block_size};
 use mercury_engine::lanes::Width;
@@ -284,7 +282,7 @@ pub struct Run {
     /// The time of the last checkpoint, or of the start.
     last_checkpoint: Instant,
     /// Which of the two files is written next.
-    next_checkpoint: usize,
+    next_file: usize,
     /// Their number, and the time that the steps had to wait for them.
     checkpoints_made: (u32, Duration),
     looked_for_stop_file: Instant,
@@ -406,7 +404,7 @@ impl Run {
         };
         let files = checkpoint_paths(folder, plan.outputs().prefix());
         let is_first = |from: &Checkpoint| from.path == files[0];
-        let next_checkpoint = usize::from(from.as_ref().is_some_and(is_first));
+        let next_file = usize::from(from.as_ref().is_some_and(is_first));
         let (engine, writer, known) = match from {
             None => {
                 let mut engine = Engine::start(Arc::clone(&plan), start)?;
@@ -447,7 +445,7 @@ impl Run {
             begun,
             resumed_at,
             last_checkpoint: begun,
-            next_checkpoint,
+            next_file,
             checkpoints_made: (0, Duration::ZERO),
             looked_for_stop_file: begun,
             first_step: Instant::now(),
@@ -676,15 +674,9 @@ impl Run {
         if !is_wanted {
             return true;
         }
-        let since = Instant::now();
-        let state = checkpoint::encode(self, &checkpoints.scene);
-        self.checkpoints_made.0 += 1;
-        self.checkpoints_made.1 += since.elapsed();
-        let files = checkpoint_paths(&self.options.folder, self.plan.outputs().prefix());
-        let [even, odd] = files;
-        let path = if self.next_checkpoint == 0 { even } else { odd };
-        self.next_checkpoint = 1 - self.next_checkpoint;
-        self.last_checkpoint = Instant::now();
+        let Some((path, state)) = self.next_checkpoint() else {
+            return true;
+        };
         if matches!(
             self.ended,
             Some(Ending::Planned | Ending::AtRest | Ending::Worn)
@@ -699,6 +691,27 @@ impl Run {
             return true;
         }
         self.writer.write_checkpoint(self.to_write(path, state))
+    }
+
+    /// Writes a checkpoint of now, whatever the schedule. False if the writer has given up.
+    fn write_checkpoint(&mut self) -> bool {
+        let Some((path, state)) = self.next_checkpoint() else {
+            return true;
+        };
+        self.writer.write_checkpoint(self.to_write(path, state))
+    }
+
+    /// The state of now, and the file for it; `None` for a run without checkpoints.
+    fn next_checkpoint(&mut self) -> Option<(PathBuf, Encoder)> {
+        let since = Instant::now();
+        let state = checkpoint::encode(self, &self.options.checkpoints.as_ref()?.scene);
+        self.checkpoints_made.0 += 1;
+        self.checkpoints_made.1 += since.elapsed();
+        let files = checkpoint_paths(&self.options.folder, self.plan.outputs().prefix());
+        let path = files.into_iter().nth(self.next_file)?;
+        self.next_file = 1 - self.next_file;
+        self.last_checkpoint = Instant::now();
+        Some((path, state))
     }
 
     /// A checkpoint of now.

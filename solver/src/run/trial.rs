@@ -14,6 +14,7 @@ use super::{RunOptions, ahead_of};
 use crate::output::{Exchanged, FrameCopy, Schedule};
 use crate::plan::{Ahead, Plan, Workload};
 use mercury_engine::forces::Watch;
+use mercury_engine::spray::Droplet;
 use mercury_engine::stage::Task;
 use mercury_engine::step::{Engine, RunError};
 
@@ -23,6 +24,10 @@ const AT_ONCE: u64 = 200_000;
 /// Pairs that touch per grain above which a bed is as dense as it gets, nearly: dense beds have 2.1 to 2.4. Of the instructions of a
 /// particle-step in `bench/dense-2k.toml`, `settle.toml` has 0.27 while its beads fall.
 const DENSE: f64 = 1.5;
+
+/// Part of a particle-step of a dense bed that a droplet's step takes: measured, with drag and near a bed
+/// (`docs/lab/performance.md`, *Droplets*).
+const DROPLET: f64 = 0.12;
 
 /// What a trial has seen.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -45,6 +50,12 @@ pub struct Trial {
     pub particles: usize,
     /// Pairs of grains that touched then, per grain.
     pub contacts_per_particle: f64,
+    /// Droplets in flight then.
+    pub droplets: usize,
+    /// Droplets that are in flight at once later on, about.
+    pub droplets_at_most: f64,
+    /// Steps of droplets that remained then, about.
+    pub droplet_steps_ahead: f64,
     /// Particle-steps that remained then, lower and upper bound.
     pub particle_steps_ahead: [f64; 2],
     /// Grains at the end, at least and at most.
@@ -59,8 +70,29 @@ pub struct Trial {
 
 /// The seconds of a run whose start took `starting`, and its steps so far `stepping`, where a particle-step takes `cost`; lower
 /// and upper bound.
-fn seconds(starting: f64, stepping: f64, cost: f64, ahead: &Ahead) -> [f64; 2] {
-    (ahead.particle_steps).map(|work| starting + stepping + cost * work)
+fn seconds(starting: f64, stepping: f64, cost: f64, ahead: &Ahead, droplet_steps: f64) -> [f64; 2] {
+    let seconds = |work: f64| starting + stepping + cost * (work + DROPLET * droplet_steps);
+    ahead.particle_steps.map(seconds)
+}
+
+/// Droplets in flight at once, and their steps from now on, about: of each nozzle, while it sprays, as many as cross the domain with their
+/// first speed, or as there are now.
+fn droplets_ahead(plan: &Plan, engine: &Engine) -> [f64; 2] {
+    let physics = plan.physics();
+    let across = (physics.domain_max - physics.domain_min).length();
+    let end = physics.steps as f64 * physics.time_step;
+    let droplets = (engine.sprays()).map_or(&[][..], |sprays| &sprays.state.droplets);
+    let (mut at_once, mut steps) = (0.0, 0.0);
+    let nozzles = physics.sprays.iter().flat_map(|plan| &plan.nozzles);
+    for (index, nozzle) in nozzles.enumerate() {
+        let own = |droplet: &&Droplet| droplet.nozzle as usize == index;
+        let now = droplets.iter().filter(own).count() as f64;
+        let flying = nozzle.in_flight(across).max(now);
+        let time = nozzle.until.min(end) - nozzle.from.max(engine.time());
+        at_once += flying;
+        steps += flying * (time / physics.time_step).max(0.0);
+    }
+    [at_once, steps]
 }
 
 /// Makes the first steps of a run, for a given time by the clock from the first step on, or to its end. Nothing is written.
@@ -92,7 +124,7 @@ pub fn trial(plan: Plan, options: &RunOptions, limit: Duration) -> Result<Option
     stage.begin(Task::Stepping);
     let starting = begun.elapsed();
     let (mut stepping, mut inserting) = (Duration::ZERO, Duration::ZERO);
-    let (mut particle_steps, mut cost) = (0, Cost::default());
+    let (mut particle_steps, mut droplet_steps, mut cost) = (0, 0, Cost::default());
     let is_stopped = || options.stop.load(Ordering::Relaxed);
     // Long insertions are no part of the cost, but of the time.
     while stepping < limit && engine.steps() < physics.steps && !is_stopped() {
@@ -139,16 +171,25 @@ pub fn trial(plan: Plan, options: &RunOptions, limit: Duration) -> Result<Option
         stepping += took;
         let made = (target - step) * engine.particles.grains() as u64;
         particle_steps += made;
-        cost.note(stepping.as_secs_f64(), particle_steps as f64);
+        droplet_steps += (target - step) * flying(&engine) as u64;
+        let work = particle_steps as f64 + DROPLET * droplet_steps as f64;
+        cost.note(stepping.as_secs_f64(), work);
     }
     if engine.steps() == 0 {
         return Ok(None);
     }
     let ahead = ahead_of(&Workload::of(&plan), &engine);
+    let [droplets_at_most, droplet_steps_ahead] = droplets_ahead(&plan, &engine);
     let particles = engine.particles.grains();
     let spent = (stepping + inserting).as_secs_f64();
     Ok(Some(Trial {
-        seconds: seconds(starting.as_secs_f64(), spent, cost.per_work(), &ahead),
+        seconds: seconds(
+            starting.as_secs_f64(),
+            spent,
+            cost.per_work(),
+            &ahead,
+            droplet_steps_ahead,
+        ),
         starting: starting.as_secs_f64(),
         stepping: spent,
         steps: engine.steps(),
@@ -157,12 +198,21 @@ pub fn trial(plan: Plan, options: &RunOptions, limit: Duration) -> Result<Option
         seconds_per_particle_step: cost.per_work(),
         particles,
         contacts_per_particle: touching(&mut engine) as f64 / particles.max(1) as f64,
+        droplets: flying(&engine),
+        droplets_at_most,
+        droplet_steps_ahead,
         particle_steps_ahead: ahead.particle_steps,
         particles_at_end: ahead.grains,
         threads: options.threads.max(1),
         until_at_rest: physics.until_at_rest,
         is_cut_short: is_stopped(),
     }))
+}
+
+/// Droplets in flight.
+fn flying(engine: &Engine) -> usize {
+    let sprays = engine.sprays();
+    sprays.map_or(0, |sprays| sprays.state.droplets.len())
 }
 
 /// The expected number in a step that inserts many.
@@ -235,6 +285,19 @@ impl fmt::Display for Trial {
             particles += ": the least if no space is left for more, the most if there is at once";
         }
         line("particles", &particles)?;
+        if self.droplets_at_most > 0.0 {
+            let work = DROPLET * self.droplet_steps_ahead;
+            let all = work + 0.5 * self.particle_steps_ahead.iter().sum::<f64>();
+            line(
+                "droplets",
+                &format!(
+                    "{} in the trial, about {} at once while nozzles spray: each takes {DROPLET} of a particle-step, {} % of the time to come, which is counted in",
+                    number(self.droplets as f64),
+                    number(self.droplets_at_most),
+                    rounded(100.0 * work / all.max(1.0), 2)
+                ),
+            )?;
+        }
         if self.contacts_per_particle < DENSE && most > 1.0 {
             let contacts = rounded(self.contacts_per_particle, 2);
             line(

@@ -427,3 +427,66 @@ fn a_body_that_leaves_through_a_wall_is_named() {
         "{said}"
     );
 }
+
+/// Too many droplets end the run with exit code 1; frame and checkpoint of that state are written, and with a larger limit the run goes on
+/// from there to the same end as one that had it from the start.
+#[test]
+fn too_many_droplets_leave_a_state_from_which_the_run_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    // A droplet of 5.2e-13 m^3 each 5.2e-7 s, and some 10 ms of flight: 1000 are exceeded at 0.53 ms.
+    let text = r#"
+        time = { end = 1e-3, step = 1e-5 }
+        domain = { min = [-0.03, -0.03, -0.03], max = [0.03, 0.03, 0.03] }
+        output = { interval = 5e-4, pictures = false, ene = true }
+        [materials.m]
+        density = 2500.0
+        normal = { law = "linear", stiffness = 1000.0, restitution = 0.9 }
+        [[particles]]
+        material = "m"
+        radius = 3e-3
+        position = [0, 0, 0]
+        fixed = true
+        [[sprays]]
+        name = "n"
+        position = [0, 0, 0.02]
+        axis = [0, 0, -1]
+        pattern = { kind = "full-cone", half_angle_degrees = 5.0 }
+        flow_rate = 1e-6
+        speed = 1.0
+        droplets = { kind = "monodisperse", diameter = 1e-4 }
+        liquid_density = 1000.0
+        max_droplets = 1000
+    "#;
+    let output = solve(path, text, &[]);
+    assert_eq!(output.status.code(), Some(1));
+    let said = errors(&output);
+    assert!(
+        said.contains("spray \"n\": more than 1000 droplets") && said.contains("--resume"),
+        "{said}"
+    );
+    // 1001 droplets of 5.236e-13 m^3 at 1e-6 m^3/s: 5.241e-4 s, in the step that ends at 5.3e-4 s; it is shown after one more.
+    let last = *times(path).last().unwrap();
+    assert!((last - 5.4e-4).abs() < 1e-12, "{last}");
+    assert!(path.join("out/a.0.restart").exists() || path.join("out/a.1.restart").exists());
+    let liquid = || {
+        let text = fs::read_to_string(path.join("out/a.liquid.csv")).unwrap();
+        text.lines().last().unwrap().to_owned()
+    };
+    let more = "sprays.n.max_droplets=100000";
+    let resumed = Command::new(env!("CARGO_BIN_EXE_mercury-solve"))
+        .current_dir(path)
+        .args([
+            "a.toml", "--quiet", "--resume", "--output", "out", "--set", more,
+        ])
+        .output()
+        .unwrap();
+    assert_eq!(resumed.status.code(), Some(0), "{}", errors(&resumed));
+    let parts = liquid();
+    assert_eq!(solve(path, text, &["--set", more]).status.code(), Some(0));
+    assert_eq!(parts, liquid());
+    assert!(
+        parts.starts_with("1e-3,") || parts.starts_with("0.001,"),
+        "{parts}"
+    );
+}

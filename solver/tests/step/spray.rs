@@ -361,6 +361,155 @@ fn liquid_with_mass_keeps_momentum_mass_and_energy() {
     assert!(worst < 2e-3, "{worst}");
 }
 
+/// Droplets of a list.
+fn points(file: &tempfile::NamedTempFile, rows: &str, more: &str) -> String {
+    let text = format!("t,x,y,z,vx,vy,vz,diameter\n{rows}");
+    std::fs::write(file.path(), text).unwrap();
+    format!(
+        r#"[[sprays]]
+        name = "list"
+        pattern = {{ kind = "points", file = '{}' }}
+        liquid_density = 1000.0
+        gravity = false
+        {more}
+        "#,
+        file.path().display()
+    )
+}
+
+/// Droplets that hit a rod beside its centre turn it: it gets m r x v of the first, and the sum of the angular momenta of rod and droplets
+/// about the origin is kept, whether liquid has mass or not.
+#[test]
+fn droplets_beside_the_centre_turn_a_clump() {
+    let rod = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/clumps/rod.clump.toml");
+    let rows = "1e-4,0.0585,0.0512,0.06,0.3,0,-2,2e-3\n2e-3,0.0412,0.04,0.0513,0,3,0.2,1e-3\n3e-3,0.05,0.0488,0.0588,0,0.1,-2,2e-3\n";
+    for key in ["momentum", "mass"] {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let list = points(&file, rows, &format!("{key} = true"));
+        let more = format!(
+            "[clumps.rod]\nfile = '{}'\nmaterial = \"grain\"\n[[particles]]\nclump = \"rod\"\nposition = [0.05, 0.05, 0.05]\nscale = 0.01\n{list}",
+            rod.display()
+        );
+        let mut engine = start(&planned(&scene(1e-5, &more)), 1);
+        let turning = |engine: &Engine| {
+            let body = &engine.particles.bodies()[0];
+            let mut sum = body.angular_momentum + body.mass * body.position.cross(body.velocity);
+            let mut size = sum.length();
+            for droplet in &engine.sprays().unwrap().state.droplets {
+                let own = 1000.0 * droplet.volume * droplet.position.cross(droplet.velocity);
+                sum += own;
+                size += own.length();
+            }
+            (sum, size)
+        };
+        let steps = |engine: &mut Engine, until: f64| {
+            while engine.time() < until - 1e-9 {
+                engine.step(None).unwrap();
+            }
+        };
+        steps(&mut engine, 2e-4);
+        let (first, size) = turning(&engine);
+        assert!(engine.particles.bodies()[0].angular_momentum == DVec3::ZERO);
+        // It flies 4.2e-3 m with 2 m/s.
+        steps(&mut engine, 2.6e-3);
+        let mass = 1000.0 * volume_of(1e-3);
+        let expected = mass * dvec3(0.0085, 0.0012, 0.01).cross(dvec3(0.3, 0.0, -2.0));
+        let found = engine.particles.bodies()[0].angular_momentum;
+        // Places of 0.05 m, less than 200 steps of which round off each.
+        let tolerance = 1e-16 * 200.0 * size;
+        assert!(
+            found.distance(expected) < tolerance,
+            "{key}: {found}, not {expected}"
+        );
+        // All three: what the others bring with them comes at their instants, from the places and with the velocities of the list.
+        let [second, third] = [
+            1000.0 * volume_of(5e-4) * dvec3(0.0412, 0.04, 0.0513).cross(dvec3(0.0, 3.0, 0.2)),
+            mass * dvec3(0.05, 0.0488, 0.0588).cross(dvec3(0.0, 0.1, -2.0)),
+        ];
+        steps(&mut engine, 0.01);
+        let state = &engine.sprays().unwrap().state;
+        assert!(
+            state.droplets.is_empty() && state.balance.left.value() == 0.0,
+            "{state:?}"
+        );
+        let (all, _) = turning(&engine);
+        let whole = first + second + third;
+        let size = size + second.length() + third.length();
+        assert!(
+            all.distance(whole) < 1e-16 * 1000.0 * size,
+            "{key}: {all}, not {whole}"
+        );
+    }
+}
+
+/// A droplet that crosses a face of the domain before it would meet an endless wall behind it has left; one that meets it before is lost.
+#[test]
+fn a_droplet_that_leaves_first_is_not_lost_at_a_wall() {
+    let wall = "[[walls]]\nname = \"floor\"\nshape = \"plane\"\npoint = [0, 0, 0.01]\nnormal = [0, 0, 1]\nmaterial = \"grain\"\n";
+    // At the face after 1e-3/30 = 33 us; at the floor after 87 us of a step of 100 us, or after 10 us.
+    let file = tempfile::NamedTempFile::new().unwrap();
+    let rows = "0,0.099,0.05,0.0136,30,0,-40,2e-4\n0,0.099,0.05,0.0105,30,0,-40,4e-4\n";
+    let text = format!("{wall}{}", points(&file, rows, ""));
+    let mut engine = start(&planned(&scene(1e-4, &text)), 1);
+    engine.step(None).unwrap();
+    let [in_flight, _, _, lost, left] = engine.liquid().unwrap().sprayed;
+    assert_eq!(
+        [in_flight, left, lost],
+        [0.0, volume_of(1e-4), volume_of(2e-4)]
+    );
+}
+
+/// A nozzle on an arm that turns and swings gives each droplet its place, its axis and its velocity of the instant at which it leaves.
+#[test]
+fn droplets_of_a_carried_nozzle_leave_as_it_stands_at_their_instant() {
+    let (omega, amplitude, frequency, step) = (40.0, 2e-3, 100.0, 1e-4);
+    let arm = format!(
+        r#"[[walls]]
+        name = "arm"
+        shape = "disc"
+        origin = [0.05, 0.05, 0.01]
+        axis = [0, 0, 1]
+        radius = 1e-3
+        material = "grain"
+        motion = [
+            {{ kind = "rotation", axis = [0, 0, 1], origin = [0.05, 0.05, 0], angular_velocity = {omega:?} }},
+            {{ kind = "oscillation", amplitude = [0, 0, {amplitude:?}], frequency = {frequency:?} }},
+        ]
+        "#
+    );
+    let fan = r#"{ kind = "flat-fan", wide_axis = [0, 0, 1], half_angles_degrees = [0, 0] }"#;
+    let spray = nozzle(fan, "2.0", "gravity = false\ncarrier = \"arm\"");
+    let spray = spray
+        .replace("[0, 0, -1]", "[1, 0, 0]")
+        .replace("[0.05, 0.05, 0.09]", "[0.06, 0.05, 0.05]");
+    let mut engine = start(&planned(&scene(step, &format!("{arm}{spray}"))), 1);
+    for _ in 0..80 {
+        engine.step(None).unwrap();
+    }
+    let (now, one) = (engine.time(), volume_of(1e-4));
+    let droplets = &engine.sprays().unwrap().state.droplets;
+    assert!(droplets.len() > 1000);
+    for droplet in droplets {
+        let at = (droplet.id + 1) as f64 * one / 1e-6;
+        let (turn, swing) = (omega * at, std::f64::consts::TAU * frequency);
+        let along = dvec3(turn.cos(), turn.sin(), 0.0);
+        let across = dvec3(-turn.sin(), turn.cos(), 0.0);
+        let place = dvec3(0.05, 0.05, 0.05 + amplitude * (swing * at).sin()) + 0.01 * along;
+        let velocity =
+            2.0 * along + 0.01 * omega * across + DVec3::Z * amplitude * swing * (swing * at).cos();
+        // Instants are sums of a thousand volumes: 1e-13 of 0.01 s, with rates of 600 per second.
+        assert!(
+            droplet.velocity.distance(velocity) < 1e-11,
+            "{droplet:?}, not {velocity}"
+        );
+        let expected = place + (now - at) * velocity;
+        assert!(
+            droplet.position.distance(expected) < 1e-12,
+            "{droplet:?}, not {expected}"
+        );
+    }
+}
+
 /// A droplet that bounces keeps the restitution of its normal speed, and all of its tangential one.
 #[test]
 fn droplets_bounce() {
@@ -461,6 +610,156 @@ proptest! {
         prop_assert!(rare.snapshot() == two.snapshot());
         let [_, emitted, absorbed, lost, _] = rare.liquid().unwrap().sprayed;
         prop_assert!(absorbed + lost > 0.01 * emitted);
+    }
+}
+
+/// A cube of 0.02 m about the middle of the box whose triangles face outwards.
+const CUBE: &str = "v 0.04 0.04 0.04\nv 0.06 0.04 0.04\nv 0.04 0.06 0.04\nv 0.06 0.06 0.04\n\
+    v 0.04 0.04 0.06\nv 0.06 0.04 0.06\nv 0.04 0.06 0.06\nv 0.06 0.06 0.06\n\
+    f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+
+/// A nozzle, or a droplet of a list, in a solid or behind a wall is refused by the wall's name, whatever the shape; before it, it is not.
+#[test]
+fn nozzles_in_walls_of_every_shape_are_refused() {
+    let cube = tempfile::Builder::new().suffix(".obj").tempfile().unwrap();
+    std::fs::write(cube.path(), CUBE).unwrap();
+    let mesh = format!(
+        "shape = \"mesh\"\nfile = '{}'\nside = \"front\"",
+        cube.path().display()
+    );
+    let about = "origin = [0.05, 0.05, 0.05]";
+    let (middle, corner) = ([0.05, 0.05, 0.05], [0.09, 0.09, 0.09]);
+    let shapes = [
+        (
+            "shape = \"plane\"\npoint = [0, 0, 0.07]\nnormal = [0, 0, 1]".to_owned(),
+            middle,
+            corner,
+        ),
+        (
+            format!("shape = \"sphere\"\nradius = 0.02\nside = \"outside\"\n{about}"),
+            middle,
+            corner,
+        ),
+        (
+            format!("shape = \"sphere\"\nradius = 0.02\nside = \"inside\"\n{about}"),
+            corner,
+            middle,
+        ),
+        (
+            format!(
+                "shape = \"cylinder\"\nradius = 0.02\naxis = [0, 0, 1]\nside = \"outside\"\n{about}"
+            ),
+            middle,
+            corner,
+        ),
+        (
+            format!("shape = \"cylinder\"\nradius = 0.02\naxis = [0, 0, 1]\n{about}"),
+            corner,
+            middle,
+        ),
+        (
+            format!(
+                "shape = \"cone\"\nradii = [0.03, 0.01]\nalong = [-0.02, 0.02]\naxis = [0, 0, 1]\nside = \"outside\"\n{about}"
+            ),
+            middle,
+            corner,
+        ),
+        (
+            format!(
+                "shape = \"revolution\"\nprofile = [[0.0, -0.02], [0.02, 0.0], [0.0, 0.02]]\naxis = [0, 0, 1]\nside = \"outside\"\n{about}"
+            ),
+            middle,
+            corner,
+        ),
+        (mesh, middle, corner),
+    ];
+    let refusal = |text: &str| {
+        let scene = parse_scene(Path::new("spray.toml"), text, &[], Files::MustExist).unwrap();
+        plan(&scene).err().map(|errors| errors.to_string())
+    };
+    for (shape, behind, before) in shapes {
+        let wall = format!("[[walls]]\nname = \"solid\"\nmaterial = \"grain\"\n{shape}\n");
+        for (place, is_refused) in [(behind, true), (before, false)] {
+            let spray =
+                nozzle(CONE, "1.0", "").replace("[0.05, 0.05, 0.09]", &format!("{place:?}"));
+            let file = tempfile::NamedTempFile::new().unwrap();
+            let [x, y, z] = place;
+            let list = points(&file, &format!("0,{x},{y},{z},0,0,1,1e-4\n"), "");
+            for (spray, what) in [(spray, "the nozzle is"), (list, ":2: the droplet starts")] {
+                let said = refusal(&scene(1e-5, &format!("{wall}{spray}")));
+                let text = said.clone().unwrap_or_default();
+                assert_eq!(said.is_some(), is_refused, "{shape} {place:?}: {text}");
+                let names = format!("{what} in or behind the wall `solid`");
+                assert!(!is_refused || text.contains(&names), "{shape}: {text}");
+            }
+        }
+    }
+}
+
+/// A grain among twelve wet neighbours at rest, as close as equal spheres can be, stops at steps below the critical one, which counts
+/// all their films: and not above. That of a pair alone is four times as long beside fixed grains.
+#[test]
+fn films_of_twelve_neighbours_bound_the_step() {
+    let (radius, gap) = (1e-3, 1e-7);
+    let half = (2.0 * radius + gap) * std::f64::consts::FRAC_1_SQRT_2;
+    let mut grains = format!(
+        "[[particles]]\nmaterial = \"grain\"\nradius = {radius:?}\nposition = [0.05, 0.05, 0.05]\nvelocity = [1e-6, 0, 0]\nfilm_volume = 1e-12\n"
+    );
+    for (a, b) in [(0, 1), (0, 2), (1, 2)] {
+        for (one, other) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+            let mut place = [0.05; 3];
+            place[a] += one * half;
+            place[b] += other * half;
+            grains += &format!(
+                "[[particles]]\nmaterial = \"grain\"\nradius = {radius:?}\nposition = {place:?}\nfixed = true\nfilm_volume = 1e-12\n"
+            );
+        }
+    }
+    // Without surface tension the films resist motion alone; the roughness is above the gap, so that the dashpots stay the same.
+    let law = "liquid = { law = \"bagheri\", surface_tension = 0.0, contact_angle_degrees = 20.0, viscosity = 10.0, max_bridge_volume = 1e-11, roughness = 1e-5 }\n[liquid]\nbridges_form = \"films\"\n";
+    let with = |step: f64| {
+        let text = scene(step, &format!("{law}{grains}"));
+        text.replace("end = 1.0", &format!("end = {:e}", 400.0 * step))
+    };
+    // 6 pi eta R*^2/h, and 6 pi eta R* (8/15 ln(R*/h) + 0.9588), R* = 0.5 mm.
+    let scale = 6.0 * std::f64::consts::PI * 10.0 * 0.5e-3;
+    let (normal, tangential) = (scale * 50.0, scale * (8.0 / 15.0 * 50f64.ln() + 0.9588));
+    let mass = 2500.0 * volume_of(radius);
+    let critical = 2.0 / (4.0 * (normal + 2.0 * tangential) / mass);
+    let known = planned(&with(0.5 * critical));
+    let limit = known.notes().step().critical.clone().unwrap();
+    assert!(
+        (limit.time / critical - 1.0).abs() < 1e-12,
+        "{limit:?}, not {critical}"
+    );
+    // What a pair alone bears was accepted.
+    let text = with(0.85 * 2.0 * mass / normal);
+    let refused = parse_scene(Path::new("spray.toml"), &text, &[], Files::MustExist).unwrap();
+    let said = plan(&refused).unwrap_err().to_string();
+    assert!(
+        said.contains("raise `roughness`") && said.contains("a softer contact does not help"),
+        "{said}"
+    );
+    for (part, grows) in [(0.85, false), (1.05, true)] {
+        let mut inputs = known.physics().inputs().clone();
+        inputs.time_step = part * critical;
+        let mut engine = Engine::new(inputs.setup().unwrap(), 1).unwrap();
+        assert_eq!(engine.liquid().unwrap().bridge_count, 12);
+        let speed = |engine: &Engine| {
+            engine.particles.records[engine.particles.rows_by_id()[0] as usize]
+                .velocity
+                .length()
+        };
+        let first = speed(&engine);
+        for _ in 0..100 {
+            engine.step(None).unwrap();
+        }
+        // |1 - 2 part| to the power 100: 3e-16 and 1.4e4.
+        let grown = speed(&engine) / first;
+        assert!(
+            if grows { grown > 1e3 } else { grown < 1e-12 },
+            "{part}: {grown:e}"
+        );
     }
 }
 

@@ -35,7 +35,12 @@ impl<const N: usize> OneOf<AnyAdhesion> for LiquidLaw<N> {
     fn of(any: AnyAdhesion) -> Option<Self> {
         match any {
             AnyAdhesion::None => Some(Self(Liquid::NONE)),
-            AnyAdhesion::Liquid(law) if law.fit == Fit::YoungLaplace && N < CURVE => None,
+            // One from which no bridge forms needs no room for a curve.
+            AnyAdhesion::Liquid(law)
+                if law.fit == Fit::YoungLaplace && law.max_volume > 0.0 && N < CURVE =>
+            {
+                None
+            }
             AnyAdhesion::Liquid(law) => Some(Self(law)),
         }
     }

@@ -310,7 +310,7 @@ fn cloud(
             });
             plan.wall_films.push(Some(WallFilmPlan {
                 areas: vec![box_size * box_size],
-                thickness: 1e-6,
+                volumes: vec![1e-6 * box_size * box_size],
                 keeps: 0.4,
             }));
         }

@@ -21,7 +21,7 @@ use mercury_engine::liquid::{LiquidPlan, Weight};
 use mercury_engine::physics::{Guard, Inputs};
 use mercury_engine::spray::SprayPlan;
 use mercury_engine::state::StartValues;
-use mercury_engine::walls::Wall;
+use mercury_engine::walls::WallFilmPlan;
 
 /// What the stages before have found.
 pub(super) struct Resolved {
@@ -53,7 +53,7 @@ pub(super) fn assemble(
         dimensions,
         walls,
         clumps,
-        start,
+        mut start,
         insertions,
         sprays,
         regions,
@@ -82,14 +82,18 @@ pub(super) fn assemble(
         })
         .collect();
     let (laws, pairs) = laws.into_table(scene.materials.len());
+    let mut wall_films = wall_films(scene, &walls);
     let here = Here {
         particles: start.particles.len(),
         bodies: &start.bodies,
         clumps: &clumps,
         walls: &walls,
+        wall_films: &wall_films,
         laws: &laws,
     };
-    let carried = carried(&start.earlier, &here, &mut found.remarks);
+    let (remarks, warnings) = (&mut found.remarks, &mut found.warnings);
+    let (carried, released) = carried(&start.earlier, &here, remarks, warnings);
+    released.pour(&mut start, &mut wall_films);
     let started_from = start.earlier.iter().map(Earlier::started_from).collect();
     let domain = (*scene.domain.min, *scene.domain.max);
     meshes::remarks(
@@ -107,7 +111,7 @@ pub(super) fn assemble(
     let mesh_files = meshes::files(scene, &walls);
     let liquid = liquid(
         scene,
-        &walls,
+        wall_films,
         &laws,
         sprays.as_ref(),
         &insertions,
@@ -224,14 +228,13 @@ pub(super) fn assemble(
 /// Films, bridges and droplets; `None` in scenes without liquid. `start`: values of properties of the start.
 fn liquid(
     scene: &Scene,
-    walls: &[Wall],
+    wall_films: Vec<Option<WallFilmPlan>>,
     laws: &LawTable,
     sprays: Option<&SprayPlan>,
     insertions: &[InsertionPlan],
     start: &[StartValues],
     time_step: f64,
 ) -> Option<LiquidPlan> {
-    let wall_films = wall_films(scene, walls);
     let has_liquid = !wall_films.is_empty()
         || laws.has_liquid()
         || sprays.is_some()

@@ -47,6 +47,7 @@ impl Laws {
             let radii = bridges::radii_of_materials(scene, start, clumps, insertions);
             (found.warnings).extend(bridges::wide_ratios(&self.pairs, &radii));
             let (remarks, errors) = (&mut found.remarks, &mut found.errors);
+            bridges::poles(scene, &self.pairs, &radii, errors);
             self.tables = bridges::tables(scene, &mut self.pairs, &radii, remarks, errors);
         }
         if sizes.smallest > 0.0 && sizes.smallest.is_finite() {
@@ -55,6 +56,7 @@ impl Laws {
                     *liquid = liquid.reaching(sizes.smallest, &self.tables);
                 }
             }
+            bridges::rough(scene, &self.pairs, &mut found.errors);
         }
         self
     }

@@ -180,9 +180,10 @@ pub(super) fn plan_step(
             short(critical.time),
             critical.of
         );
-        errors.push(place.error(message).with_help(
-            "the integration would be unstable: shorten the step (or use \"auto\"), or soften the contact",
-        ));
+        errors.push(place.error(message).with_help(format!(
+            "the integration would be unstable: shorten the step (or use \"auto\"), or {}",
+            critical.way_out()
+        )));
         return None;
     }
     if let Some((limit, way_out)) = &beside

@@ -1,6 +1,7 @@
 //! Positions in the domain, periodic axes, two dimensions.
 
-use mercury_common::scene::{Scene, SceneError, Shape};
+use mercury_common::particle_properties::{FILM_VOLUME, ParticleProperty};
+use mercury_common::scene::{Place, Scene, SceneError, Shape};
 
 use super::{name, place, point};
 use crate::plan::NewParticle;
@@ -160,6 +161,7 @@ pub(in crate::plan) fn flat(
         );
         errors.push(scene.gravity.error(message));
     }
+    dry(scene, start, errors);
     let Some(first) = start.particles.first() else {
         return flat_insertions(scene, insertions, errors);
     };
@@ -193,6 +195,35 @@ pub(in crate::plan) fn flat(
         );
     }
     flat_insertions(scene, insertions, errors);
+}
+
+/// No liquid: bridges and films are those of spheres.
+fn dry(scene: &Scene, start: &StartingParticles, errors: &mut Vec<SceneError>) {
+    let mut refuse = |place: &Place| {
+        let error =
+            place.error("liquid needs three dimensions: a disc has no surface to be wetted");
+        errors.push(error.with_help("leave the liquid out, or set domain.dimensions = 3"));
+    };
+    for law in (scene.materials.iter()).filter_map(|material| material.liquid.as_ref()) {
+        refuse(&law.place);
+    }
+    for film in scene.walls.iter().filter_map(|wall| wall.film.as_ref()) {
+        refuse(&film.thickness.place);
+    }
+    let is_wet = |property: &ParticleProperty| *property == FILM_VOLUME;
+    let values = (start.values.iter()).find(|values| is_wet(values.property));
+    if let Some(&(id, _)) = values.and_then(|values| values.particles.first()) {
+        refuse(place(scene, start, id));
+    }
+    let mut components = (scene.insertions.iter()).flat_map(|insertion| &insertion.mixture);
+    if let Some(wet) = components.find(|component| {
+        component
+            .properties
+            .iter()
+            .any(|(property, _)| is_wet(property))
+    }) {
+        refuse(&wet.place);
+    }
 }
 
 fn flat_insertions(scene: &Scene, insertions: &[InsertionPlan], errors: &mut Vec<SceneError>) {

@@ -30,7 +30,7 @@ fn beyond_the_fit(plan: &Plan, pair: &PairPlan) -> Option<String> {
         ))
     } else if liquid.contact_angle > FITTED.1 {
         Some(format!(
-            "{names}: a contact angle of {} degrees; `{law}` was fitted up to 50, and its force is uncertain beyond; is the angle right? `young-laplace` has angles up to 60",
+            "{names}: a contact angle of {} degrees; `{law}` was fitted up to 50, and its force is uncertain beyond; is the angle right? `young-laplace` has angles up to 90",
             short(liquid.contact_angle.to_degrees())
         ))
     } else {

@@ -36,10 +36,57 @@ fn ahead(work: [f64; 2]) -> Ahead {
 fn a_run_takes_its_start_its_first_steps_and_the_cost_of_the_rest() {
     // 1000 steps of 125 grains at 2 µs; 100 of them are made.
     let work = 900.0 * 125.0;
-    let all = seconds(3.0, 100.0 * 125.0 * 2e-6, 2e-6, &ahead([work, 2.0 * work]));
+    let all = seconds(
+        3.0,
+        100.0 * 125.0 * 2e-6,
+        2e-6,
+        &ahead([work, 2.0 * work]),
+        0.0,
+    );
     let expected = 3.0 + 1000.0 * 125.0 * 2e-6;
     assert!((all[0] - expected).abs() < 1e-12, "{all:?}");
     assert!((all[1] - expected - work * 2e-6).abs() < 1e-12, "{all:?}");
+    // Droplets take their part of a particle-step each.
+    let wet = seconds(3.0, 100.0 * 125.0 * 2e-6, 2e-6, &ahead([work; 2]), 5000.0);
+    assert!(
+        (wet[0] - expected - DROPLET * 5000.0 * 2e-6).abs() < 1e-12,
+        "{wet:?}"
+    );
+}
+
+/// 1e5 droplets a second that cross the box, sqrt(3) m, with 10 m/s: 17,320 at once, and as many in each step to come.
+#[test]
+fn droplets_of_a_spray_are_counted_in() {
+    let spray = r#"
+[[sprays]]
+name = "nozzle"
+position = [0.5, 0.5, 0.9]
+axis = [0, 0, 1]
+pattern = { kind = "full-cone", half_angle_degrees = 5.0 }
+flow_rate = 5.235987755982989e-8
+speed = 10.0
+droplets = { kind = "monodisperse", diameter = 1e-4 }
+liquid_density = 1000.0
+until = 0.5
+"#;
+    let options = RunOptions::default();
+    let found = trial(plan_of(spray), &options, Duration::from_micros(200));
+    let found = found.unwrap().unwrap();
+    let at_once = 1e5 * 3f64.sqrt() / 10.0;
+    assert!(
+        (found.droplets_at_most / at_once - 1.0).abs() < 1e-12,
+        "{found:?}"
+    );
+    let steps = at_once * (1000 - found.steps) as f64;
+    assert!(
+        (found.droplet_steps_ahead - steps).abs() <= 1e-9 * steps + at_once * 1e-9,
+        "{found:?}"
+    );
+    let text = found.to_string();
+    assert!(
+        found.steps == 1000 || text.contains("about 17,321 at once while nozzles spray"),
+        "{text}"
+    );
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! What a contact remembers of its liquid bridge.
 
+use super::{Fit, NO_LIQUID};
 use crate::contact::{History, HistoryNumber};
 use crate::lanes::{MOST_LANES, Real};
 
@@ -98,6 +99,32 @@ impl<L: Real, const N: usize> Bridge<L, N> {
 
 /// Numbers before those of the curve.
 const FIRST: usize = 5;
+
+/// How many numbers at the end of the saved history of each contact are those of its bridge, in a run whose pairs of materials have
+/// laws of these names ([`names_of_pairs`](crate::contact::registry::LawTable::names_of_pairs)). One law that needs the long curve gives
+/// room for it to the contacts of all.
+#[must_use]
+pub fn saved_numbers<'a>(names: impl Iterator<Item = &'a str>) -> usize {
+    let of_law = |law: &str| match law {
+        NO_LIQUID => FIRST + SHORT,
+        law => match Fit::named(law) {
+            Some(Fit::YoungLaplace) => FIRST + CURVE,
+            Some(_) => FIRST + SHORT,
+            None => 0,
+        },
+    };
+    let of_pair = |name: &str| name.rsplit(", ").next().map_or(0, of_law);
+    names.map(of_pair).max().unwrap_or(0)
+}
+
+/// Volume of the bridge in a saved history, whose last `numbers` are those of the bridge, m^3; 0 where there is none.
+#[must_use]
+pub fn saved_volume(history: &[f64], numbers: usize) -> f64 {
+    let first = history.len().checked_sub(numbers.max(1));
+    let volume = first.and_then(|first| history.get(first));
+    let is_volume = |volume: &&f64| **volume > 0.0 && volume.is_finite();
+    volume.filter(is_volume).copied().unwrap_or(0.0)
+}
 
 impl<L: Real, const N: usize> History<L> for Bridge<L, N> {
     type One = Bridge<f64, N>;

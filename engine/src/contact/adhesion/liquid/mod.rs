@@ -12,7 +12,7 @@ mod table;
 #[cfg(test)]
 mod tests;
 
-pub use bridge::{Bridge, CURVE, SHORT};
+pub use bridge::{Bridge, CURVE, SHORT, saved_numbers, saved_volume};
 pub use formulas::{
     Curve, Form, bagheri, end_of_equal_spheres, end_of_unequal_spheres, lian_seville, willett,
     willett_classical,
@@ -238,6 +238,25 @@ impl Liquid {
         filled.resized()
     }
 
+    /// Whether the fit has no force for a bridge of this volume (m^3) between spheres of these radii (m; infinite at a wall): its
+    /// denominator vanishes at a gap up to the end, or it pulls or pushes at the touch with more than 2π γ R_D, the pull of an infinitely
+    /// small bridge at θ = 0, which no bridge reaches.
+    #[must_use]
+    pub fn has_pole(&self, volume: f64, radii: [f64; 2], tables: &Tables) -> bool {
+        if self.fit.form() != Form::Rational {
+            return false;
+        }
+        let bridge = self.fill(&Bridge::default(), volume, radii, tables);
+        let [touch, _, p, q, _] = bridge.resized::<SHORT>().curve;
+        let most = 2.0 * PI * self.surface_tension * reduced_diameter(radii);
+        let denominator = |s: f64| 1.0 + s * (p + q * s);
+        // It is least at an end of the gap, or where it turns.
+        let turn = (-0.5 * p / q).clamp(0.0, bridge.end);
+        let least = denominator(turn).min(denominator(bridge.end));
+        // A number that is none is no force either.
+        !(least > 0.0 && touch.abs() <= (1.0 + 1e-9) * most)
+    }
+
     /// Whether the nearest bridge of a table stands for one of this volume (m^3).
     #[must_use]
     pub fn is_clamped(&self, volume: f64, radii: [f64; 2], tables: &Tables) -> bool {
@@ -440,6 +459,9 @@ fn ratio_of(radii: [f64; 2]) -> f64 {
     (radii[0] / radii[1]).min(radii[1] / radii[0])
 }
 
+/// How the plan and the log call a law from which no bridge forms.
+const NO_LIQUID: &str = "no liquid";
+
 /// The law of liquid bridges whose contacts keep `N` numbers of a bridge's force: [`SHORT`] for the formulas, [`CURVE`] for all.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LiquidLaw<const N: usize>(pub Liquid);
@@ -455,7 +477,7 @@ impl<const N: usize> AdhesionLaw for LiquidLaw<N> {
         if self.0.max_volume > 0.0 {
             self.0.fit.name()
         } else {
-            "no liquid"
+            NO_LIQUID
         }
     }
 
