@@ -81,7 +81,7 @@ fn each_kind(path: &Path, place: &Place) {
         Some(Box::new(sinks::csv(&job.output, Table::Bodies))),
         Some(Box::new(sinks::Parquet::new(&job.output, Table::Particles))),
         Some(Box::new(sinks::particle_tables(&job.output))),
-        said(sinks::Stl::new(&job)).map(|sink| Box::new(sink) as Box<dyn Sink>),
+        said(sinks::Stl::new(&job, false)).map(|sink| Box::new(sink) as Box<dyn Sink>),
         Some(Box::new(sinks::data_files(&job.output, density))),
         said(sinks::dump(&job.output)).map(|sink| Box::new(sink) as Box<dyn Sink>),
         said(xballs).map(|sink| Box::new(sink) as Box<dyn Sink>),

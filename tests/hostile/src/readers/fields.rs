@@ -24,6 +24,7 @@ const ALL: Needs = Needs {
     couples: false,
     rotation: false,
     identity: true,
+    liquid: false,
 };
 
 const WHY: &str = "a particle of some 200 bytes from 16, three times while lists grow; of a compressed file the unpacked size counts, and a line \
