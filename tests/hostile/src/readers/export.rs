@@ -79,6 +79,7 @@ fn each_kind(path: &Path, place: &Place) {
         Some(Box::new(sinks::csv(&job.output, Table::Particles)) as Box<dyn Sink>),
         Some(Box::new(sinks::csv(&job.output, Table::Contacts))),
         Some(Box::new(sinks::csv(&job.output, Table::Bodies))),
+        Some(Box::new(sinks::csv(&job.output, Table::WearTriangles))),
         Some(Box::new(sinks::Parquet::new(&job.output, Table::Particles))),
         Some(Box::new(sinks::particle_tables(&job.output))),
         said(sinks::Stl::new(&job, false)).map(|sink| Box::new(sink) as Box<dyn Sink>),

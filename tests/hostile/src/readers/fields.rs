@@ -23,6 +23,7 @@ const ALL: Needs = Needs {
     contacts: true,
     couples: false,
     rotation: false,
+    liquid: false,
     identity: true,
     liquid: false,
 };
