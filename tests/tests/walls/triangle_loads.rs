@@ -375,8 +375,9 @@ fn triangles_add_up_to_the_rows_of_walls_csv() {
             let area = 0.5 * (b - a).cross(c - a).length();
             // The floor is flat, so normal forces are along its normal, and forces are those of triangles under a ball.
             let normal = pose.rotation * DVec3::Z;
+            // Where a contact has just ended there is no force any more, and what it dissipated last.
             let whole = (frame.shear[at] - normal * frame.pressure[at]) * area;
-            assert!((whole - frame.force[at]).length() < 1e-12 * size);
+            assert!((whole - frame.force[at]).length() <= 1e-12 * size);
             touched += 1;
         }
         assert!(frame.triangle.is_sorted());
