@@ -69,7 +69,10 @@ pub use cylinder::Cylinder;
 pub use disc::Disc;
 pub use error::WallError;
 pub use films::{WallFilmPlan, WallFilms, WallPlace};
-pub use mesh::{Base, Facing, Feature, Mesh, NearMeshes, Period, SMOOTH_ANGLE, Saddle, Scratch};
+pub use mesh::{
+    Base, Facing, Feature, LeftOut, Mesh, NearMeshes, Period, Precision, SMOOTH_ANGLE, Saddle,
+    Scratch,
+};
 pub use motion::{Component, Motion};
 pub use motion_table::{MotionTable, Row};
 pub use now::{SavedWall, WallNow};

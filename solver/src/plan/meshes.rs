@@ -1,11 +1,12 @@
 //! Mesh walls: read, placed, and looked over.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::DVec3;
 use mercury_common::formats::mesh::{TriangleMesh, read_mesh};
 use mercury_common::scene::{
-    Domain, MeshSide, MeshSource, Scene, SceneError, Shape as SceneShape, Switches,
+    Domain, Located, MeshSide, MeshSource, Scene, SceneError, Shape as SceneShape, Switches,
 };
 use mercury_common::turns::about_axis;
 
@@ -15,8 +16,12 @@ use mercury_engine::neighbours::Skin;
 use mercury_engine::walls::{Mesh, Shape, Wall};
 
 /// Reads the triangles of a wall.
-pub(super) fn mesh(source: &MeshSource, side: MeshSide) -> Result<Shape, SceneError> {
-    let triangles = triangles(source)?;
+pub(super) fn mesh(
+    source: &MeshSource,
+    side: MeshSide,
+    warnings: &mut Vec<String>,
+) -> Result<Shape, SceneError> {
+    let triangles = triangles(&source.file, warnings)?;
     let place = placement(source);
     Mesh::new(&triangles, place, side == MeshSide::Front)
         .map(|mesh| Shape::Mesh(Arc::new(mesh)))
@@ -30,8 +35,8 @@ pub(super) fn mesh(source: &MeshSource, side: MeshSide) -> Result<Shape, SceneEr
 }
 
 /// Reads the closed mesh of a region.
-pub(super) fn solid(source: &MeshSource) -> Result<Solid, SceneError> {
-    let triangles = triangles(source)?;
+pub(super) fn solid(source: &MeshSource, warnings: &mut Vec<String>) -> Result<Solid, SceneError> {
+    let triangles = triangles(&source.file, warnings)?;
     let place = placement(source);
     let corners: Vec<DVec3> = triangles.vertices.iter().map(|&x| place(x)).collect();
     Solid::new(&corners, &triangles.triangles).map_err(|error| {
@@ -41,8 +46,15 @@ pub(super) fn solid(source: &MeshSource) -> Result<Solid, SceneError> {
     })
 }
 
-pub(super) fn triangles(source: &MeshSource) -> Result<TriangleMesh, SceneError> {
-    read_mesh(&source.file.value).map_err(|error| source.file.error(error.to_string()))
+/// Reads the triangles of a file, with what is odd about it.
+pub(super) fn triangles(
+    file: &Located<PathBuf>,
+    warnings: &mut Vec<String>,
+) -> Result<TriangleMesh, SceneError> {
+    let mesh = read_mesh(&file.value).map_err(|error| file.error(error.to_string()))?;
+    let odd = mesh.warnings.iter();
+    warnings.extend(odd.map(|warning| format!("{}: {warning}", file.value.display())));
+    Ok(mesh)
 }
 
 /// Where a corner of the file comes to stand, m: scaled, then turned about the origin, then moved.
@@ -139,14 +151,27 @@ pub(super) fn remarks(
             continue;
         };
         let name = &wall.name;
-        match mesh.dropped() {
+        let left_out = mesh.left_out();
+        let precision = mesh.precision();
+        match left_out.thin {
             0 => {}
             1 => notes.push(format!(
-                "walls.{name}: 1 triangle has no area and is left out"
+                "walls.{name}: 1 triangle has no area and is left out: it is thinner than {precision}"
             )),
             count => notes.push(format!(
-                "walls.{name}: {count} triangles have no area and are left out"
+                "walls.{name}: {count} triangles have no area and are left out: they are thinner than {precision}"
             )),
+        }
+        if left_out.far > 0 {
+            let triangles = match left_out.far {
+                1 => "1 triangle is".to_owned(),
+                count => format!("{count} triangles are"),
+            };
+            warnings.push(format!(
+                "walls.{name}: {triangles} left out, with a corner more than {} m away: the mesh{} may be damaged",
+                short(Mesh::FARTHEST),
+                file_of(scene, name)
+            ));
         }
         let (low, high) = mesh.bounds();
         let outside = low.cmpgt(max).any() || high.cmplt(min).any();
