@@ -56,7 +56,7 @@ pub use clap_complete::Shell;
 pub use failure::{Exit, Failure, Outcome};
 pub use interrupt::{Temporary, end_at_once, note_on_request, stop_on_request};
 pub use progress::Progress;
-pub use values::{duration, positive};
+pub use values::{duration, positive, quantity};
 
 /// Reads the arguments, does what `execute` does with them, and says what went wrong.
 ///

@@ -42,7 +42,7 @@ dimensions! {
     LENGTH = [1, 0, 0, 0, 0], "a length", "m, cm, mm, um, nm, km";
     AREA = [2, 0, 0, 0, 0], "an area", "m2, cm2, mm2";
     VOLUME = [3, 0, 0, 0, 0], "a volume", "m3, cm3, mm3, l, ml";
-    TIME = [0, 0, 1, 0, 0], "a time", "s, ms, us, min, h";
+    TIME = [0, 0, 1, 0, 0], "a time", "s, ms, us, min, h, d";
     MASS = [0, 1, 0, 0, 0], "a mass", "kg, g, mg, t";
     SPEED = [1, 0, -1, 0, 0], "a speed", "m/s, mm/s, cm/s, km/h";
     ACCELERATION = [1, 0, -2, 0, 0], "an acceleration", "m/s2, mm/s2";
@@ -412,6 +412,7 @@ fn unit_named(symbol: &str) -> Option<(Scale, bool)> {
         "s" => (time(1.0), true),
         "min" => (time(60.0), false),
         "h" => (time(3600.0), false),
+        "d" => (time(86400.0), false),
         "l" | "L" => (
             Scale {
                 ten: -3,
@@ -548,6 +549,7 @@ mod tests {
             ("mm", "does not begin with a number"),
             ("5 mmm", "there is no unit \"mmm\""),
             ("5 kmin", "there is no unit \"kmin\""),
+            ("5 kd", "there is no unit \"kd\""),
             (
                 "20 \u{b0}C",
                 "is in degrees Celsius, which begin at another zero than kelvin: write kelvin, 293.15 K for 20 \u{b0}C",

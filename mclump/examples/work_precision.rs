@@ -263,7 +263,7 @@ fn cube() -> TriangleMesh {
     TriangleMesh {
         vertices,
         triangles,
-        welded: 0,
+        ..TriangleMesh::default()
     }
 }
 
@@ -293,7 +293,7 @@ fn ellipsoid() -> TriangleMesh {
     TriangleMesh {
         vertices,
         triangles,
-        welded: 0,
+        ..TriangleMesh::default()
     }
 }
 
@@ -318,6 +318,6 @@ fn torus(major: f64, minor: f64, along: u32, around: u32) -> TriangleMesh {
     TriangleMesh {
         vertices,
         triangles,
-        welded: 0,
+        ..TriangleMesh::default()
     }
 }

@@ -198,6 +198,74 @@ pub fn generate(
         .collect())
 }
 
+/// Makes pebbles whose union has the volume of the body, to about 1e-4, by letting all stand out alike; returns this protrusion (m) as well.
+///
+/// The balls are chosen twice: inscribed, which says about how far they will stand out, and for that protrusion. The radii are
+/// then grown until the volume is right. The request's own protrusion is not used.
+///
+/// # Errors
+/// As [`generate`].
+pub fn generate_of_volume(
+    mesh: &TriangleMesh,
+    request: &Request,
+    progress: &mut dyn FnMut(usize, usize),
+) -> Result<(Vec<Pebble>, f64), GenerateError> {
+    let body = Body::new(mesh)?;
+    let mut protrusion = 0.0;
+    let mut pebbles = Vec::new();
+    for _ in 0..2 {
+        let request = Request {
+            protrusion,
+            // The smallest radius is that of the inscribed balls, which only grow.
+            smallest_radius: match request.smallest_radius > 0.0 {
+                true => request.smallest_radius + protrusion,
+                false => 0.0,
+            },
+            ..request.clone()
+        };
+        let inscribed: Vec<Pebble> = generate(mesh, &request, progress)?
+            .iter()
+            .map(|pebble| grown(&body.to_body(pebble), -protrusion / body.unit))
+            .collect();
+        let growth = growth_to_volume(&body, &inscribed);
+        protrusion = growth * body.unit;
+        let balls = inscribed
+            .iter()
+            .map(|ball| body.to_mesh(&grown(ball, growth)));
+        pebbles = balls.collect();
+    }
+    Ok((pebbles, protrusion))
+}
+
+fn grown(ball: &Pebble, by: f64) -> Pebble {
+    Pebble {
+        radius: ball.radius + by,
+        ..*ball
+    }
+}
+
+/// By how much the radii of balls must grow so that their union has the volume of the body, in its frame; 0 if it has more.
+fn growth_to_volume(body: &Body, balls: &[Pebble]) -> f64 {
+    let is_enough = |growth: f64| {
+        let balls: Vec<Pebble> = balls.iter().map(|ball| grown(ball, growth)).collect();
+        volume_error(body, &balls) >= 0.0
+    };
+    if is_enough(0.0) {
+        return 0.0;
+    }
+    // A ball of radius 1 has the volume of the body; the volume itself is known to 1e-4.
+    let (mut low, mut high) = (0.0, 1.0);
+    while high - low > 1e-6 {
+        let middle = 0.5 * (low + high);
+        if is_enough(middle) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    high
+}
+
 /// Lengths of a request in units of the body.
 #[derive(Debug, Clone, Copy)]
 struct Limits {

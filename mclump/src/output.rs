@@ -75,13 +75,29 @@ pub fn paths(path: &Path, has_surface: bool, has_picture: bool) -> Vec<PathBuf> 
     all
 }
 
-/// The clump file that a user means by `path`: a name without a suffix gets `.clump.toml`.
+/// The clump file that a user means by `path`: a name that does not end in `.toml` gets `.clump.toml`. What stands behind another point may be
+/// part of a number.
+///
+/// ```
+/// use std::path::Path;
+///
+/// use mclump::output::with_suffix;
+///
+/// let file = |name: &str| with_suffix(Path::new(name)).display().to_string();
+/// assert_eq!(file("b0.1e-3"), "b0.1e-3.clump.toml");
+/// assert_eq!(file("out/rod.clump"), "out/rod.clump.toml");
+/// assert_eq!(file("rod.toml"), "rod.toml");
+/// ```
 #[must_use]
 pub fn with_suffix(path: &Path) -> PathBuf {
+    let has = |ending: &str| {
+        let known = path.extension();
+        known.is_some_and(|known| known.eq_ignore_ascii_case(ending))
+    };
     match path.file_name() {
-        Some(name) if path.extension().is_none() => {
+        Some(name) if !has("toml") => {
             let mut name = name.to_os_string();
-            name.push(".clump.toml");
+            name.push(if has("clump") { ".toml" } else { ".clump.toml" });
             path.with_file_name(name)
         }
         _ => path.to_owned(),

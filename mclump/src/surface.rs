@@ -95,7 +95,8 @@ pub fn prepare(mesh: TriangleMesh, repair: bool) -> Result<Prepared, SurfaceErro
     if volume <= 1e-13 * diagonal.powi(3) {
         return Err(SurfaceError::NoVolume { volume, diagonal });
     }
-    let warnings = report.warnings();
+    let mut warnings = mesh.warnings.clone();
+    warnings.extend(report.warnings());
     Ok(Prepared {
         mesh,
         report,

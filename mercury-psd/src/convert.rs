@@ -84,6 +84,7 @@ pub fn table(classes: &Classes, form: &Form) -> String {
         ValueKind::Cumulative => "cumulative",
         ValueKind::Fraction => "fraction",
         ValueKind::Retained => "retained",
+        ValueKind::CumulativeRetained => "cumulative retained",
     };
     let unit = if form.percent { "%" } else { "-" };
     out.extend_from_slice(
@@ -106,6 +107,15 @@ pub fn table(classes: &Classes, form: &Form) -> String {
             .into_iter()
             .chain(std::iter::once(0.0))
             .collect(),
+        // Summed from the coarse end: nothing, exactly, stays on the largest size.
+        ValueKind::CumulativeRetained => {
+            let mut retained = vec![0.0];
+            for share in classes.shares(form.weighting).into_iter().rev() {
+                retained.push(retained[retained.len() - 1] + share);
+            }
+            retained.reverse();
+            retained
+        }
     };
     let part = if form.size == SizeKind::Radius {
         0.5
@@ -185,7 +195,7 @@ mod tests {
         fn tables_go_round(
             widths in prop::collection::vec(0.01_f64..1.0, 1..20),
             shares in prop::collection::vec(0.01_f64..1.0, 20),
-            kind in 0..3_usize,
+            kind in 0..4_usize,
             by in 0..4_usize,
             size in 0..2_usize,
             percent: bool,
@@ -200,7 +210,7 @@ mod tests {
             let form = Form {
                 size: [SizeKind::Diameter, SizeKind::Radius][size],
                 percent,
-                ..form([ValueKind::Cumulative, ValueKind::Fraction, ValueKind::Retained][kind], Weighting::ALL[by])
+                ..form([ValueKind::Cumulative, ValueKind::Fraction, ValueKind::Retained, ValueKind::CumulativeRetained][kind], Weighting::ALL[by])
             };
             let back = read(&super::table(&classes, &form));
             prop_assert_eq!(back.weighting, Weighting::ALL[by]);
@@ -210,7 +220,7 @@ mod tests {
             for (x, y) in a.iter().zip(&b) {
                 // Cumulative shares are written with an error of 1e-16; by volume the finest class may hold 1e-12 of it, and is
                 // then known to 1e-4 only: the bound is on what the file holds.
-                let tolerance = if form.kind == ValueKind::Cumulative {
+                let tolerance = if matches!(form.kind, ValueKind::Cumulative | ValueKind::CumulativeRetained) {
                     1e-12 + 4e-16 * (edges[edges.len() - 1] / edges[0]).powi(3)
                 } else {
                     1e-12

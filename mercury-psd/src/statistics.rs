@@ -164,6 +164,15 @@ impl Statistics {
         }
     }
 
+    /// Adds further mean diameters, each once.
+    pub fn add_means(&mut self, sizes: &Sizes, wanted: &[(i32, i32)]) {
+        for &(p, q) in wanted {
+            if !self.means.iter().any(|&(a, b, _)| (a, b) == (p, q)) {
+                self.means.push((p, q, mean_diameter(sizes, p, q)));
+            }
+        }
+    }
+
     /// For scripts.
     #[must_use]
     pub fn json(&self) -> Value {

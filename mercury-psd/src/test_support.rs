@@ -21,7 +21,7 @@ fn read(name: &str, values: Option<&str>) -> Option<Sizes> {
     let options = Options {
         size: Some(SizeKind::Radius),
         per_metre: Some(if name.contains("Lactose") { 1e6 } else { 1.0 }),
-        values: values.and_then(parse_type),
+        values: values.and_then(|kind| parse_type(kind).ok()),
         mercury: values.is_some(),
         ..Options::default()
     };

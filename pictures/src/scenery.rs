@@ -139,7 +139,7 @@ mod tests {
         let surface = TriangleMesh {
             vertices: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
             triangles: vec![[0, 1, 2]],
-            welded: 0,
+            ..TriangleMesh::default()
         };
         let turn = DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2);
         let grain = Grain::of_body(&surface, DVec3::Z, turn, 2.0);

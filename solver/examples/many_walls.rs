@@ -59,7 +59,7 @@ fn block(place: DVec3, half: f64) -> Result<Mesh, WallError> {
     let cube = TriangleMesh {
         vertices: (0..8).map(|k| (corner(k) * 2.0 - 1.0) * half).collect(),
         triangles: halves.concat(),
-        welded: 0,
+        ..TriangleMesh::default()
     };
     Mesh::new(&cube, |x| x + place, false)
 }

@@ -132,7 +132,7 @@ fn tessellated(radius: f64, centre: DVec3) -> Mesh {
     let triangles = TriangleMesh {
         vertices,
         triangles,
-        welded: 0,
+        ..TriangleMesh::default()
     };
     Mesh::new(&triangles, |x| x, false).expect("triangles with an area")
 }

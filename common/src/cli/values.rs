@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use crate::units::{Dimension, Quantity};
+
 /// A number above 0, for `value_parser`. Use it with `allow_negative_numbers`, so that the message for -1 gives the reason.
 ///
 /// # Errors
@@ -11,6 +13,37 @@ pub fn positive(text: &str) -> Result<f64, String> {
         Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
         Ok(value) if value <= 0.0 => Err("must be above 0".to_owned()),
         _ => Err("expected a number above 0".to_owned()),
+    }
+}
+
+/// A quantity above 0 in SI units, a number alone or one with a unit such as `0.2 mm`, for `value_parser`.
+///
+/// ```
+/// use mercury_common::cli::quantity;
+/// use mercury_common::units::Dimension;
+///
+/// let length = quantity(Dimension::LENGTH);
+/// assert_eq!(length("0.25 mm"), Ok(2.5e-4));
+/// assert_eq!(length("2.5e-4"), Ok(2.5e-4));
+/// assert_eq!(
+///     length("2 kg").unwrap_err(),
+///     "is a mass, expected a length (m, cm, mm, um, nm, km), or a number in m"
+/// );
+/// ```
+pub fn quantity(wanted: Dimension) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync {
+    move |text: &str| {
+        let text = text.trim();
+        if text.parse::<f64>().is_ok() || !Quantity::is_begun_by(text) {
+            return positive(text);
+        }
+        let value = Quantity::parse(text)?.value(wanted).map_err(|what| {
+            let (words, units, symbol) = (wanted.words(), wanted.units(), wanted.symbol());
+            format!("is {what}, expected {words} ({units}), or a number in {symbol}")
+        })?;
+        match value > 0.0 && value.is_finite() {
+            true => Ok(value),
+            false => Err("must be above 0".to_owned()),
+        }
     }
 }
 

@@ -1,10 +1,12 @@
 //! Lines of a text file and the blank-separated tokens on them, with their places.
 
+use std::borrow::Cow;
 use std::io::{BufRead, Read as _};
 use std::path::{Path, PathBuf};
 
 use crate::error::FormatError;
 use crate::formats::number::parse_number;
+use crate::formats::other_kinds;
 use crate::run_files::Packing;
 
 /// The longest line, in bytes. No format of ours or of those we read has longer ones; a compressed file of a few kilobytes may.
@@ -18,6 +20,8 @@ pub struct LineReader<R> {
     line: String,
     line_number: usize,
     held: bool,
+    takes_any_encoding: bool,
+    has_begun: bool,
 }
 
 impl<R: BufRead> LineReader<R> {
@@ -29,13 +33,22 @@ impl<R: BufRead> LineReader<R> {
             line: String::new(),
             line_number: 0,
             held: false,
+            takes_any_encoding: false,
+            has_begun: false,
         }
+    }
+
+    /// Reads bytes that are not UTF-8 as U+FFFD: for files in which names alone may have letters beyond ASCII.
+    #[must_use]
+    pub fn with_any_encoding(mut self) -> Self {
+        self.takes_any_encoding = true;
+        self
     }
 
     /// Goes to the next line that is not blank; `false` at the end of the file.
     ///
     /// # Errors
-    /// If the file cannot be read, is not text (UTF-8), or has a line longer than [`LONGEST_LINE`].
+    /// If the file cannot be read, is not text (UTF-8), has a line longer than [`LONGEST_LINE`], or begins like a file of another kind.
     pub fn advance(&mut self) -> Result<bool, FormatError> {
         if std::mem::take(&mut self.held) {
             return Ok(true);
@@ -61,12 +74,22 @@ impl<R: BufRead> LineReader<R> {
                 let place = self.line_number;
                 return Err(FormatError::at(&self.path, place, None, found, expected));
             }
-            self.line = String::from_utf8(bytes)
-                .map_err(|error| not_text(&self.path, self.line_number, error.as_bytes()))?;
+            self.line = match String::from_utf8(bytes) {
+                Ok(line) => line,
+                Err(error) if self.takes_any_encoding => {
+                    String::from_utf8_lossy(error.as_bytes()).into_owned()
+                }
+                Err(error) => {
+                    return Err(not_text(&self.path, self.line_number, error.as_bytes()));
+                }
+            };
             if self.line_number == 1 && self.line.starts_with('\u{feff}') {
                 self.line.remove(0);
             }
             if !self.line.bytes().all(|byte| byte.is_ascii_whitespace()) {
+                if !std::mem::replace(&mut self.has_begun, true) {
+                    other_kinds::refuse(&self.path, self.line.as_bytes())?;
+                }
                 return Ok(true);
             }
         }
@@ -106,6 +129,16 @@ impl<R: BufRead> LineReader<R> {
             position: 0,
         }
     }
+}
+
+/// The same text with a line feed in place of each carriage return that has none: such are the line ends of old programs of the Macintosh.
+pub(crate) fn with_line_feeds(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let is_alone = |at: usize| bytes[at] == b'\r' && bytes.get(at + 1) != Some(&b'\n');
+    if !(bytes.contains(&b'\r') && (0..bytes.len()).any(is_alone)) {
+        return Cow::Borrowed(bytes);
+    }
+    let byte = |at: usize| if is_alone(at) { b'\n' } else { bytes[at] };
+    (0..bytes.len()).map(byte).collect()
 }
 
 /// The message for bytes that are not UTF-8, with the usual reasons.
@@ -302,6 +335,41 @@ mod tests {
         let error = lines.advance().unwrap_err();
         assert_eq!((error.line, error.column), (Some(1), Some(2)));
         assert!(error.help.unwrap().contains("gunzip"));
+    }
+
+    #[test]
+    fn files_of_another_kind_are_named() {
+        for (text, found) in [
+            (
+                "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\n",
+                "f.data: a pointer of Git LFS in place of the file",
+            ),
+            (
+                "\n <!DOCTYPE html>\n<html>\n",
+                "f.data: a page of the web (HTML) in place of the file",
+            ),
+        ] {
+            let mut lines = LineReader::new(text.as_bytes(), "f.data");
+            let error = lines.advance().unwrap_err();
+            assert!(error.to_string().starts_with(found), "{error}");
+            assert!(error.help.is_some());
+        }
+    }
+
+    #[test]
+    fn lines_end_with_any_of_the_three_ends() {
+        let text = |bytes: &[u8]| String::from_utf8(with_line_feeds(bytes).into_owned()).unwrap();
+        assert_eq!(text(b"a\rb\r\rc\r"), "a\nb\n\nc\n");
+        assert_eq!(text(b"a\r\nb\rc\n\r\n"), "a\r\nb\nc\n\r\n");
+        assert!(matches!(with_line_feeds(b"a\r\nb\n"), Cow::Borrowed(_)));
+    }
+
+    #[test]
+    fn names_may_be_in_any_encoding() {
+        let mut lines = LineReader::new(&b"solid Gr\xf6\xdfe 7\n"[..], "f.stl").with_any_encoding();
+        assert!(lines.advance().unwrap());
+        let mut tokens = lines.tokens().skip(2);
+        assert_eq!(tokens.next().unwrap().text, "7");
     }
 
     #[test]

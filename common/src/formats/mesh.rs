@@ -29,6 +29,10 @@ pub struct TriangleMesh {
     pub triangles: Vec<[u32; 3]>,
     /// How many corners of the file were merged into another one.
     pub welded: usize,
+    /// The coordinates are known in single precision only, as those of a binary STL.
+    pub is_single_precision: bool,
+    /// Oddities of the file with which it could be read all the same, for the user.
+    pub warnings: Vec<String>,
 }
 
 impl TriangleMesh {
@@ -39,6 +43,7 @@ impl TriangleMesh {
         let surface = Surface {
             vertices: triangles.iter().flatten().copied().collect(),
             triangles: (0..count).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect(),
+            ..Surface::default()
         };
         weld::weld(&surface, 0.0)
     }
@@ -76,6 +81,8 @@ impl TriangleMesh {
         let surface = Surface {
             vertices: self.vertices.clone(),
             triangles: self.triangles.clone(),
+            is_single_precision: self.is_single_precision,
+            warnings: self.warnings.clone(),
         };
         let mut mesh = weld::weld(&surface, tolerance.max(0.0));
         mesh.welded += self.welded;
@@ -153,7 +160,11 @@ fn read_surface(path: &Path) -> Result<Surface, FormatError> {
     }
     let surface = parse(path, &bytes)?;
     if surface.triangles.is_empty() {
-        return Err(FormatError::of_file(path, "the mesh has no triangles"));
+        let error = FormatError::of_file(path, "the mesh has no triangles");
+        return Err(match surface.warnings.first() {
+            Some(warning) => error.with_help(warning),
+            None => error,
+        });
     }
     Ok(surface)
 }
@@ -163,6 +174,8 @@ fn read_surface(path: &Path) -> Result<Surface, FormatError> {
 struct Surface {
     vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
+    is_single_precision: bool,
+    warnings: Vec<String>,
 }
 
 impl Surface {

@@ -18,6 +18,7 @@ pub mod lines;
 pub mod mesh;
 pub mod number;
 pub mod orientation;
+pub(crate) mod other_kinds;
 pub mod particle_csv;
 pub mod pebble_list;
 pub mod table_head;
@@ -34,10 +35,12 @@ pub(crate) fn open(path: &Path) -> Result<File, FormatError> {
         .map_err(|error| FormatError::of_file(path, format!("the file cannot be opened: {error}")))
 }
 
-/// Reads a whole file.
+/// Reads a whole file, which is not one of [another kind](other_kinds).
 pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, FormatError> {
-    std::fs::read(path)
-        .map_err(|error| FormatError::of_file(path, format!("the file cannot be read: {error}")))
+    let failed = |error| FormatError::of_file(path, format!("the file cannot be read: {error}"));
+    let bytes = std::fs::read(path).map_err(failed)?;
+    other_kinds::refuse(path, &bytes)?;
+    Ok(bytes)
 }
 
 /// Writes a whole file.

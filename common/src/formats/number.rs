@@ -31,6 +31,37 @@ pub fn parse_number(text: &str) -> Option<f64> {
     text.parse().ok()
 }
 
+/// Reads one number as [`parse_number`] does, or as Fortran writes it: `1.0D+00`, and `1.000000-101`, where a long exponent
+/// leaves no room for its letter.
+///
+/// ```
+/// use mercury_common::formats::number::parse_number_of_fortran;
+///
+/// assert_eq!(parse_number_of_fortran("-1.5D+02"), Some(-150.0));
+/// assert_eq!(parse_number_of_fortran("1.5-02"), Some(0.015));
+/// // Not two numbers that run together.
+/// assert_eq!(parse_number_of_fortran("1.5-2.5"), None);
+/// ```
+#[must_use]
+pub fn parse_number_of_fortran(text: &str) -> Option<f64> {
+    parse_number(text).or_else(|| {
+        let (significand, exponent, least_digits) = match text.find(['d', 'D']) {
+            Some(letter) => (&text[..letter], &text[letter + 1..], 1),
+            None => {
+                let sign = text.rfind(['+', '-'])?;
+                (&text[..sign], &text[sign..], 2)
+            }
+        };
+        let digits = exponent.strip_prefix(['+', '-']).unwrap_or(exponent);
+        let is_exponent = (least_digits..=3).contains(&digits.len())
+            && digits.bytes().all(|byte| byte.is_ascii_digit())
+            && (least_digits == 1 || significand.contains('.'));
+        is_exponent
+            .then(|| parse_number(&format!("{significand}e{exponent}")))
+            .flatten()
+    })
+}
+
 /// Appends one number.
 pub fn push_number(out: &mut Vec<u8>, value: f64, style: NumberStyle) {
     if value.is_nan() {

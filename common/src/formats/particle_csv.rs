@@ -11,6 +11,7 @@ mod writer;
 use glam::DVec3;
 
 use crate::particle_properties::{PARTICLE_PROPERTIES, ParticleProperty, PropertyValue};
+use crate::units::Dimension;
 
 pub use reader::{ParticleTableReader, parse_particle_csv, read_particle_csv};
 pub use writer::{push_particle_csv, write_particle_csv};
@@ -87,6 +88,24 @@ impl Named {
         fixed
             .map(Self::Fixed)
             .or_else(|| property().map(Self::Property))
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Fixed(column) => COLUMNS[column],
+            Self::Property(place) => PARTICLE_PROPERTIES[place].name,
+        }
+    }
+
+    /// What its numbers measure; nothing for words, factors and orientations.
+    fn dimension(self) -> Option<Dimension> {
+        match self {
+            Self::Fixed(0..=RADIUS) => Some(Dimension::LENGTH),
+            Self::Fixed(5..=7) => Some(Dimension::SPEED),
+            Self::Fixed(8..=10) => Some(Dimension::ANGULAR_VELOCITY),
+            Self::Fixed(_) => None,
+            Self::Property(place) => Dimension::of_unit(PARTICLE_PROPERTIES[place].unit),
+        }
     }
 }
 

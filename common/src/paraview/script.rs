@@ -23,13 +23,28 @@ pub struct ScriptParts {
     pub membranes: bool,
 }
 
+/// A Python string literal.
+fn python_literal(text: &str) -> String {
+    let mut quoted = String::from('"');
+    for letter in text.chars() {
+        match letter {
+            '\\' | '"' => quoted.extend(['\\', letter]),
+            letter if letter.is_control() => {
+                let _ = write!(quoted, "\\x{:02x}", u32::from(letter));
+            }
+            letter => quoted.push(letter),
+        }
+    }
+    quoted.push('"');
+    quoted
+}
+
 /// The script: particles as spheres of their diameter, coloured by speed; walls translucent; contacts as lines coloured by force,
 /// hidden at first. It finds the files beside itself, and saves a picture if it is given a name.
 #[must_use]
 pub fn script(prefix: &str, parts: ScriptParts) -> String {
     let mut text = String::new();
-    // A Python string literal; control characters cannot be part of our file names' prefix, but a quote can.
-    let quoted = format!("\"{}\"", prefix.replace('\\', "\\\\").replace('"', "\\\""));
+    let quoted = python_literal(prefix);
     let _ = writeln!(
         text,
         r#"# Opens this run in ParaView:   paraview --script=THIS_FILE

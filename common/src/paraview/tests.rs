@@ -304,6 +304,8 @@ fn the_script_names_the_series_that_there_are() {
     };
     let text = script("my \"run\"", all);
     assert!(text.contains(r#"prefix = "my \"run\"""#));
+    // As Python reads it back.
+    assert!(script("a\tb\n\\c", all).contains(r#"prefix = "a\x09b\x0a\\c""#));
     for kind in [
         "particles",
         "contacts",

@@ -68,6 +68,9 @@ fn default_name(path: &str) -> Option<String> {
     Some(format!("{one}-{}", index + 1))
 }
 
+/// What is wrong with a text that [is not one line](Context::is_one_line).
+pub(super) const ONE_LINE: &str = "must not hold line breaks or other control characters";
+
 impl Context {
     pub(super) fn report(&self, error: SceneError) {
         self.errors.borrow_mut().push(error);
@@ -77,7 +80,7 @@ impl Context {
     pub(super) fn is_one_line(&self, text: &Located<String>) -> bool {
         let is_one = !text.chars().any(char::is_control);
         if !is_one {
-            self.report(text.error("must not hold line breaks or other control characters"));
+            self.report(text.error(ONE_LINE));
         }
         is_one
     }

@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use super::cursor::{Context, Fields, Files};
+use super::cursor::{Context, Fields, Files, ONE_LINE};
 use super::key_path;
 use super::keys::{Kind, TableKeys};
 use super::laws::Range;
 use super::source::{Located, Place};
 use super::spelling::{listed, nearest};
 use super::statement::NamedFile;
-use super::tree::{Node, Value};
+use super::tree::{BACKSLASHES, Node, Value};
 use super::{ClumpIndex, MaterialIndex};
 use crate::within::plain;
 
@@ -316,6 +316,13 @@ impl<'a> Item<'a> {
         help: Option<&str>,
         is_right: impl Fn(&Path) -> bool,
     ) -> Option<Located<PathBuf>> {
+        if let Value::String(text) = &self.node.value
+            && text.contains(char::is_control)
+        {
+            let error = self.place.error(ONE_LINE).with_help(BACKSLASHES);
+            self.context.report(error);
+            return None;
+        }
         let name = self.name()?;
         let path = self.context.directory.join(&name.value);
         if let Files::Within(within) = &self.context.files
@@ -336,6 +343,10 @@ impl<'a> Item<'a> {
             } else {
                 let message = format!("the {what} does not exist: {shown}");
                 let error = self.place.error(message);
+                let help = match name.value.contains('\\') {
+                    true => Some(BACKSLASHES),
+                    false => help,
+                };
                 self.context.report(match help {
                     Some(help) => error.with_help(help),
                     None => error,

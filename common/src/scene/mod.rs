@@ -86,6 +86,7 @@ pub use source::{Located, Place, Source};
 pub use spelling::{listed, nearest};
 pub use sprays::{AtWalls, Nozzle, Spray, SprayDrag, SprayFlow, SprayPattern, SpraySource};
 pub use statement::{NamedFile, Statement, differences};
+pub use tree::help_with_backslashes;
 pub use walls::{Oka, Wall, Wear, WearBasis, WearLaw};
 
 use boundaries::{FLUX, NAMED_REGION};

@@ -65,6 +65,8 @@ pub enum ParticleSource {
         material: Option<Located<MaterialIndex>>,
         /// Whether they never move; default false.
         fixed: bool,
+        /// Length of one unit of `x`, `y`, `z` and `radius` where their columns name none, m; default 1.
+        scale: Option<Located<f64>>,
     },
     /// The last state of another run.
     Run {
@@ -218,6 +220,7 @@ pub(super) static PARTICLES: TableKeys = TableKeys::new(&[&[
             key("file", Kind::File(""), "\"particles.csv\"", "[columns](particle-csv.md) by header: `x,y,z,radius`, optionally `material,vx,vy,vz,wx,wy,wz` and properties as `film_volume`, of clumps `clump[,scale,qw,qx,qy,qz]`"),
             key("material", Kind::Material, "\"glass\"", "of rows without one").or_open("none"),
             FIXED,
+            key("scale", positive("m"), "1e-3   # m, or \"1 mm\"", "length of one unit of `x`, `y`, `z` and `radius`, where the header names no unit as in `x [mm]`").or_open("1 m"),
         ]], "a table"),
         variant("clump", &[&[
             key("clump", Kind::Clump, "\"rod\"   # the name of a table [clumps.rod]", "a template `[clumps.NAME]`"),
@@ -278,6 +281,7 @@ pub(super) fn read(item: &Item<'_>) -> Option<Particles> {
             file: fields.read("file"),
             material: fields.read("material"),
             fixed: fields.read("fixed"),
+            scale: fields.read("scale"),
         },
         "clump" => {
             let orientation: Option<_> = fields.read("orientation");

@@ -81,6 +81,17 @@ impl Node {
 }
 
 const NOT_TOML: &str = "not valid TOML: ";
+/// Of paths as Windows writes them.
+pub(super) const BACKSLASHES: &str = "write `/` between folders, also on Windows; a `\\` begins an escape in double quotes, such as `\\t` for a tab, and none in single quotes";
+
+/// What to do about a mistake of TOML that a path of Windows in double quotes makes, by the parser's message.
+#[must_use]
+pub fn help_with_backslashes(message: &str) -> Option<&'static str> {
+    // A path may go on as two to eight digits of an escape do: C:\Users, D:\xyz.
+    let of_escapes = ["missing escaped value", "too few unicode value digits"];
+    let is_one = of_escapes.iter().any(|start| message.starts_with(start));
+    is_one.then_some(BACKSLASHES)
+}
 
 /// Parses a document, in TOML or JSON. Syntax errors are reported at once, at most one per line.
 pub(super) fn parse_document(source: &Arc<Source>, text: &str) -> Result<Node, SceneErrors> {
@@ -150,7 +161,13 @@ fn syntax_error(
         message if message.starts_with("missing comma") => place
             .error(format!("{NOT_TOML}{message}"))
             .with_help("is a list or table before this line not closed?"),
-        message => place.error(format!("{NOT_TOML}{message}")),
+        message => {
+            let error = place.error(format!("{NOT_TOML}{message}"));
+            match help_with_backslashes(message) {
+                Some(help) => error.with_help(help),
+                None => error,
+            }
+        }
     }
 }
 

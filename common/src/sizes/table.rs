@@ -111,6 +111,7 @@ pub fn read(path: &Path) -> Result<SizeTable, FormatError> {
 /// As [`read`].
 pub fn read_content(path: &Path, options: &Options) -> Result<Content, FormatError> {
     let bytes = formats::read_bytes(path)?;
+    let bytes = formats::lines::with_line_feeds(&bytes);
     let text = std::str::from_utf8(&bytes).map_err(|error| {
         let line = 1 + bytes[..error.valid_up_to()]
             .iter()

@@ -70,7 +70,7 @@ pub(super) fn plane_in_box(
     TriangleMesh {
         vertices: polygon,
         triangles: (1..last).map(|k| [0, k, k + 1]).collect(),
-        welded: 0,
+        ..TriangleMesh::default()
     }
 }
 

@@ -147,7 +147,7 @@ fn meshes_move_as_they_are() {
     let mesh = TriangleMesh {
         vertices: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
         triangles: vec![[0, 1, 2]],
-        welded: 0,
+        ..TriangleMesh::default()
     };
     let placement = Placement {
         rotation: DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2),

@@ -22,7 +22,7 @@ pub use place::{Place, SurfaceLoad};
 pub use plan::{Faces, SurfacePlan};
 pub use saved::SavedSurface;
 
-use crate::walls::{Mesh, Motion, Shape, Wall, WallError};
+use crate::walls::{LeftOut, Mesh, Motion, Shape, Wall, WallError};
 
 /// From so many vertices on threads share them, if there are several.
 pub const LARGE: usize = 2048;
@@ -75,12 +75,14 @@ impl Surface {
         let triangles = TriangleMesh {
             vertices: plan.vertices.clone(),
             triangles: plan.triangles.clone(),
-            welded: 0,
+            ..TriangleMesh::default()
         };
         let mesh = Mesh::new(&triangles, |x| x, plan.faces == Faces::Front)?.keeping_all();
-        if mesh.dropped() > 0 {
+        let left_out = mesh.left_out();
+        if left_out != LeftOut::default() {
             return Err(WallError::NoTriangle {
-                count: mesh.dropped(),
+                count: left_out.thin + left_out.far,
+                precision: mesh.precision(),
             });
         }
         let zeros = vec![DVec3::ZERO; count];

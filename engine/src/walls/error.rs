@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use super::mesh::Precision;
+
 /// Why a wall shape or a motion cannot be built. `key` is the scene key that is to blame.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum WallError {
@@ -130,10 +132,12 @@ pub enum WallError {
     )]
     OtherShape,
     /// A mesh whose triangles are all lines or points.
-    #[error("file: none of the {count} triangles has an area")]
+    #[error("file: none of the {count} triangles has an area: they are thinner than {precision}")]
     NoTriangle {
         /// How many triangles there are.
         count: usize,
+        /// What thinner triangles do not have an area by.
+        precision: Precision,
     },
 }
 

@@ -70,7 +70,8 @@ pub use disc::Disc;
 pub use error::WallError;
 pub use films::{WallFilmPlan, WallFilms, WallPlace, film_at};
 pub use mesh::{
-    Base, Facing, Feature, Mesh, NearMeshes, Period, SMOOTH_ANGLE, Saddle, Scratch, TurnedPair,
+    Base, Facing, Feature, LeftOut, Mesh, NearMeshes, Period, Precision, SMOOTH_ANGLE, Saddle,
+    Scratch, TurnedPair,
 };
 pub use motion::{Component, Motion};
 pub use motion_table::{MotionTable, Row};

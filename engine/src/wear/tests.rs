@@ -29,7 +29,7 @@ fn mesh(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Mesh {
     let mesh = TriangleMesh {
         vertices: vertices.iter().copied().map(DVec3::from).collect(),
         triangles: triangles.to_vec(),
-        welded: 0,
+        ..TriangleMesh::default()
     };
     Mesh::new(&mesh, |x| x, false).unwrap()
 }

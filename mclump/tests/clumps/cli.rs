@@ -511,10 +511,10 @@ fn negative_numbers_reach_the_validator() {
     let folder = with_rod();
     for (option, value, reason) in [
         ("--density <RHO>", "-1", "must be above 0"),
-        ("--scale <FACTOR>", "-0.001", "must be above 0"),
+        ("--scale <LENGTH>", "-0.001", "must be above 0"),
         ("--fidelity <FRACTION>", "-1", "must be above 0"),
-        ("--protrusion <M>", "-0.5", "must be above 0"),
-        ("--smallest-radius <M>", "-1", "must be above 0"),
+        ("--protrusion <LENGTH>", "-0.5", "must be above 0"),
+        ("--smallest-radius <LENGTH>", "-1", "must be above 0"),
         ("--voxel-tolerance <FRACTION>", "-1", "must be above 0"),
         ("--pebbles <N>", "-1", "-1 is not in 1..=100000"),
         ("--voxels <N>", "-1", "-1 is not in 1..=2000"),
@@ -567,6 +567,48 @@ fn pebbles_that_do_not_stand_for_the_surface_are_refused() {
 }
 
 /// Pebbles made from the surface are in its frame and unit, whatever else is wrong with them.
+#[test]
+fn names_with_points_and_lengths_with_units_are_taken() {
+    let folder = with_rod();
+    let at = folder.path();
+    let units = ["--scale", "1 mm", "--density", "2.5 g/cm3"];
+    succeeds(at, &[&["rod.csv", "-o", "b0.1e-3"], &units[..]].concat());
+    let clump = read_clump(at.join("b0.1e-3.clump.toml")).unwrap();
+    assert_eq!(clump.name, "b0.1e-3");
+    assert_eq!(clump.density, 2500.0);
+    // Three balls of 0.5 mm that touch.
+    let volume = 3.0 * 4.0 / 3.0 * std::f64::consts::PI * 0.5e-3_f64.powi(3);
+    assert!((clump.volume / volume - 1.0).abs() < 1e-12);
+    let error = refused(at, &["rod.csv", "--scale", "1 kg"]);
+    assert!(error.contains("is a mass, expected a length"), "{error}");
+}
+
+#[test]
+fn an_automatic_protrusion_is_written_and_needs_a_number_of_pebbles() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let mut bytes = Vec::new();
+    push_binary_stl(&cuboid(DVec3::new(1.0, 0.7, 0.5)), &mut bytes).unwrap();
+    fs::write(at.join("box.stl"), bytes).unwrap();
+    let generate = ["box.stl", "--generate", "euclidean", "--protrusion", "auto"];
+    let error = refused(at, &generate);
+    assert!(error.contains("give the number (--pebbles)"), "{error}");
+    succeeds(
+        at,
+        &[&generate[..], &["--pebbles", "6", "--scale", "1mm"]].concat(),
+    );
+    let clump = read_clump(at.join("box.clump.toml")).unwrap();
+    let check = clump.checks.iter().find(|(key, _)| key == "fidelity");
+    let Some((_, Remark::Table(fidelity))) = check else {
+        panic!("{check:?}")
+    };
+    let error = fidelity.iter().find(|(key, _)| key == "volume_error");
+    let Some((_, Remark::Number(error))) = error else {
+        panic!("{error:?}")
+    };
+    assert!(error.abs() < 5e-3, "{error}");
+}
+
 #[test]
 fn generated_pebbles_need_no_frame_and_unit() {
     let folder = tempfile::tempdir().unwrap();

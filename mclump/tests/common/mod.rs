@@ -20,7 +20,7 @@ pub(crate) fn mesh(vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> TriangleMe
     TriangleMesh {
         vertices,
         triangles,
-        welded: 0,
+        ..TriangleMesh::default()
     }
 }
 

@@ -74,14 +74,19 @@ fn surface(
 ) -> Option<TriangleMesh> {
     let path = file.surface_path(named)?;
     let read = match named.place.may_read(&path) {
-        Ok(()) => read_mesh(&path).map_err(|error| {
-            // On one line, as all warnings are.
-            let error = FormatError {
-                help: None,
-                ..error
-            };
-            error.to_string()
-        }),
+        Ok(()) => read_mesh(&path)
+            .inspect(|mesh| {
+                let odd = mesh.warnings.iter();
+                warnings.extend(odd.map(|warning| format!("{}: {warning}", path.display())));
+            })
+            .map_err(|error| {
+                // On one line, as all warnings are.
+                let error = FormatError {
+                    help: None,
+                    ..error
+                };
+                error.to_string()
+            }),
         Err(error) => Err(error.message),
     };
     read.map_err(|error| {

@@ -10,7 +10,7 @@ use mercury_common::scene::{
 };
 
 use super::insertions::region;
-use super::meshes::placement;
+use super::meshes::{placement, triangles};
 use super::pair::PairPlan;
 use super::time_step::Limit;
 use super::usage::MaterialUse;
@@ -185,7 +185,7 @@ fn plan_one(
     let name = &membrane.name.value;
     let found = errors.len();
     let mut failed = |error: SceneError| errors.push(error);
-    let mesh = match shape(&membrane.shape) {
+    let mesh = match shape(&membrane.shape, warnings) {
         Ok(mesh) => mesh,
         Err(error) => {
             failed(error);
@@ -207,7 +207,7 @@ fn plan_one(
             return None;
         }
     };
-    let rest = match rest_of(membrane, corners) {
+    let rest = match rest_of(membrane, corners, warnings) {
         Ok(rest) => rest,
         Err(error) => {
             failed(error);
@@ -226,7 +226,8 @@ fn plan_one(
     let is_on_rim = sheet.topology().is_on_rim();
     let mut holds = Vec::new();
     for hold in &membrane.holds {
-        holds.extend(plan_hold(hold, &mesh.vertices, &is_on_rim, walls, errors));
+        let planned = plan_hold(hold, &mesh.vertices, &is_on_rim, walls, warnings, errors);
+        holds.extend(planned);
     }
     check_twice(membrane, &holds, errors);
     check_walls_of_holds(name, &holds, walls, warnings);
@@ -332,7 +333,7 @@ fn file_of(shape: &MembraneShape) -> String {
     }
 }
 
-fn shape(shape: &MembraneShape) -> Result<TriangleMesh, SceneError> {
+fn shape(shape: &MembraneShape, warnings: &mut Vec<String>) -> Result<TriangleMesh, SceneError> {
     use std::f64::consts::{PI, TAU};
     let few = |area: f64, edge: &Located<f64>| {
         let count = about_triangles(area, **edge);
@@ -348,8 +349,7 @@ fn shape(shape: &MembraneShape) -> Result<TriangleMesh, SceneError> {
     };
     Ok(match shape {
         MembraneShape::File(source) => {
-            let mesh = read_mesh_in_order(&source.file.value);
-            let mut mesh = mesh.map_err(|error| source.file.error(error.to_string()))?;
+            let mut mesh = triangles(&source.file, read_mesh_in_order, warnings)?;
             let place = placement(source);
             for vertex in &mut mesh.vertices {
                 *vertex = place(*vertex);
@@ -396,11 +396,15 @@ fn shape(shape: &MembraneShape) -> Result<TriangleMesh, SceneError> {
 }
 
 /// Corners of the stress-free triangles.
-fn rest_of(membrane: &Membrane, own: Vec<[DVec3; 3]>) -> Result<Vec<[DVec3; 3]>, SceneError> {
+fn rest_of(
+    membrane: &Membrane,
+    own: Vec<[DVec3; 3]>,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<[DVec3; 3]>, SceneError> {
     let Some(file) = &membrane.rest else {
         return Ok(own);
     };
-    let mesh = read_mesh(&file.value).map_err(|error| file.error(error.to_string()))?;
+    let mesh = triangles(file, read_mesh, warnings)?;
     if mesh.triangles.len() != own.len() {
         let error = file.error(format!(
             "{} has {} triangles, the sheet {}",
@@ -427,12 +431,13 @@ fn plan_hold(
     vertices: &[DVec3],
     is_on_rim: &[bool],
     walls: &[Wall],
+    warnings: &mut Vec<String>,
     errors: &mut Vec<SceneError>,
 ) -> Option<HoldPlan> {
     let mut is_picked = vec![false; vertices.len()];
     for Pick { is_rim, region: of } in &hold.picks {
         let of = match of {
-            Some(of) => Some(region(of, errors)?),
+            Some(of) => Some(region(of, warnings, errors)?),
             None => None,
         };
         for (k, picked) in is_picked.iter_mut().enumerate() {

@@ -1,11 +1,13 @@
 //! Mesh walls: read, placed, and looked over.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::DVec3;
+use mercury_common::error::FormatError;
 use mercury_common::formats::mesh::{TriangleMesh, read_mesh};
 use mercury_common::scene::{
-    Domain, MeshSide, MeshSource, Scene, SceneError, Shape as SceneShape, Switches, Wear,
+    Domain, Located, MeshSide, MeshSource, Scene, SceneError, Shape as SceneShape, Switches, Wear,
 };
 use mercury_common::turns::about_axis;
 
@@ -16,8 +18,12 @@ use mercury_engine::neighbours::Skin;
 use mercury_engine::walls::{Mesh, Shape, Wall};
 
 /// Reads the triangles of a wall.
-pub(super) fn mesh(source: &MeshSource, side: MeshSide) -> Result<Shape, SceneError> {
-    let triangles = triangles(source)?;
+pub(super) fn mesh(
+    source: &MeshSource,
+    side: MeshSide,
+    warnings: &mut Vec<String>,
+) -> Result<Shape, SceneError> {
+    let triangles = triangles(&source.file, read_mesh, warnings)?;
     let place = placement(source);
     Mesh::new(&triangles, place, side == MeshSide::Front)
         .map(|mesh| Shape::Mesh(Arc::new(mesh)))
@@ -37,12 +43,12 @@ pub(super) fn fit_to_wear(
     shape: Shape,
 ) -> Result<Shape, SceneError> {
     let mesh = shape.mesh().filter(|_| wear.is_some());
-    let Some((found, dropped)) = mesh.and_then(|mesh| Some((mesh.turned()?, mesh.dropped())))
+    let Some((found, left_out)) = mesh.and_then(|mesh| Some((mesh.turned()?, mesh.left_out())))
     else {
         return Ok(shape);
     };
-    let left_out = if dropped > 0 {
-        ", those without area left out"
+    let left_out = if left_out.thin + left_out.far > 0 {
+        ", without those that are left out"
     } else {
         ""
     };
@@ -59,8 +65,8 @@ pub(super) fn fit_to_wear(
 }
 
 /// Reads the closed mesh of a region.
-pub(super) fn solid(source: &MeshSource) -> Result<Solid, SceneError> {
-    let triangles = triangles(source)?;
+pub(super) fn solid(source: &MeshSource, warnings: &mut Vec<String>) -> Result<Solid, SceneError> {
+    let triangles = triangles(&source.file, read_mesh, warnings)?;
     let place = placement(source);
     let corners: Vec<DVec3> = triangles.vertices.iter().map(|&x| place(x)).collect();
     Solid::new(&corners, &triangles.triangles).map_err(|error| {
@@ -70,8 +76,16 @@ pub(super) fn solid(source: &MeshSource) -> Result<Solid, SceneError> {
     })
 }
 
-fn triangles(source: &MeshSource) -> Result<TriangleMesh, SceneError> {
-    read_mesh(&source.file.value).map_err(|error| source.file.error(error.to_string()))
+/// Reads the triangles of a file by `read`, with what is odd about it.
+pub(super) fn triangles<'a>(
+    file: &'a Located<PathBuf>,
+    read: impl Fn(&'a PathBuf) -> Result<TriangleMesh, FormatError>,
+    warnings: &mut Vec<String>,
+) -> Result<TriangleMesh, SceneError> {
+    let mesh = read(&file.value).map_err(|error| file.error(error.to_string()))?;
+    let odd = mesh.warnings.iter();
+    warnings.extend(odd.map(|warning| format!("{}: {warning}", file.value.display())));
+    Ok(mesh)
 }
 
 /// Where a corner of the file comes to stand, m: scaled, then turned about the origin, then moved.
@@ -193,14 +207,27 @@ pub(super) fn remarks(
             continue;
         };
         let name = &wall.name;
-        match mesh.dropped() {
+        let left_out = mesh.left_out();
+        let precision = mesh.precision();
+        match left_out.thin {
             0 => {}
             1 => notes.push(format!(
-                "walls.{name}: 1 triangle has no area and is left out"
+                "walls.{name}: 1 triangle has no area and is left out: it is thinner than {precision}"
             )),
             count => notes.push(format!(
-                "walls.{name}: {count} triangles have no area and are left out"
+                "walls.{name}: {count} triangles have no area and are left out: they are thinner than {precision}"
             )),
+        }
+        if left_out.far > 0 {
+            let triangles = match left_out.far {
+                1 => "1 triangle is".to_owned(),
+                count => format!("{count} triangles are"),
+            };
+            warnings.push(format!(
+                "walls.{name}: {triangles} left out, with a corner more than {} m away: the mesh{} may be damaged",
+                short(Mesh::FARTHEST),
+                file_of(scene, name)
+            ));
         }
         let (low, high) = mesh.bounds();
         let outside = low.cmpgt(max).any() || high.cmplt(min).any();

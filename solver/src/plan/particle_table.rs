@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use glam::{DQuat, DVec3};
 use mercury_common::error::FormatError;
 use mercury_common::formats::particle_csv::{ClumpCells, ParticleRow, ParticleTableReader};
+use mercury_common::readable::counted;
 use mercury_common::scene::{Located, MaterialIndex, Scene, SceneError, nearest};
 
 use super::particles::{StartingParticles, Typed};
@@ -20,7 +21,12 @@ pub(super) struct Table<'a> {
     /// Of rows without one.
     pub material: Option<&'a Located<MaterialIndex>>,
     pub fixed: bool,
+    /// Length of one unit of its lengths, m.
+    pub scale: Option<&'a Located<f64>>,
 }
+
+/// Rows that are wrong and reported at once.
+const MOST_WRONG: usize = 10;
 
 /// What a row is.
 enum Grain {
@@ -29,8 +35,12 @@ enum Grain {
 }
 
 impl StartingParticles {
-    /// Adds the grains of a table, as far as they are right.
-    pub(super) fn read(&mut self, table: &Table<'_>, images: &Images) -> Result<(), SceneError> {
+    /// Adds the grains of a table, as far as they are right; all that are wrong are reported, and those beyond [`MOST_WRONG`] counted.
+    pub(super) fn read(
+        &mut self,
+        table: &Table<'_>,
+        images: &Images,
+    ) -> Result<(), Vec<SceneError>> {
         let file = table.file;
         let of_reader = |mut error: FormatError| {
             // The reader's advice comes behind the line of the scene, as all advice does.
@@ -41,7 +51,22 @@ impl StartingParticles {
                 None => error,
             }
         };
-        let rows = ParticleTableReader::open(&file.value).map_err(of_reader)?;
+        let mut rows = ParticleTableReader::open(&file.value)
+            .map_err(|errors| errors.into_iter().map(of_reader).collect::<Vec<_>>())?;
+        if let Some(scale) = table.scale {
+            let named = file.display();
+            if rows.scale_lengths(scale.value) == 0 {
+                let message = format!(
+                    "has nothing to scale: the lengths of {named} have units in their header"
+                );
+                return Err(vec![scale.error(message)]);
+            }
+            if rows.has_plain_velocities() {
+                self.remarks.push(format!(
+                    "{named}: velocities are in m/s, as `scale` is for x, y, z and radius; another unit goes into the header, as vx [mm/s]"
+                ));
+            }
+        }
         let ignored: Vec<&str> = rows.ignored().collect();
         if !ignored.is_empty() {
             self.remarks.push(format!(
@@ -51,21 +76,45 @@ impl StartingParticles {
             ));
         }
         let before = self.grains();
+        let mut errors = Vec::new();
+        let mut more = 0;
         for row in rows {
-            let row = row.map_err(of_reader)?;
+            let grain = row.map_err(of_reader).and_then(|row| {
+                let grain = table.grain(&row)?;
+                Ok((row, grain))
+            });
+            let (row, grain) = match grain {
+                Ok(right) => right,
+                Err(error) if errors.len() < MOST_WRONG => {
+                    errors.push(error);
+                    continue;
+                }
+                Err(_) => {
+                    more += 1;
+                    continue;
+                }
+            };
             let typed = Typed {
                 entry: table.entry,
                 line: Some(row.line),
             };
-            match table.grain(&row)? {
+            match grain {
                 Grain::Sphere(particle) => self.add(particle, &row.properties, images, typed),
                 Grain::Clump(body) => self.add_body(body, &row.properties, images, typed),
             }
         }
+        if more > 0 {
+            let rows = counted(more, "more row");
+            let verb = if more == 1 { "is" } else { "are" };
+            errors.push(file.error(format!("{}: {rows} {verb} wrong", file.display())));
+        }
+        if !errors.is_empty() {
+            return Err(errors);
+        }
         if self.grains() == before {
             let error = file.error(format!("{} has a header and no particle", file.display()));
             let help = "is it the right file? A scene without particles names no table";
-            return Err(error.with_help(help));
+            return Err(vec![error.with_help(help)]);
         }
         Ok(())
     }

@@ -261,6 +261,7 @@ pub(super) fn starting_particles(
                 file,
                 material,
                 fixed,
+                scale,
             } => {
                 let table = Table {
                     scene,
@@ -268,9 +269,10 @@ pub(super) fn starting_particles(
                     file,
                     material: material.as_ref(),
                     fixed: *fixed,
+                    scale: scale.as_ref(),
                 };
-                if let Err(error) = start.read(&table, &images) {
-                    errors.push(error);
+                if let Err(wrong) = start.read(&table, &images) {
+                    errors.extend(wrong);
                 }
             }
             ParticleSource::Clump {

@@ -13,6 +13,7 @@ const THIN: f64 = 1e-6;
 pub(super) fn regions(
     scene: &Scene,
     start: &StartingParticles,
+    warnings: &mut Vec<String>,
     errors: &mut Vec<SceneError>,
 ) -> Vec<CountedRegion> {
     let (mut min, mut max) = (*scene.domain.min, *scene.domain.max);
@@ -30,7 +31,7 @@ pub(super) fn regions(
     });
     let mut planned = Vec::new();
     for counted in &scene.regions {
-        let Some(region) = region(&counted.region, errors) else {
+        let Some(region) = region(&counted.region, warnings, errors) else {
             continue;
         };
         let region = plane.map_or_else(|| region.clone(), |plane| region.in_plane(plane));

@@ -21,7 +21,11 @@ const MOST_WALLS: usize = 1 << 16;
 const SPANS: f64 = 1e-9;
 
 /// All walls that can be built, in the order of the file, faces of boxes in the order -x +x -y +y -z +z.
-pub(super) fn walls(scene: &Scene, errors: &mut Vec<SceneError>) -> Vec<Wall> {
+pub(super) fn walls(
+    scene: &Scene,
+    warnings: &mut Vec<String>,
+    errors: &mut Vec<SceneError>,
+) -> Vec<Wall> {
     let mut planned = Vec::new();
     for wall in &scene.walls {
         let Some(motion) = motion(wall, errors) else {
@@ -102,7 +106,7 @@ pub(super) fn walls(scene: &Scene, errors: &mut Vec<SceneError>) -> Vec<Wall> {
                 let shape = Revolution::new(**axis, **origin, profile, side(*at));
                 add(name, shape.map(Shape::Revolution), **origin);
             }
-            SceneShape::Mesh { mesh, side } => match meshes::mesh(mesh, *side)
+            SceneShape::Mesh { mesh, side } => match meshes::mesh(mesh, *side, warnings)
                 .and_then(|shape| meshes::fit_to_wear(mesh, wall.wear.as_ref(), shape))
             {
                 Ok(shape) => add(name, Ok(shape), DVec3::ZERO),

@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use mercury_common::scene::{STANDARD_INPUT, is_json, listed, nearest, stem};
+use mercury_common::scene::{
+    STANDARD_INPUT, help_with_backslashes, is_json, listed, nearest, stem,
+};
 use toml::{Table, Value};
 
 use super::{MOST_RUNS, Study, StudyError, StudyRun, Sweep, dotted, grid, named, too_many};
@@ -59,7 +61,17 @@ pub fn parse(path: &Path, text: &str) -> Result<Study, StudyError> {
 /// The document, in TOML or JSON.
 fn document(name: &str, text: &str) -> Result<Table, StudyError> {
     if !is_json(name, text) {
-        let wrong = |error: toml::de::Error| StudyError::new(name, error.to_string().trim_end());
+        let wrong = |error: toml::de::Error| {
+            let shown = error.to_string();
+            let shown = shown.trim_end();
+            StudyError::new(
+                name,
+                match help_with_backslashes(error.message()) {
+                    Some(help) => format!("{shown}\nhelp: {help}"),
+                    None => shown.to_owned(),
+                },
+            )
+        };
         return text.parse().map_err(wrong);
     }
     serde_json::from_str(text.trim_start_matches('\u{feff}')).map_err(|error| {

@@ -191,7 +191,7 @@ fn any_deformation() -> [f64; 3] {
             let mesh = TriangleMesh {
                 vertices: rest.clone(),
                 triangles: vec![[0, 1, 2]],
-                welded: 0,
+                ..TriangleMesh::default()
             };
             let sheet = sheet(&mesh, law(continuum(nu)));
             let now = shaken(&rest, DVec3::splat(0.3), &mut random);

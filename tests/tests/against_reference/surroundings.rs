@@ -120,7 +120,7 @@ fn triangles(corners: &[DVec3], indices: &[[u32; 3]]) -> TwinWall {
     let mesh = TriangleMesh {
         vertices: corners.to_vec(),
         triangles: indices.to_vec(),
-        welded: 0,
+        ..TriangleMesh::default()
     };
     let plain = (0..indices.len())
         .map(|index| mesh.corners(index))

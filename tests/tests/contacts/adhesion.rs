@@ -638,7 +638,7 @@ fn strip() -> Mesh {
     let triangles = TriangleMesh {
         vertices,
         triangles,
-        welded: 0,
+        ..TriangleMesh::default()
     };
     Mesh::new(&triangles, |x| x, false).unwrap()
 }

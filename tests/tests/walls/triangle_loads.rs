@@ -441,7 +441,7 @@ fn what_comes_through_an_edge_or_corner_is_shared_out_evenly() {
             [1.0, 0.0, -1.0],
         ]),
         triangles: vec![[0, 1, 2], [0, 3, 1]],
-        welded: 0,
+        ..TriangleMesh::default()
     };
     let pyramid = TriangleMesh {
         vertices: corners(&[
@@ -452,7 +452,7 @@ fn what_comes_through_an_edge_or_corner_is_shared_out_evenly() {
             [1.0, -1.0, -1.0],
         ]),
         triangles: vec![[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]],
-        welded: 0,
+        ..TriangleMesh::default()
     };
     for (mesh, shares) in [(roof, 2), (pyramid, 4)] {
         let mut plan = loaded(plan(1e-5, DENSITY, linear(0.0)));

@@ -3,19 +3,23 @@
 //! A reader of our own: tobj gives no place of an error, and panics on some faces (`docs/decisions/0029-libraries.md`). The tests compare
 //! with it.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use glam::DVec3;
 
 use super::{Surface, TriangleMesh, too_large};
 use crate::error::FormatError;
-use crate::formats::lines::{LineReader, Token, Tokens};
-use crate::formats::number::{NumberStyle, push_integer, push_numbers};
+use crate::formats::lines::{LineReader, Token, Tokens, with_line_feeds};
+use crate::formats::number::{NumberStyle, parse_number_of_fortran, push_integer, push_numbers};
 
 /// Reads vertices and faces; polygons are cut into a fan from their first corner, which is right for convex
-/// ones. Negative indices count back from the vertices read so far. Everything else is skipped.
+/// ones. Negative indices count back from the vertices read so far. Everything else is skipped, remarks behind numbers included.
 pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Surface, FormatError> {
-    let mut lines = LineReader::new(bytes, path);
+    let bytes = with_line_feeds(bytes);
+    let bytes = joined(&bytes);
+    // Names may be in the encoding of any country.
+    let mut lines = LineReader::new(&bytes[..], path).with_any_encoding();
     let mut surface = Surface::default();
     // Faces may use vertices that come later; the places are needed for the message only.
     let mut last_forward_use: Option<ForwardUse> = None;
@@ -31,7 +35,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Surface, FormatError> {
             }
             Some("f") => {
                 corners.clear();
-                while let Some(token) = tokens.next() {
+                while let Some(token) = tokens.next().filter(|token| !token.text.starts_with('#')) {
                     let index = corner(&tokens, token, surface.vertices.len())?;
                     if index as usize >= surface.vertices.len()
                         && last_forward_use
@@ -71,6 +75,38 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Surface, FormatError> {
     }
 }
 
+/// The text with continued lines, those with a backslash at their end, as one line. The line feeds that are missing then follow behind it, so
+/// that lines keep their numbers. Vertices and faces alone are continued: remarks may end with the name of a folder, and names with a letter of
+/// two bytes of which the second is that of a backslash (GBK).
+fn joined(bytes: &[u8]) -> Cow<'_, [u8]> {
+    if !bytes.contains(&b'\\') {
+        return Cow::Borrowed(bytes);
+    }
+    let mut out = Vec::with_capacity(bytes.len());
+    let (mut missing, mut is_open) = (0, false);
+    for line in bytes.split_inclusive(|&byte| byte == b'\n') {
+        let first = line
+            .trim_ascii_start()
+            .split(u8::is_ascii_whitespace)
+            .next();
+        let may_go_on = is_open || matches!(first, Some(b"v" | b"f"));
+        match line.trim_ascii_end().strip_suffix(b"\\") {
+            Some(start) if may_go_on && !line.contains(&b'#') => {
+                out.extend_from_slice(start);
+                out.push(b' ');
+                missing += 1;
+                is_open = true;
+            }
+            _ => {
+                out.extend_from_slice(line);
+                out.resize(out.len() + missing, b'\n');
+                (missing, is_open) = (0, false);
+            }
+        }
+    }
+    Cow::Owned(out)
+}
+
 /// The largest index that was used before its vertex, counted from 0.
 struct ForwardUse {
     index: u32,
@@ -80,10 +116,11 @@ struct ForwardUse {
 fn vertex(tokens: &mut Tokens<'_>) -> Result<DVec3, FormatError> {
     let mut v = DVec3::ZERO;
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-        let token = tokens.clone().next();
-        v[axis] = tokens.number(name)?;
-        if let Some(token) = token.filter(|_| !v[axis].is_finite()) {
-            return Err(tokens.unexpected(token, name, "a finite number"));
+        let word = tokens.expect(name, "a number")?;
+        v[axis] = parse_number_of_fortran(word.text)
+            .ok_or_else(|| tokens.unexpected(word, name, "a number"))?;
+        if !v[axis].is_finite() {
+            return Err(tokens.unexpected(word, name, "a finite number"));
         }
     }
     Ok(v)

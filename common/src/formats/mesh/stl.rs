@@ -9,8 +9,9 @@ use glam::DVec3;
 
 use super::{Surface, TriangleMesh, too_large};
 use crate::error::FormatError;
-use crate::formats::lines::{LineReader, Token};
-use crate::formats::number::parse_number;
+use crate::formats::lines::{LineReader, Token, with_line_feeds};
+use crate::formats::number::parse_number_of_fortran;
+use crate::readable::counted;
 
 /// 80 bytes of free text and the number of triangles.
 const BINARY_HEADER: usize = 84;
@@ -20,18 +21,31 @@ const BINARY_TRIANGLE: usize = 50;
 /// Reads either kind. Many binary files begin with the word `solid`, which is the mark of the text form: so a file
 /// whose size is that of a binary file is one, and so is one with bytes that no text has.
 pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Surface, FormatError> {
-    let expected = binary_length(bytes);
-    let looks_like_text = bytes
-        .trim_ascii_start()
-        .get(..5)
-        .is_some_and(|word| word.eq_ignore_ascii_case(b"solid"))
-        || bytes.starts_with(b"\xef\xbb\xbf");
     let zero_early = bytes.iter().take(1024).any(|&byte| byte == 0);
-    if expected == Some(bytes.len()) || !looks_like_text || zero_early {
-        parse_binary(path, bytes)
-    } else {
-        parse_text(path, bytes)
+    if zero_early || binary_length(bytes) == Some(bytes.len()) {
+        return parse_binary(path, bytes);
     }
+    let text = with_line_feeds(bytes);
+    if text.split(|&byte| byte == b'\n').any(is_line_of_stl) {
+        return parse_text(path, &text);
+    }
+    let is_plain = |&byte: &u8| byte.is_ascii_graphic() || byte.is_ascii_whitespace();
+    if bytes.iter().take(1024).all(is_plain) {
+        let found = "a text without a line that begins with solid or facet";
+        return Err(FormatError {
+            expected: "a text STL or a binary one".into(),
+            ..FormatError::of_file(path, found)
+        });
+    }
+    parse_binary(path, bytes)
+}
+
+/// Whether the first word of a line is one with which text STL begins; remarks may stand in front.
+fn is_line_of_stl(line: &[u8]) -> bool {
+    let line = line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line);
+    let mut words = line.split(u8::is_ascii_whitespace);
+    let first = words.find(|word| !word.is_empty()).unwrap_or_default();
+    first.eq_ignore_ascii_case(b"solid") || first.eq_ignore_ascii_case(b"facet")
 }
 
 /// The length that the number of triangles implies; `None` if the file is shorter than a header.
@@ -67,8 +81,19 @@ fn parse_binary(path: &Path, bytes: &[u8]) -> Result<Surface, FormatError> {
         }
         .with_help("the file is cut or not an STL: export or copy it again"));
     }
-    // Bytes behind the last triangle are ignored, as other programs do.
-    let mut surface = Surface::default();
+    let mut surface = Surface {
+        is_single_precision: true,
+        ..Surface::default()
+    };
+    // Bytes behind the last triangle are ignored, as other programs do, but whole triangles are not lost without a word.
+    let surplus = (bytes.len() - length) / BINARY_TRIANGLE;
+    if surplus > 0 {
+        let announced = (length - BINARY_HEADER) / BINARY_TRIANGLE;
+        surface.warnings.push(format!(
+            "its header announces {}, and bytes for {surplus} more follow, which are not read",
+            counted(announced, "triangle")
+        ));
+    }
     for (index, record) in bytes[BINARY_HEADER..length]
         .chunks_exact(BINARY_TRIANGLE)
         .enumerate()
@@ -95,55 +120,72 @@ fn parse_binary(path: &Path, bytes: &[u8]) -> Result<Surface, FormatError> {
     Ok(surface)
 }
 
-/// Text STL in double precision. Keywords in any case; the normals are not used.
+/// Words that belong to a facet, so that they are none of the free text around it.
+const INSIDE: [&str; 6] = ["normal", "outer", "loop", "vertex", "endloop", "endfacet"];
+
+/// Text STL in double precision. Keywords in any case; the normals are not used. Lines outside facets are names and remarks.
 fn parse_text(path: &Path, bytes: &[u8]) -> Result<Surface, FormatError> {
     let mut words = Words {
-        lines: LineReader::new(bytes, path),
+        // Names may be in the encoding of any country.
+        lines: LineReader::new(bytes, path).with_any_encoding(),
         line: Vec::new(),
         next: 0,
     };
     let mut surface = Surface::default();
-    words.keyword(&["solid"])?;
-    words.skip_line();
-    loop {
-        match words.keyword(&["facet", "endsolid"])? {
-            "facet" => {}
-            _ => {
-                words.skip_line();
-                // A file may hold several solids.
-                if !words.has_more()? {
-                    return Ok(surface);
-                }
-                words.keyword(&["solid"])?;
-                words.skip_line();
-                continue;
-            }
+    let mut is_ended = false;
+    while words.has_more()? {
+        let word = words.ahead(0).to_ascii_lowercase();
+        let is_end_of = |words: &Words<'_>, what: &[&str]| {
+            let next = words.ahead(1).to_ascii_lowercase();
+            word == "end" && what.contains(&next.as_str())
+        };
+        if INSIDE.contains(&word.as_str()) || is_end_of(&words, &["loop", "facet"]) {
+            // A facet that begins with another word: refused.
+            words.keyword(&["facet"])?;
         }
-        words.keyword(&["normal"])?;
-        for _ in 0..3 {
-            // Some programs write NaN for the normal of a triangle without area.
-            words.number(false)?;
+        if word != "facet" {
+            is_ended |= word == "endsolid" || is_end_of(&words, &["solid"]);
+            words.skip_line();
+            continue;
         }
-        words.keyword(&["outer"])?;
-        words.keyword(&["loop"])?;
-        let mut corners = [DVec3::ZERO; 3];
-        for corner in &mut corners {
-            words.keyword(&["vertex"])?;
-            *corner = DVec3::new(
-                words.number(true)?,
-                words.number(true)?,
-                words.number(true)?,
-            );
-        }
-        words.keyword(&["endloop"])?;
-        words.keyword(&["endfacet"])?;
+        words.keyword(&["facet"])?;
+        let corners = facet(&mut words)?;
+        is_ended = false;
         if !surface.push(corners) {
             return Err(too_large(path));
         }
     }
+    if !is_ended && !surface.triangles.is_empty() {
+        surface
+            .warnings
+            .push("it ends without endsolid, so it may be cut".to_owned());
+    }
+    Ok(surface)
 }
 
-/// The words of a text STL; line ends count as blanks but after `solid` and `endsolid`.
+/// The corners of a facet, behind its first word.
+fn facet(words: &mut Words<'_>) -> Result<[DVec3; 3], FormatError> {
+    words.keyword(&["normal"])?;
+    // Programs write anything for the normal of a triangle without area, or nothing.
+    while words.has_more()? && !words.is_keyword() {
+        words.next += 1;
+    }
+    words.keyword(&["outer"])?;
+    words.keyword(&["loop"])?;
+    let mut corners = [DVec3::ZERO; 3];
+    for corner in &mut corners {
+        words.keyword(&["vertex"])?;
+        *corner = DVec3::new(words.number()?, words.number()?, words.number()?);
+    }
+    for (joined, what) in [("endloop", "loop"), ("endfacet", "facet")] {
+        if words.keyword(&[joined, "end"])? == "end" {
+            words.keyword(&[what])?;
+        }
+    }
+    Ok(corners)
+}
+
+/// The words of a text STL; line ends count as blanks but outside facets. Remarks and colours are passed over.
 struct Words<'a> {
     lines: LineReader<&'a [u8]>,
     /// Start and end of the words of the current line.
@@ -159,13 +201,37 @@ impl Words<'_> {
             if !self.lines.advance()? {
                 return Ok(false);
             }
-            self.line.extend(
-                self.lines
-                    .tokens()
-                    .map(|word| (word.start, word.start + word.text.len())),
-            );
+            let start = self.lines.line().trim_ascii_start();
+            let is_remark = ["#", "//", ";", "!", "%"]
+                .iter()
+                .any(|mark| start.starts_with(mark));
+            let first = start.split_ascii_whitespace().next().unwrap_or_default();
+            let is_colour = ["color", "colour"]
+                .iter()
+                .any(|word| first.eq_ignore_ascii_case(word));
+            if is_remark || is_colour {
+                continue;
+            }
+            let words = self.lines.tokens();
+            let words = words.take_while(|word| !word.text.starts_with('#'));
+            self.line
+                .extend(words.map(|word| (word.start, word.start + word.text.len())));
         }
         Ok(true)
+    }
+
+    /// The word after so many others of the line; empty behind the last.
+    fn ahead(&self, others: usize) -> &str {
+        let place = self.line.get(self.next + others);
+        place.map_or("", |&(start, end)| &self.lines.line()[start..end])
+    }
+
+    /// Whether the next word is one of those between which the numbers stand.
+    fn is_keyword(&self) -> bool {
+        let word = self.ahead(0);
+        let all = INSIDE.iter().chain(&["facet", "solid", "endsolid", "end"]);
+        all.into_iter()
+            .any(|known| word.eq_ignore_ascii_case(known))
     }
 
     fn skip_line(&mut self) {
@@ -201,7 +267,7 @@ impl Words<'_> {
             return Ok(keyword);
         }
         let (text, start) = (word.text.to_owned(), word.start);
-        let help = (text.eq_ignore_ascii_case("vertex") && any_of == ["endloop"])
+        let help = (text.eq_ignore_ascii_case("vertex") && any_of.contains(&"endloop"))
             .then_some("only triangles are allowed in an STL");
         let error = self.lines.tokens().unexpected(
             Token { text: &text, start },
@@ -214,10 +280,10 @@ impl Words<'_> {
         })
     }
 
-    fn number(&mut self, finite: bool) -> Result<f64, FormatError> {
+    fn number(&mut self) -> Result<f64, FormatError> {
         let word = self.word("a number")?;
-        match parse_number(word.text) {
-            Some(value) if value.is_finite() || !finite => Ok(value),
+        match parse_number_of_fortran(word.text) {
+            Some(value) if value.is_finite() => Ok(value),
             _ => {
                 let (text, start) = (word.text.to_owned(), word.start);
                 let word = Token { text: &text, start };

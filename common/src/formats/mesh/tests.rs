@@ -20,7 +20,7 @@ fn tetrahedron() -> TriangleMesh {
     TriangleMesh {
         vertices: vec![DVec3::ZERO, DVec3::Y, DVec3::X, DVec3::Z],
         triangles: vec![[0, 1, 2], [0, 2, 3], [0, 3, 1], [2, 1, 3]],
-        welded: 0,
+        ..TriangleMesh::default()
     }
 }
 
@@ -61,6 +61,7 @@ fn binary_stl_there_and_back() {
     assert_eq!(back.triangles, mesh.triangles);
     assert_eq!(back.welded, 12 - 4);
     assert_eq!(volume(&back), 1.0 / 6.0);
+    assert!(back.is_single_precision);
     // The same by an independent reader, including the normals that we write.
     let other = stl_io::read_stl(&mut std::io::Cursor::new(&bytes)).unwrap();
     assert_eq!((other.vertices.len(), other.faces.len()), (4, 4));
@@ -110,7 +111,104 @@ fn text_stl_keeps_double_precision() {
             ]
         );
         assert_eq!(mesh.triangles, [[0, 1, 2]]);
+        assert!(!mesh.is_single_precision);
     }
+}
+
+/// Two triangles of a square, in many ways of writing them.
+#[test]
+fn text_stl_of_other_programs_is_read() {
+    let plate = "solid plate\n\
+        facet normal 0 0 1\nouter loop\nvertex -1 -1 0\nvertex 1 -1 0\nvertex 1 1 0\nendloop\nendfacet\n\
+        facet normal 0 0 1\nouter loop\nvertex -1 -1 0\nvertex 1 1 0\nvertex -1 1 0\nendloop\nendfacet\n\
+        endsolid plate\n";
+    let changed = |from: &str, to: &str| {
+        assert!(plate.contains(from), "{from}");
+        plate.replace(from, to).into_bytes()
+    };
+    let named = |name: &[u8]| [b"solid ", name, &plate.as_bytes()[11..]].concat();
+    let expected = read_as("t.stl", plate.as_bytes()).unwrap();
+    assert_eq!((expected.triangles.len(), expected.warnings.len()), (2, 0));
+    for text in [
+        changed("normal 0 0 1", "normal -1.#IND -1.#IND -1.#IND"),
+        changed("normal 0 0 1", "normal 0 0"),
+        changed("normal 0 0 1", "normal "),
+        changed("endloop\nendfacet", "end loop\nend facet"),
+        changed("endsolid", "End Solid"),
+        changed(
+            "endsolid plate\n",
+            "endsolid plate\n\nexported by CAD 12.3\n",
+        ),
+        changed("solid plate\nfacet", "# made by hand\nsolid plate\nfacet"),
+        changed("solid plate\nfacet", "; by hand\n% by hand\nfacet"),
+        changed("outer loop", "color 1 0 0\nouter loop"),
+        changed("endloop\n", "endloop\n  COLOR 1 0 0\n// a remark\n"),
+        changed("\n", "\r"),
+        changed("\n", "\r\n"),
+        changed("1 1 0\n", "1 1 0 # a corner\n"),
+        changed("vertex -1 -1 0", "vertex -1.000000D+00 -1.0d0 0.000000D+00"),
+        changed(
+            "vertex -1 -1 0",
+            "vertex -1.000000+00 -10.00000-01 0.000000+000",
+        ),
+        changed(
+            "0\nendloop\nendfacet\nfacet",
+            "0\nendloop\nendfacet\nendsolid asolid b\nfacet",
+        ),
+        named(b"Geh\xe4use Gr\xf6\xdfe"),
+        named(b"\xc4\xe5\xf2\xe0\xeb\xfc"),
+        named(b"\xc1\xe3\xbc\xfe \xd6\x5c"),
+    ] {
+        let shown = String::from_utf8_lossy(&text).into_owned();
+        let mesh = read_as("t.stl", &text).unwrap_or_else(|error| panic!("{shown}\n{error}"));
+        assert_eq!(mesh, expected, "{shown}");
+    }
+    // A file that was cut behind a facet looks like one without `endsolid`.
+    let mesh = read_as("t.stl", &changed("endsolid plate\n", "")).unwrap();
+    assert_eq!(mesh.triangles, expected.triangles);
+    assert_eq!(
+        mesh.warnings,
+        ["it ends without endsolid, so it may be cut"]
+    );
+}
+
+#[test]
+fn surplus_triangles_of_a_binary_stl_are_a_warning() {
+    let mut bytes = binary(&tetrahedron());
+    bytes[80..84].copy_from_slice(&1_u32.to_le_bytes());
+    let mesh = read_as("t.stl", &bytes).unwrap();
+    assert_eq!(mesh.triangles.len(), 1);
+    assert_eq!(
+        mesh.warnings,
+        ["its header announces 1 triangle, and bytes for 3 more follow, which are not read"]
+    );
+    // Less than a triangle is padding.
+    bytes.truncate(84 + 99);
+    assert!(read_as("t.stl", &bytes).unwrap().warnings.is_empty());
+    bytes[80..84].copy_from_slice(&0_u32.to_le_bytes());
+    let error = read_as("t.stl", &bytes).unwrap_err();
+    assert!(error.help.unwrap().contains("bytes for 1 more follow"));
+}
+
+#[test]
+fn obj_of_other_programs_is_read() {
+    let expected = vec![[0, 1, 2], [0, 2, 3]];
+    for text in [
+        &b"v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 \\\n3 4\n"[..],
+        b"v -1 -1 0\rv 1 -1 0\rv 1 1 0\rv -1 1 0\rf 1 2 3 4\r",
+        b"v -1 -1 0 # a\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4 # face\n",
+        b"# from C:\\meshes\\\nv -1 \\\r\n-1 \\\r\n 0\r\nv 1.0D+00 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 \\\n4",
+        b"g Geh\xe4use\nusemtl \xd6\x5c\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nusemtl \xd6\x5c\nv -1 1 0\nf 1 2 3 4\n",
+    ] {
+        let shown = String::from_utf8_lossy(text);
+        let mesh = read_as("t.obj", text).unwrap_or_else(|error| panic!("{shown}\n{error}"));
+        assert_eq!(mesh.triangles, expected, "{shown}");
+        let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+        assert_eq!(mesh.vertices, corners.map(|[x, y]| DVec3::new(x, y, 0.0)), "{shown}");
+    }
+    // Lines behind a continued one keep their numbers.
+    let error = read_as("t.obj", b"v 0 \\\n0 \\\n0\nv 1 0 x\n").unwrap_err();
+    assert_eq!((error.line, error.column), (Some(4), Some(7)));
 }
 
 #[test]
@@ -145,7 +243,27 @@ fn bad_text_stl_is_located() {
             Some(2),
             "\"endface\" for a keyword",
         ),
-        ("endsolid a name", "", 9, None, "the end of the file"),
+        (
+            "facet normal nan",
+            "fcaet normal nan",
+            3,
+            Some(3),
+            "\"outer\" for a keyword",
+        ),
+        (
+            "normal nan 0 0",
+            "normal nan 0 0 facet",
+            2,
+            Some(23),
+            "\"facet\" for a keyword",
+        ),
+        (
+            " endfacet\nendsolid a name\n",
+            "",
+            7,
+            None,
+            "the end of the file",
+        ),
     ] {
         let text = TEXT.replacen(from, to, 1);
         let error = read_as("t.stl", text.as_bytes()).unwrap_err();
@@ -171,7 +289,25 @@ fn bad_files_are_explained() {
         ("t.obj", b"", "the file is empty"),
         ("t.ply", b"ply", "the file type .ply"),
         ("t", b"solid", "a file name without type"),
-        ("t.stl", b"abc", "3 bytes"),
+        (
+            "t.stl",
+            b"abc",
+            "a text without a line that begins with solid or facet",
+        ),
+        ("t.stl", b"\xffbc", "3 bytes"),
+        ("t.stl", b"\xff\xfes\0o\0l\0i\0d\0", "a text in UTF-16"),
+        ("t.stl", b"\x1f\x8b\x08\0", "a compressed file"),
+        (
+            "t.stl",
+            b"<!DOCTYPE html>\n<html><body>404 not found</body></html>\n",
+            "a page of the web (HTML)",
+        ),
+        ("t.obj", b"\n<HTML>", "a page of the web (HTML)"),
+        (
+            "t.stl",
+            b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n",
+            "a pointer of Git LFS",
+        ),
         ("t.stl", b"solid\nendsolid\n", "no triangles"),
         ("t.obj", b"v 0 0 0\n", "no triangles"),
         ("t.stl", &nan, "in triangle 2"),
@@ -388,7 +524,7 @@ prop_compose! {
             DVec3::from_array(if single { corner.map(|x| f64::from(x as f32)) } else { corner })
         }).collect();
         let triangles = faces.into_iter().map(|face| face.map(|index| index.index(vertices.len()) as u32)).collect();
-        TriangleMesh { vertices, triangles, welded: 0 }
+        TriangleMesh { vertices, triangles, ..TriangleMesh::default() }
     }
 }
 

@@ -38,6 +38,8 @@ pub(super) fn weld_in_order(surface: &Surface, tolerance: f64) -> TriangleMesh {
 fn weld_and_count(surface: &Surface, tolerance: f64) -> (TriangleMesh, Vec<Option<u32>>) {
     let mut mesh = TriangleMesh {
         triangles: Vec::with_capacity(surface.triangles.len()),
+        is_single_precision: surface.is_single_precision,
+        warnings: surface.warnings.clone(),
         ..TriangleMesh::default()
     };
     let mut welder = Welder {
@@ -160,6 +162,7 @@ mod tests {
         let surface = Surface {
             vertices: vec![DVec3::X, DVec3::Y, DVec3::Z, DVec3::ZERO],
             triangles: vec![[3, 2, 0]],
+            ..Surface::default()
         };
         let mesh = weld(&surface, 0.0);
         assert_eq!(mesh.vertices, [DVec3::ZERO, DVec3::Z, DVec3::X]);

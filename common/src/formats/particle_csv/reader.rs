@@ -13,16 +13,26 @@ use super::{
 };
 use crate::error::FormatError;
 use crate::formats::lines::{LineReader, shorten};
-use crate::formats::number::parse_number;
+use crate::formats::number::parse_number_of_fortran as parse_number;
 use crate::particle_properties::PARTICLE_PROPERTIES;
-use crate::scene::Range;
+use crate::scene::{Range, listed};
+use crate::units::Quantity;
+
+/// Mistakes of a header that are reported at once.
+const MOST_MISTAKES: usize = 20;
 
 /// Reads all rows of a particle table.
 ///
 /// # Errors
 /// Those of [`ParticleTableReader`].
 pub fn read_particle_csv(path: impl AsRef<Path>) -> Result<Vec<ParticleRow>, FormatError> {
-    ParticleTableReader::open(path)?.collect()
+    let table = ParticleTableReader::open(path).map_err(first)?;
+    table.collect()
+}
+
+/// The first of at least one.
+fn first(mut errors: Vec<FormatError>) -> FormatError {
+    errors.swap_remove(0)
 }
 
 /// Reads all rows of a particle table from memory; `path` is only used in messages.
@@ -30,15 +40,16 @@ pub fn read_particle_csv(path: impl AsRef<Path>) -> Result<Vec<ParticleRow>, For
 /// # Errors
 /// Those of [`ParticleTableReader`].
 pub fn parse_particle_csv(path: &Path, text: &str) -> Result<Vec<ParticleRow>, FormatError> {
-    ParticleTableReader::new(text.as_bytes(), path)?.collect()
+    let table = ParticleTableReader::new(text.as_bytes(), path).map_err(first)?;
+    table.collect()
 }
 
-/// Reads a particle table row by row: one line is in memory at a time. Nothing follows an error.
+/// Reads a particle table row by row: one line is in memory at a time. Rows follow one that is wrong, nothing follows a file that cannot be read.
 ///
 /// # Errors
-/// If the file cannot be read or is not text; if a column is unknown, missing or named twice; if a line has another
+/// If the file cannot be read or is not text; if a column is unknown, missing, named twice or in a unit of something else; if a line has another
 /// number of cells than the header; if a cell is not a finite number; if a radius or scale is not positive, a property
-/// is out of its range, or an orientation is of length 0.
+/// is out of its range, or an orientation is of length 0. All mistakes of the header are reported at once, up to 20.
 pub struct ParticleTableReader<R> {
     lines: LineReader<R>,
     header: Header,
@@ -49,10 +60,10 @@ impl ParticleTableReader<BufReader<File>> {
     /// Opens a table and reads its header.
     ///
     /// # Errors
-    /// As for the whole.
-    pub fn open(path: impl AsRef<Path>) -> Result<Self, FormatError> {
+    /// As for the whole, at least one.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, Vec<FormatError>> {
         let path = path.as_ref();
-        let file = crate::formats::open(path)?;
+        let file = crate::formats::open(path).map_err(|error| vec![error])?;
         Self::new(BufReader::new(file), path)
     }
 }
@@ -61,16 +72,15 @@ impl<R: BufRead> ParticleTableReader<R> {
     /// Reads from anything, the header at once; `path` is only used in messages.
     ///
     /// # Errors
-    /// As for the whole.
-    pub fn new(input: R, path: &Path) -> Result<Self, FormatError> {
+    /// As for the whole, at least one.
+    pub fn new(input: R, path: &Path) -> Result<Self, Vec<FormatError>> {
         let mut lines = LineReader::new(input, path);
-        if !next_line(&mut lines)? {
-            return Err(
-                FormatError::of_file(path, "the table is empty").with_help(format!(
-                    "the first line must name the columns, for example x,y,z,radius (all: {})",
-                    all_names().join(",")
-                )),
-            );
+        if !next_line(&mut lines).map_err(|error| vec![error])? {
+            let error = FormatError::of_file(path, "the table is empty");
+            return Err(vec![error.with_help(format!(
+                "the first line must name the columns, for example x,y,z,radius (all: {})",
+                all_names().join(",")
+            ))]);
         }
         let header = Header::parse(Line::of(&lines))?;
         Ok(Self {
@@ -88,12 +98,22 @@ impl<R: BufRead> ParticleTableReader<R> {
             .map(|(name, _)| name.as_str())
     }
 
-    fn row(&mut self) -> Result<Option<ParticleRow>, FormatError> {
-        if next_line(&mut self.lines)? {
-            self.header.row(Line::of(&self.lines)).map(Some)
-        } else {
-            Ok(None)
+    /// Takes `metres` (above 0) for one unit of the columns `x`, `y`, `z` and `radius`, as far as they name no unit. Returns how many do not.
+    pub fn scale_lengths(&mut self, metres: f64) -> usize {
+        let mut scaled = 0;
+        for column in self.header.columns.iter_mut().flatten() {
+            if matches!(column.named, Named::Fixed(0..=RADIUS)) && column.unit.is_none() {
+                column.unit = Some(metres);
+                scaled += 1;
+            }
         }
+        scaled
+    }
+
+    /// Whether it has velocities in m/s because their columns name no unit.
+    pub fn has_plain_velocities(&self) -> bool {
+        let mut columns = self.header.columns.iter().flatten();
+        columns.any(|column| matches!(column.named, Named::Fixed(5..=7)) && column.unit.is_none())
     }
 }
 
@@ -104,9 +124,13 @@ impl<R: BufRead> Iterator for ParticleTableReader<R> {
         if self.finished {
             return None;
         }
-        let row = self.row().transpose();
-        self.finished = !matches!(row, Some(Ok(_)));
-        row
+        let has_line = next_line(&mut self.lines);
+        self.finished = !matches!(has_line, Ok(true));
+        match has_line {
+            Ok(true) => Some(self.header.row(Line::of(&self.lines))),
+            Ok(false) => None,
+            Err(error) => Some(Err(error)),
+        }
     }
 }
 
@@ -155,15 +179,65 @@ impl<'a> Line<'a> {
 struct Header {
     separator: u8,
     /// What each cell of a line is; `None` for a column that is not read.
-    columns: Vec<Option<Named>>,
+    columns: Vec<Option<Column>>,
     /// The names.
     names: Vec<String>,
     /// Line of the header, for messages.
     line: usize,
 }
 
+/// A column that is read.
+#[derive(Clone, Copy)]
+struct Column {
+    named: Named,
+    /// In SI units; none: it is the SI unit.
+    unit: Option<f64>,
+}
+
+/// A cell of the header: the name, and what stands in brackets behind it.
+fn name_and_unit(text: &str) -> (&str, Option<&str>) {
+    let Some(open) = text.find(['[', '(']) else {
+        return (text, None);
+    };
+    let unit = text[open + 1..].trim_end();
+    let unit = unit.strip_suffix([']', ')']).unwrap_or(unit).trim();
+    (text[..open].trim_end(), Some(unit))
+}
+
+/// The column of a cell of the header; none for one that is not read.
+fn column_of(line: Line<'_>, cell: Cell<'_>) -> Result<Option<Column>, FormatError> {
+    let (name, unit) = name_and_unit(cell.text);
+    let Some(named) = Named::of(name) else {
+        return match IGNORED.contains(&name) {
+            true => Ok(None),
+            false => Err(unknown_column(line, cell, name)),
+        };
+    };
+    let none = ["", "1", "-"];
+    let unit = match (unit.filter(|unit| !none.contains(unit)), named.dimension()) {
+        (None, _) => None,
+        (Some(unit), dimension) => {
+            let size = dimension.and_then(|dimension| {
+                let one = Quantity::parse(&format!("1 {unit}")).ok()?;
+                one.value(dimension).ok()
+            });
+            let expected = || match dimension {
+                Some(dimension) => format!("{} ({})", dimension.words(), dimension.units()),
+                None => "no unit".to_owned(),
+            };
+            let size = size.filter(|size| *size > 0.0 && size.is_finite());
+            let size = size.ok_or_else(|| {
+                let found = format!("the unit \"{}\" of column {name}", shorten(unit));
+                line.error(cell.start, found, expected())
+            })?;
+            Some(size)
+        }
+    };
+    Ok(Some(Column { named, unit }))
+}
+
 impl Header {
-    fn parse(line: Line<'_>) -> Result<Self, FormatError> {
+    fn parse(line: Line<'_>) -> Result<Self, Vec<FormatError>> {
         let separator = match detect_separator(line.text) {
             Ok(Some(separator)) => separator,
             // Reported below: one cell cannot name four columns.
@@ -171,55 +245,67 @@ impl Header {
             Err(several) => {
                 let first = line.text.find(several[1]).unwrap_or(0);
                 let names: Vec<_> = several.iter().map(|c| format!("{c:?}")).collect();
-                return Err(line.error(
+                return Err(vec![line.error(
                     first,
                     format!("several separators ({}) in the header", names.join(", ")),
                     "one of comma, semicolon, tab",
-                ));
+                )]);
             }
         };
         let cells: Vec<Cell<'_>> = Cells::new(line.text, separator).collect();
         if cells.iter().all(|cell| parse_number(cell.text).is_some()) {
-            return Err(line
-                .error(0, "numbers in the first line", "the names of the columns")
-                .with_help(format!("add a line like {}", COLUMNS[..REQUIRED].join(","))));
+            let error = line.error(0, "numbers in the first line", "the names of the columns");
+            let help = format!("add a line like {}", COLUMNS[..REQUIRED].join(","));
+            return Err(vec![error.with_help(help)]);
         }
-        let mut columns = Vec::with_capacity(cells.len());
-        for cell in &cells {
-            let column = Named::of(cell.text);
-            if column.is_none() && !IGNORED.contains(&cell.text) {
-                return Err(unknown_column(line, *cell));
+        let mut columns: Vec<Option<Column>> = Vec::with_capacity(cells.len());
+        let mut errors = Vec::new();
+        // Names that are there, right or not: one that has a wrong unit is not missing.
+        let mut there: Vec<Named> = Vec::new();
+        for &cell in &cells {
+            if errors.len() == MOST_MISTAKES {
+                return Err(errors);
             }
-            if column.is_some() && columns.contains(&column) {
-                return Err(line.error(
+            let named = Named::of(name_and_unit(cell.text).0);
+            if let Some(named) = named.filter(|named| there.contains(named)) {
+                errors.push(line.error(
                     cell.start,
-                    format!("column {} a second time", cell.text),
+                    format!("column {} a second time", named.name()),
                     "each column once",
                 ));
+                continue;
             }
-            columns.push(column);
+            there.extend(named);
+            match column_of(line, cell) {
+                Ok(column) => columns.push(column),
+                Err(error) => errors.push(error),
+            }
         }
-        let has = |column: usize| columns.contains(&Some(Named::Fixed(column)));
+        let has = |column: usize| there.contains(&Named::Fixed(column));
         // A table of clumps alone needs no radii.
         let needed = (0..REQUIRED).filter(|&column| column != RADIUS || !has(CLUMP));
-        if let Some(missing) = needed.into_iter().find(|&column| !has(column)) {
-            return Err(line
-                .error(
-                    0,
-                    format!("no column {}", COLUMNS[missing]),
-                    "the columns x, y, z and radius",
-                )
-                .with_help(format!(
-                    "add it to the header and to each line, in SI units (m); found only {}",
-                    line.text.trim()
-                )));
+        let missing: Vec<&str> = needed
+            .filter(|&column| !has(column))
+            .map(|column| COLUMNS[column])
+            .collect();
+        // An unknown column may be the one that is missing.
+        if !missing.is_empty() && errors.is_empty() {
+            let found = format!("no column {}", listed(missing));
+            let error = line.error(0, found, "the columns x, y, z and radius");
+            errors.push(error.with_help(format!(
+                "add it to the header and to each line, in m or with its unit, as x [mm]; found only {}",
+                line.text.trim()
+            )));
         }
         let turns = (CLUMP + 2..COLUMNS.len())
             .filter(|&column| has(column))
             .count();
         if has(CLUMP) && !matches!(turns, 0 | 4) {
             let found = "an orientation in part";
-            return Err(line.error(0, found, "all of qw, qx, qy and qz, or none"));
+            errors.push(line.error(0, found, "all of qw, qx, qy and qz, or none"));
+        }
+        if !errors.is_empty() {
+            return Err(errors);
         }
         Ok(Self {
             separator,
@@ -243,16 +329,19 @@ impl Header {
 
     fn cells_of(&self, line: Line<'_>) -> Result<ParticleRow, FormatError> {
         let mut found = [None; COLUMNS.len()];
+        let mut units = [None; COLUMNS.len()];
         let mut properties = Vec::new();
         let mut cells = Cells::new(line.text, self.separator);
         for &column in &self.columns {
             let Some(cell) = cells.next() else {
                 return Err(self.wrong_count(line));
             };
-            match column {
-                Some(Named::Fixed(column)) => found[column] = Some(cell),
-                Some(Named::Property(place)) => properties.push((place, cell)),
-                None => {}
+            let Some(Column { named, unit }) = column else {
+                continue;
+            };
+            match named {
+                Named::Fixed(column) => (found[column], units[column]) = (Some(cell), unit),
+                Named::Property(place) => properties.push((place, cell, unit)),
             }
         }
         if cells.next().is_some() {
@@ -277,15 +366,15 @@ impl Header {
                 column > CLUMP && clump.is_none()
             };
             if !(is_needless && cell.text.is_empty()) {
-                values[column] = number(line, cell, column)?;
+                values[column] = number(line, cell, column)? * units[column].unwrap_or(1.0);
             }
         }
         // In the order of the table, whatever that of the header.
-        properties.sort_unstable_by_key(|(place, _)| *place);
-        let property = |(place, cell): (usize, Cell<'_>)| {
+        properties.sort_unstable_by_key(|(place, ..)| *place);
+        let property = |(place, cell, unit): (usize, Cell<'_>, Option<f64>)| {
             let property = &PARTICLE_PROPERTIES[place];
             let range = property.given.map_or(Range::Any, |given| given.range);
-            let value = finite(line, cell, property.name)?;
+            let value = finite(line, cell, property.name)? * unit.unwrap_or(1.0);
             if range.holds(value) {
                 return Ok((property, value));
             }
@@ -391,17 +480,17 @@ fn finite(line: Line<'_>, cell: Cell<'_>, name: &str) -> Result<f64, FormatError
     Ok(value)
 }
 
-fn unknown_column(line: Line<'_>, cell: Cell<'_>) -> FormatError {
+fn unknown_column(line: Line<'_>, cell: Cell<'_>, name: &str) -> FormatError {
     let error = line.error(
         cell.start,
-        format!("unknown column \"{}\"", shorten(cell.text)),
+        format!("unknown column \"{}\"", shorten(name)),
         format!(
             "one of {}; not read, but no mistake: {}",
             all_names().join(", "),
             IGNORED.join(", ")
         ),
     );
-    let lower = cell.text.to_lowercase();
+    let lower = name.to_lowercase();
     // A header cell may be a whole misread file: names are short.
     let start: String = lower.chars().take(64).collect();
     // What people write most often, beside slips of the keyboard.
@@ -424,7 +513,7 @@ fn unknown_column(line: Line<'_>, cell: Cell<'_>) -> FormatError {
     };
     match meant {
         Some(name) => error.with_help(format!("did you mean {name}?")),
-        None if cell.text.split_ascii_whitespace().count() > 1 => {
+        None if name.split_ascii_whitespace().count() > 1 => {
             error.with_help("separate the columns by comma, semicolon or tab")
         }
         None => error.with_help("remove the column, or start the line with # if it is a comment"),

@@ -64,6 +64,85 @@ fn optional_columns_default_to_zero() {
 }
 
 #[test]
+fn units_stand_in_the_header() {
+    let text = "x [mm],y (um),z[m],radius [cm],vx [mm/s],wz [rpm],film_volume [mm3],mass [kg],qw\n\
+        2.1,300,7,0.3,-5,30,2,1,1\n";
+    let row = &read(&text.replace(",qw\n", "\n").replace(",1,1\n", ",1\n")).unwrap()[0];
+    let [(_, film)] = row.properties[..] else {
+        panic!("{row:?}")
+    };
+    // Half a turn in a second is pi. Units and products are rounded.
+    let found = [
+        row.position.x,
+        row.position.y,
+        row.position.z,
+        row.radius,
+        row.velocity.x,
+        row.angular_velocity.z,
+        film,
+    ];
+    let expected = [2.1e-3, 3e-4, 7.0, 3e-3, -5e-3, std::f64::consts::PI, 2e-9];
+    for (found, expected) in found.iter().zip(expected) {
+        assert!(
+            (found / expected - 1.0).abs() < 4.0 * f64::EPSILON,
+            "{found} {expected}"
+        );
+    }
+    for (from, to, column, part) in [
+        (
+            "x [mm]",
+            "x [kg]",
+            1,
+            "the unit \"kg\" of column x, expected a length",
+        ),
+        (
+            "x [mm]",
+            "x [furlong]",
+            1,
+            "the unit \"furlong\" of column x, expected a length",
+        ),
+        (
+            "wz [rpm]",
+            "wz [Hz]",
+            42,
+            "the unit \"Hz\" of column wz, expected an angular velocity",
+        ),
+        (
+            ",qw",
+            ",qw [m],qx,qy,qz",
+            79,
+            "the unit \"m\" of column qw, expected no unit",
+        ),
+        (
+            "radius [cm]",
+            "Radius [cm]",
+            20,
+            "unknown column \"Radius\"",
+        ),
+    ] {
+        let error = read(&text.replace(from, to)).unwrap_err();
+        assert_eq!(error.column, Some(column), "{error}");
+        assert!(error.to_string().contains(part), "{error}");
+    }
+}
+
+#[test]
+fn all_mistakes_of_a_header_and_of_rows_are_reported() {
+    let new = |text: &'static str| ParticleTableReader::new(text.as_bytes(), Path::new("p.csv"));
+    let errors = new("x,x,raduis,y [s],spin\n").err().unwrap();
+    let columns: Vec<_> = errors.iter().map(|error| error.column.unwrap()).collect();
+    assert_eq!(columns, [3, 5, 12, 18]);
+    let found: Vec<bool> = new("x,y,z,radius\n1,2,3,4\n1,2,3,x\n1,2\n1,2,3,4\n")
+        .unwrap()
+        .map(|row| row.is_ok())
+        .collect();
+    assert_eq!(found, [true, false, false, true]);
+    let many = format!("{}x,y,z,radius\n", "colour,".repeat(1000));
+    let reader = ParticleTableReader::new(many.as_bytes(), Path::new("p.csv"));
+    assert_eq!(reader.err().unwrap().len(), 20);
+}
+
+#[test]
 fn columns_that_are_not_needed_are_named() {
     let text = "id,x,mass,y,z,type,radius\n7,1,?,2,3,b,4\n";
     let table = ParticleTableReader::new(text.as_bytes(), Path::new("p.csv")).unwrap();

@@ -215,6 +215,10 @@ pub(super) fn escape(text: &str, out: &mut String) {
             '<' => out.push_str("&lt;"),
             '>' => out.push_str("&gt;"),
             '"' => out.push_str("&quot;"),
+            // Readers take the first three as they stand for blanks.
+            '\t' | '\n' | '\r' | '\u{7f}'..='\u{9f}' => {
+                let _ = write!(out, "&#{};", u32::from(letter));
+            }
             // Not allowed in XML at all.
             c if c.is_control() => out.push(' '),
             c => out.push(c),

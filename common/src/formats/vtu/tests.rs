@@ -398,6 +398,14 @@ fn a_growing_list_is_whole_after_every_entry_and_can_be_continued() {
     }
     let all: Vec<_> = (0..5).map(entry).collect();
     assert_eq!(std::fs::read_to_string(&path).unwrap(), pvd_text(&all));
+    // A reader makes a blank of a tab or line feed that is not written as a reference (XML 1.0, 3.3.3).
+    let odd = PvdEntry {
+        time: 0.0,
+        file: "a\tb\nc\r<&\"\u{85}.vtu".to_owned(),
+    };
+    std::fs::write(&path, pvd_text(std::slice::from_ref(&odd))).unwrap();
+    assert_eq!(listed(&path), [odd]);
+    std::fs::write(&path, pvd_text(&all)).unwrap();
 
     drop(list);
     let mut list = PvdWriter::resume(&path, 2).unwrap();

@@ -11,7 +11,7 @@ fn read(name: &str, per_metre: f64, kind: &str) -> Option<SizeDistribution> {
     let options = Options {
         size: Some(SizeKind::Radius),
         per_metre: Some(per_metre),
-        values: table::parse_type(kind),
+        values: table::parse_type(kind).ok(),
         mercury: true,
         ..Options::default()
     };

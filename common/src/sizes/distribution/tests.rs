@@ -218,6 +218,19 @@ fn requested(psd: &str) -> Result<SizeDistribution, SizeError> {
     SizeDistribution::from_scene(scene.insertions[0].mixture[0].psd.as_ref().unwrap())
 }
 
+/// What stays on a sieve and all larger ones is one minus what passes: 32.5 % stays on 1 mm, 72.5 % on 0.5 mm, and classes of constant
+/// number density have the mass of d^4 in them.
+#[test]
+fn a_lab_sheet_in_a_scene_has_its_median() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cr3.psd.csv");
+    let sheet = "Sieve [mm],cumulative retained weight [kg]\n4.75,0\n2.00,0.125\n1.00,0.325\n0.50,0.725\n0.25,0.925\n0.125,1.0\n";
+    std::fs::write(&path, sheet).unwrap();
+    let sizes = requested(&format!("{{ file = '{}' }}", path.display())).unwrap();
+    let median = 1e-3 * (0.5_f64.powi(4) + 0.5625 * (1.0 - 0.5_f64.powi(4))).powf(0.25);
+    assert!((sizes.quantile(0.5) / median - 1.0).abs() < 1e-12);
+}
+
 #[test]
 fn requests_of_a_scene_become_laws() {
     let uniform = requested(

@@ -23,6 +23,16 @@ pub enum ValueKind {
     Fraction,
     /// What stays on the sieve of the row: between it and the next larger one.
     Retained,
+    /// What stays on the sieve of the row and on all larger ones: one minus what passes.
+    CumulativeRetained,
+}
+
+impl ValueKind {
+    /// Whether the values are those of a sieving, so that the sizes are openings, in any order.
+    #[must_use]
+    pub fn is_of_sieves(self) -> bool {
+        matches!(self, Self::Retained | Self::CumulativeRetained)
+    }
 }
 
 /// The unit of the second column.
@@ -108,64 +118,188 @@ impl<'a> Head<'a> {
         Self { words, unit }
     }
 
-    pub(super) fn size(&self) -> Option<SizeKind> {
-        let known = |word: &String| match word.as_str() {
-            "diameter" => Some(SizeKind::Diameter),
-            "radius" => Some(SizeKind::Radius),
-            "sieve" | "mesh" => Some(SizeKind::Sieve),
-            _ => None,
-        };
-        self.words.iter().find_map(known)
+    /// What the sizes of the column are; nothing for a column without such a word.
+    ///
+    /// # Errors
+    /// If two of its words contradict each other.
+    pub(super) fn size(&self) -> Result<Option<SizeKind>, Contradiction> {
+        let has = |name: &str| self.words.iter().any(|word| word == name);
+        let sieve = ["sieve", "mesh"].into_iter().find(|name| has(name));
+        // The diameter of a sieve is the width of its openings.
+        let width = sieve.or_else(|| has("diameter").then_some("diameter"));
+        match (width, has("radius")) {
+            (Some(width), true) => Err(Contradiction::new(width, "radius")),
+            (Some(_), false) if sieve.is_some() => Ok(Some(SizeKind::Sieve)),
+            (Some(_), false) => Ok(Some(SizeKind::Diameter)),
+            (None, true) => Ok(Some(SizeKind::Radius)),
+            (None, false) => Ok(None),
+        }
     }
 
     /// Kind and weighting of a column of values; the weighting may be missing.
-    pub(super) fn values(&self) -> Option<(ValueKind, Option<Weighting>)> {
+    ///
+    /// # Errors
+    /// If two of its words contradict each other.
+    pub(super) fn values(&self) -> Result<Option<(ValueKind, Option<Weighting>)>, Contradiction> {
         values(self.words.iter().map(String::as_str))
     }
 
+    /// The unit of a column of values: what stands in brackets, or a word such as `%`.
+    ///
+    /// # Errors
+    /// The unit, if it is none that is known, or is not that of the word.
     pub(super) fn value_unit(&self) -> Result<Option<ValueUnit>, String> {
-        let Some(unit) = self.unit else {
-            return Ok(None);
+        let is_percent = self.words.iter().any(|word| is_percent(word));
+        let of_word = is_percent.then_some(ValueUnit::Percent);
+        let Some(unit) = self.unit.filter(|unit| !unit.is_empty()) else {
+            return Ok(of_word);
         };
-        match unit.to_lowercase().as_str() {
-            "" => Ok(None),
-            "%" | "percent" => Ok(Some(ValueUnit::Percent)),
-            "-" | "1" | "fraction" => Ok(Some(ValueUnit::Fraction)),
+        let known = match unit.to_lowercase().as_str() {
+            "%" | "percent" => Some(ValueUnit::Percent),
+            "-" | "1" | "fraction" => Some(ValueUnit::Fraction),
             "g" | "kg" | "mg" | "t" | "m3" | "m^3" | "mm3" | "mm^3" | "ml" | "amount" => {
-                Ok(Some(ValueUnit::Amount))
+                Some(ValueUnit::Amount)
             }
-            "count" | "counts" | "particles" => Ok(Some(ValueUnit::Count)),
+            "count" | "counts" | "particles" => Some(ValueUnit::Count),
+            _ => None,
+        };
+        match known {
+            Some(known) if of_word.is_none_or(|word| word == known) => Ok(Some(known)),
             _ => Err(unit.to_owned()),
         }
     }
 }
 
-/// Kind and weighting of words; `None` if a word is not known or the kind is missing.
-fn values<'a>(words: impl Iterator<Item = &'a str>) -> Option<(ValueKind, Option<Weighting>)> {
-    let (mut kind, mut weighting) = (None, None);
-    for word in words {
-        match word {
-            "cumulative" | "passing" | "finer" | "undersize" => kind = Some(ValueKind::Cumulative),
-            "fraction" | "probability" | "share" => kind = Some(ValueKind::Fraction),
-            "retained" => kind = Some(ValueKind::Retained),
-            "number" | "count" | "counts" => weighting = Some(Weighting::Number),
-            "length" => weighting = Some(Weighting::Length),
-            "area" | "surface" => weighting = Some(Weighting::Area),
-            "volume" | "mass" | "weight" => weighting = Some(Weighting::Volume),
-            "Q0" => (kind, weighting) = (Some(ValueKind::Cumulative), Some(Weighting::Number)),
-            "Q1" => (kind, weighting) = (Some(ValueKind::Cumulative), Some(Weighting::Length)),
-            "Q2" => (kind, weighting) = (Some(ValueKind::Cumulative), Some(Weighting::Area)),
-            "Q3" => (kind, weighting) = (Some(ValueKind::Cumulative), Some(Weighting::Volume)),
-            "distribution" | "of" | "by" | "than" => {}
-            _ => return None,
-        }
-    }
-    Some((kind?, weighting))
+/// Two words of a header that exclude each other: `passing` and `retained`, `number` and `volume`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Contradiction {
+    words: [String; 2],
 }
 
-/// The word of a command line for what the values are: `cumulative-number`, `fraction-volume`, `retained-mass`, ...
-#[must_use]
-pub fn parse_type(word: &str) -> Option<(ValueKind, Weighting)> {
-    let (kind, weighting) = values(word.split(['-', ' ']))?;
-    Some((kind, weighting?))
+impl Contradiction {
+    fn new(a: &str, b: &str) -> Self {
+        Self {
+            words: [a.to_owned(), b.to_owned()],
+        }
+    }
+}
+
+impl std::fmt::Display for Contradiction {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "the words \"{}\" and \"{}\", which contradict each other",
+            self.words[0], self.words[1]
+        )
+    }
+}
+
+fn is_percent(word: &str) -> bool {
+    matches!(word, "%" | "percent" | "percentage")
+}
+
+/// Words of one group, all of which must mean the same.
+struct Group<'a, T> {
+    first: Option<(&'a str, T)>,
+    /// A later word that means something else.
+    other: Option<&'a str>,
+}
+
+impl<'a, T: PartialEq + Copy> Group<'a, T> {
+    const EMPTY: Self = Self {
+        first: None,
+        other: None,
+    };
+
+    fn add(&mut self, word: &'a str, meaning: T) {
+        match self.first {
+            Some((_, known)) if known != meaning => self.other = self.other.or(Some(word)),
+            Some(_) => {}
+            None => self.first = Some((word, meaning)),
+        }
+    }
+
+    fn meaning(&self) -> Result<Option<T>, Contradiction> {
+        match (self.first, self.other) {
+            (Some((first, _)), Some(other)) => Err(Contradiction::new(first, other)),
+            (first, _) => Ok(first.map(|(_, meaning)| meaning)),
+        }
+    }
+}
+
+/// The side of a size on which a share is counted.
+#[derive(Clone, Copy, PartialEq)]
+enum Side {
+    /// All that is finer.
+    Finer,
+    /// All that is coarser.
+    Coarser,
+    /// On the sieve; with the word `cumulative` on all larger ones as well.
+    OnSieve,
+}
+
+/// Kind and weighting of words; `None` if a word is not known or the kind is missing.
+fn values<'a>(
+    words: impl Iterator<Item = &'a str>,
+) -> Result<Option<(ValueKind, Option<Weighting>)>, Contradiction> {
+    let (mut is_cumulative, mut is_share) = (false, false);
+    let mut side = Group::EMPTY;
+    let mut quantity = Group::EMPTY;
+    for word in words {
+        match word {
+            "cumulative" | "cum" | "cum." => is_cumulative = true,
+            // Nouns for any kind of share. Alone they are the share of one class.
+            "fraction" | "probability" | "share" => is_share = true,
+            "passing" | "finer" | "undersize" => side.add(word, Side::Finer),
+            "coarser" | "oversize" => side.add(word, Side::Coarser),
+            "retained" => side.add(word, Side::OnSieve),
+            "number" | "count" | "counts" => quantity.add(word, Weighting::Number),
+            "length" => quantity.add(word, Weighting::Length),
+            "area" | "surface" => quantity.add(word, Weighting::Area),
+            "volume" | "mass" | "weight" => quantity.add(word, Weighting::Volume),
+            "Q0" | "Q1" | "Q2" | "Q3" => {
+                side.add(word, Side::Finer);
+                quantity.add(
+                    word,
+                    match word {
+                        "Q0" => Weighting::Number,
+                        "Q1" => Weighting::Length,
+                        "Q2" => Weighting::Area,
+                        _ => Weighting::Volume,
+                    },
+                );
+            }
+            "distribution" | "of" | "by" | "than" => {}
+            word if is_percent(word) => {}
+            _ => return Ok(None),
+        }
+    }
+    if side.first.is_none() && !is_cumulative && !is_share {
+        return Ok(None);
+    }
+    let kind = match side.meaning()? {
+        Some(Side::Finer) => ValueKind::Cumulative,
+        Some(Side::Coarser) => ValueKind::CumulativeRetained,
+        Some(Side::OnSieve) if is_cumulative => ValueKind::CumulativeRetained,
+        Some(Side::OnSieve) => ValueKind::Retained,
+        None if is_cumulative => ValueKind::Cumulative,
+        None => ValueKind::Fraction,
+    };
+    Ok(Some((kind, quantity.meaning()?)))
+}
+
+/// The word of a command line for what the values are: `cumulative-number`, `fraction-volume`, `retained-mass`,
+/// `cumulative-retained-mass`, ...
+///
+/// # Errors
+/// A message if a word is missing or not known, or two contradict each other.
+pub fn parse_type(word: &str) -> Result<(ValueKind, Weighting), String> {
+    match values(word.split(['-', ' '])) {
+        Ok(Some((kind, Some(weighting)))) => Ok((kind, weighting)),
+        Ok(_) => Err(
+            "expected for example cumulative-number, fraction-volume, retained-mass or cumulative-retained-mass"
+                .to_owned(),
+        ),
+        Err(contradiction) => Err(contradiction.to_string()),
+    }
 }

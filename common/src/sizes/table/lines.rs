@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::header::{Columns, Head, SizeKind, ValueKind};
+use super::header::{Columns, Contradiction, Head, SizeKind, ValueKind};
 use super::{Model, Options};
 use crate::error::FormatError;
 use crate::formats::lines::shorten;
@@ -28,7 +28,7 @@ const MODEL_MARK: &str = "in-class:";
 pub const BY_QUOTA: [&str; 2] = ["sampling", "quota"];
 
 const EXAMPLE: &str = "a header such as: diameter [mm],cumulative volume [%]";
-const TYPES: &str = "cumulative, fraction (of the class that ends there) or retained (on the sieve), by number, length, area, volume or mass";
+const TYPES: &str = "cumulative, fraction (of the class that ends there), retained (on the sieve) or cumulative retained (on it and all larger ones), by number, length, area, volume or mass";
 
 #[derive(Clone, Copy)]
 struct Line<'a> {
@@ -213,12 +213,21 @@ fn header(
         cells
     };
     let heads: Vec<Head<'_>> = cells.iter().map(|cell| Head::of(cell.text)).collect();
-    let sizes: Vec<usize> = (0..heads.len())
-        .filter(|&i| heads[i].size().is_some())
-        .collect();
-    let size_column = match sizes[..] {
-        [one] => one,
-        [] if options.size.is_some() => 0,
+    let contradicts = |index: usize, contradiction: &Contradiction| {
+        line.error(
+            cells[index].start,
+            format!("\"{}\" with {contradiction}", shorten(cells[index].text)),
+            "a name with one meaning",
+        )
+    };
+    let mut sizes = Vec::new();
+    for (index, head) in heads.iter().enumerate() {
+        let size = head.size().map_err(|words| contradicts(index, &words))?;
+        sizes.extend(size.map(|size| (index, size)));
+    }
+    let (size_column, of_header) = match sizes[..] {
+        [(index, size)] => (index, Some(size)),
+        [] if options.size.is_some() => (0, None),
         [] => {
             let error = line.error(
                 cells.first().map_or(0, |cell| cell.start),
@@ -229,7 +238,7 @@ fn header(
                 error.with_help("name it diameter, radius or sieve, with its unit in brackets")
             );
         }
-        [_, second, ..] => {
+        [_, (second, _), ..] => {
             let found = format!(
                 "\"{}\", a second column of sizes",
                 shorten(cells[second].text)
@@ -239,7 +248,7 @@ fn header(
                 .with_help("take out the columns that are not wanted"));
         }
     };
-    let size = options.size.or(heads[size_column].size());
+    let size = options.size.or(of_header);
     let per_metre = match (options.per_metre, heads[size_column].unit) {
         (Some(per_metre), _) => per_metre,
         (None, Some(unit)) => super::parse_size_unit(unit).ok_or_else(|| {
@@ -252,10 +261,18 @@ fn header(
     };
     let mut value_columns = Vec::new();
     for (index, head) in heads.iter().enumerate() {
-        if index != size_column
-            && let Some(values) = head.values()
-        {
-            value_columns.push((index, values));
+        if index == size_column {
+            continue;
+        }
+        match head.values() {
+            Ok(values) => value_columns.extend(values.map(|values| (index, values))),
+            // The command line says what its values are.
+            Err(_) if options.values.is_some() => {
+                value_columns.push((index, (ValueKind::Cumulative, None)))
+            }
+            Err(words) => {
+                return Err(contradicts(index, &words).with_help("retained is what stays on a sieve, passing what falls through it; number, length, area and volume (mass) exclude each other"));
+            }
         }
     }
     let mut value = None;
@@ -264,7 +281,7 @@ fn header(
         [(index, (kind, weighting))] => {
             value = Some(index);
             // Sieves are weighed.
-            let sieved = kind == ValueKind::Retained || size == Some(SizeKind::Sieve);
+            let sieved = kind.is_of_sieves() || size == Some(SizeKind::Sieve);
             let weighting = weighting.or(sieved.then_some(Weighting::Volume));
             if values.is_none() {
                 let Some(weighting) = weighting else {

@@ -66,7 +66,7 @@ pub(super) fn table(
         }
         .with_help("one size alone: psd = { kind = \"monodisperse\", diameter = ... }"));
     }
-    let is_sieve = columns.size == SizeKind::Sieve || kind == ValueKind::Retained;
+    let is_sieve = columns.size == SizeKind::Sieve || kind.is_of_sieves();
     if is_sieve && rows[0].size > rows[1].size {
         rows.reverse();
     }
@@ -76,6 +76,7 @@ pub(super) fn table(
         ValueKind::Cumulative => cumulative(path, columns, &mut rows, is_sieve, &mut notes)?,
         ValueKind::Fraction => fractions(path, columns, &mut rows, &mut notes)?,
         ValueKind::Retained => retained(path, &rows)?,
+        ValueKind::CumulativeRetained => cumulative_retained(path, columns, &rows)?,
     };
     let sum: f64 = shares.iter().sum();
     if sum <= 0.0 {
@@ -177,7 +178,7 @@ fn check_values(
 ) -> Result<(), FormatError> {
     let mut negative = 0;
     let mut before = 0.0;
-    for row in rows {
+    for (index, row) in rows.iter_mut().enumerate() {
         if !row.value.is_finite() {
             return Err(wrong(
                 path,
@@ -204,6 +205,17 @@ fn check_values(
                 let expected = "cumulative shares that do not decrease";
                 let error = wrong(path, row, found, expected);
                 return Err(error.with_help("shares of single classes are of type fraction; what stays on sieves is retained"));
+            }
+            before = row.value;
+        }
+        if kind == ValueKind::CumulativeRetained {
+            if index > 0 && row.value > before {
+                let found = format!("the share {} above {before}, of a finer size", row.value);
+                let expected = "cumulative retained shares that do not grow with the size";
+                let error = wrong(path, row, found, expected);
+                return Err(error.with_help(
+                    "what passes is of type cumulative; what stays on one sieve is retained",
+                ));
             }
             before = row.value;
         }
@@ -285,9 +297,45 @@ fn fractions(
 }
 
 fn retained(path: &Path, rows: &[Row]) -> Result<EdgesAndShares, FormatError> {
-    let Some((last, below)) = rows.split_last() else {
-        return Ok((Vec::new(), Vec::new()));
-    };
+    all_pass_the_largest(path, rows)?;
+    let shares = rows[..rows.len() - 1].iter().map(|row| row.value);
+    Ok((rows.iter().map(|row| row.size).collect(), shares.collect()))
+}
+
+/// One minus what passes. Of amounts all is what the finest row has, which is the pan where there is one.
+fn cumulative_retained(
+    path: &Path,
+    columns: &Columns,
+    rows: &[Row],
+) -> Result<EdgesAndShares, FormatError> {
+    all_pass_the_largest(path, rows)?;
+    let finest = &rows[0];
+    if let Some(all) = whole(columns, finest.value)
+        && finest.size > 0.0
+        && (finest.value / all - 1.0).abs() > ROUND_OFF
+        && !columns.mercury
+    {
+        let found = format!(
+            "the cumulative retained share {} at {}, the finest sieve",
+            finest.value, finest.size
+        );
+        let error = wrong(
+            path,
+            finest,
+            found,
+            &format!("{all} there: all that is coarser"),
+        );
+        return Err(error.with_help(format!(
+            "add the size at which the fines begin, with the share {all} (the row pan,{all}: they reach down to 0)"
+        )));
+    }
+    let shares = rows.windows(2).map(|pair| pair[0].value - pair[1].value);
+    Ok((rows.iter().map(|row| row.size).collect(), shares.collect()))
+}
+
+/// Nothing stays on the largest sieve: the upper end of what does would not be known.
+fn all_pass_the_largest(path: &Path, rows: &[Row]) -> Result<(), FormatError> {
+    let last = &rows[rows.len() - 1];
     if last.value != 0.0 {
         let found = format!("{} on the largest sieve, {}", last.value, last.size);
         let error = wrong(path, last, found, "0 there");
@@ -295,8 +343,18 @@ fn retained(path: &Path, rows: &[Row]) -> Result<EdgesAndShares, FormatError> {
             error.with_help("add a larger sieve through which everything passes, with 0 on it")
         );
     }
-    let shares = below.iter().map(|row| row.value).collect();
-    Ok((rows.iter().map(|row| row.size).collect(), shares))
+    Ok(())
+}
+
+/// The sum of all shares as the unit of their column has it; nothing for amounts, whose sum may be any.
+fn whole(columns: &Columns, sum: f64) -> Option<f64> {
+    match columns.unit {
+        Some(ValueUnit::Amount | ValueUnit::Count) => None,
+        Some(ValueUnit::Fraction) => Some(1.0),
+        Some(ValueUnit::Percent) => Some(100.0),
+        None if sum > 10.0 => Some(100.0),
+        None => Some(1.0),
+    }
 }
 
 fn check_sum(
@@ -306,17 +364,13 @@ fn check_sum(
     sum: f64,
     notes: &mut Vec<String>,
 ) -> Result<(), FormatError> {
-    let all = match columns.unit {
-        Some(ValueUnit::Amount | ValueUnit::Count) => return Ok(()),
-        Some(ValueUnit::Fraction) => 1.0,
-        Some(ValueUnit::Percent) => 100.0,
-        None if sum > 10.0 => 100.0,
-        None => 1.0,
+    let Some(all) = whole(columns, sum) else {
+        return Ok(());
     };
     let miss = (sum / all - 1.0).abs();
     if miss > TOLERANCE && !columns.mercury {
         let what = match kind {
-            ValueKind::Cumulative => "the cumulative shares end at",
+            ValueKind::Cumulative | ValueKind::CumulativeRetained => "the cumulative shares end at",
             _ => "the shares sum to",
         };
         let unit = if all == 1.0 { "1" } else { "100 %" };

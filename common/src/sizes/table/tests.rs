@@ -36,6 +36,13 @@ fn the_forms_of_a_table() {
         "sieve [cm],passing [%]\n0.4,100\n0.2,25\n0.1,0\n",
         "cumulative volume [%],diameter [m]\n0,0.001\n25,0.002\n100,0.004\n",
         "diameter [mm],mass fraction [kg]\n1,0\n2,1\n4,3\n",
+        "diameter [mm],cumulative mass fraction\n1,0\n2,0.25\n4,1\n",
+        "sieve [mm],cumulative retained [g]\n4,0\n2,30\n1,40\n",
+        "sieve diameter [mm],Cum. retained mass fraction\n4,0\n2,0.75\n1,1\n",
+        "sieve [mm],Cumulative % Retained\n1,100\n2,75\n4,0\n",
+        "sieve [mm],oversize weight [%]\n4,0\n2,75\n1,100\n",
+        "sieve [mm],retained fraction [%]\n4,0\n2,75\n1,25\n",
+        "sieve [mm],% passing\n4,100\n2,25\n1,0\n",
     ] {
         let table = table(text);
         assert_eq!(table.edges, expected.0, "{text}");
@@ -51,6 +58,29 @@ fn the_forms_of_a_table() {
     assert_eq!(
         table("diameter [mm],fraction number [count]\n1,0\n2,30\n3,70\n").counted,
         Some(100.0)
+    );
+}
+
+/// 12.5 + 20 = 32.5 % of the mass is above 1 mm and 72.5 % above 0.5 mm: 0.5625 of that class is finer than the median. A class of
+/// constant number density has the mass of d^4 in it: d50^4 = 0.5^4 + 0.5625 (1 - 0.5^4) mm^4.
+#[test]
+fn lab_sheets_of_one_sieving_have_one_median() {
+    let median = 1e-3 * (0.0625_f64 + 0.5625 * (1.0 - 0.0625)).powf(0.25);
+    for text in [
+        "Sieve [mm],cumulative retained mass [g]\n4.75,0\n2.00,12.5\n1.00,32.5\n0.50,72.5\n0.25,92.5\n0.125,97.5\npan,100\n",
+        "Sieve [mm],cumulative retained weight [kg]\n4.75,0\n2.00,0.125\n1.00,0.325\n0.50,0.725\n0.25,0.925\n0.125,1.0\n",
+        "Sieve [mm],retained fraction [%]\n4.75,0\n2.00,12.5\n1.00,20\n0.50,40\n0.25,20\n0.125,7.5\n0.063,0\n",
+    ] {
+        let table = table(text);
+        let sizes = crate::sizes::SizeDistribution::from_classes(table.classes, table.weighting);
+        let found = sizes.quantile(0.5);
+        assert!((found / median - 1.0).abs() < 1e-12, "{text}: {found}");
+    }
+    // The pan takes what the finest sieve lets through.
+    let pan = table("sieve [mm],cumulative retained [%]\n2,0\n1,30\npan,100\n");
+    assert_eq!(
+        (pan.edges, pan.shares),
+        (vec![0.0, 1e-3, 2e-3], vec![0.7, 0.3])
     );
 }
 
@@ -82,7 +112,7 @@ fn options_speak_for_files_without_header() {
     let options = Options {
         size: Some(SizeKind::Radius),
         per_metre: Some(1.0),
-        values: parse_type("cumulative-number"),
+        values: parse_type("cumulative-number").ok(),
         model: Some(Model::LogUniformInMeasured),
         mercury: false,
     };
@@ -91,7 +121,30 @@ fn options_speak_for_files_without_header() {
     };
     assert_eq!(table.edges, [0.002, 0.004]);
     assert_eq!(table.classes.model(), ClassModel::LogUniform(Number));
-    // Options win over a header.
+    // Options win over a header, even over one that contradicts itself.
+    let options = Options {
+        values: parse_type("cumulative-retained-mass").ok(),
+        ..Options::default()
+    };
+    let Ok(Content::Table(table)) = read_with("sieve [mm],passing retained\n2,0\n1,1\n", &options)
+    else {
+        panic!("no table")
+    };
+    assert_eq!(table.shares, [1.0]);
+    for (word, message) in [
+        (
+            "passing-retained-mass",
+            "the words \"passing\" and \"retained\", which contradict",
+        ),
+        (
+            "number-mass-fraction",
+            "the words \"number\" and \"mass\", which contradict",
+        ),
+        ("cumulative", "expected for example cumulative-number"),
+    ] {
+        let found = parse_type(word).expect_err(word);
+        assert!(found.contains(message), "{found}");
+    }
     let options = Options {
         per_metre: Some(1e3),
         ..Options::default()
@@ -206,6 +259,42 @@ fn bad_tables_say_where_and_what() {
         (
             "diameter [mm],cumulative volume [furlong]\n1,0\n",
             "t.csv:1:15: the unit \"furlong\" of the shares",
+        ),
+        (
+            "sieve [mm],passing retained [%]\n2,0\n1,100\n",
+            "t.csv:1:12: \"passing retained [%]\" with the words \"passing\" and \"retained\", which contradict each other",
+        ),
+        (
+            "sieve [mm],Q3 oversize [%]\n2,0\n1,100\n",
+            "the words \"Q3\" and \"oversize\", which contradict each other",
+        ),
+        (
+            "diameter [mm],cumulative number by volume\n1,0\n2,1\n",
+            "the words \"number\" and \"volume\", which contradict each other",
+        ),
+        (
+            "sieve radius [mm],Q3\n1,0\n2,1\n",
+            "t.csv:1:1: \"sieve radius [mm]\" with the words \"sieve\" and \"radius\", which contradict each other",
+        ),
+        (
+            "sieve [mm],% retained [g]\n2,0\n1,100\n",
+            "t.csv:1:12: the unit \"g\" of the shares",
+        ),
+        (
+            "sieve [mm],cumulative retained [%]\n2,0\n1,30\n0.5,97.5\n",
+            "t.csv:4: the cumulative retained share 97.5 at 0.5, the finest sieve, expected 100 there",
+        ),
+        (
+            "sieve [mm],cumulative retained [g]\n4,3\n2,33\n1,43\n",
+            "t.csv:2: 3 on the largest sieve, 4, expected 0 there",
+        ),
+        (
+            "sieve [mm],cumulative retained [g]\n4,0\n2,33\n1,13\n",
+            "t.csv:3: the share 33 above 13, of a finer size, expected cumulative retained shares that do not grow",
+        ),
+        (
+            "sieve [mm],cumulative retained [%]\n4,0\n2,33\npan,90\n",
+            "t.csv: the cumulative shares end at 90, expected 100 %",
         ),
         (
             "# in-class: flat\ndiameter [mm],Q3\n1,0\n",

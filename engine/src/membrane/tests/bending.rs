@@ -16,7 +16,7 @@ fn folded(angle: f64) -> TriangleMesh {
             DVec3::new(0.5, height * cos, height * sin),
         ],
         triangles: vec![[0, 2, 1], [0, 1, 3]],
-        welded: 0,
+        ..TriangleMesh::default()
     }
 }
 

@@ -108,7 +108,7 @@ fn damped_elements_are_stable_below_the_bound() {
     let mesh = TriangleMesh {
         vertices: vec![DVec3::ZERO, DVec3::X, DVec3::new(0.5, 0.75_f64.sqrt(), 0.0)],
         triangles: vec![[0, 1, 2]],
-        welded: 0,
+        ..TriangleMesh::default()
     };
     let mut law = law(Elasticity::Springs);
     law.damping_ratio = 0.5;

@@ -85,7 +85,7 @@ fn any_deformation_of_a_triangle_agrees_with_the_deformation_gradient() {
             let mesh = TriangleMesh {
                 vertices: rest.clone(),
                 triangles: vec![[0, 1, 2]],
-                welded: 0,
+                ..TriangleMesh::default()
             };
             let sheet = sheet(&mesh, law(Elasticity::Continuum { poisson_ratio: nu }));
             let now = noisy(&rest, 0.3, &mut seed);

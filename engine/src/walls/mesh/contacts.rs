@@ -241,7 +241,7 @@ impl Mesh {
     fn lies_on_nearer(&self, near: Near<'_>, minimum: &Minimum, centre: DVec3) -> bool {
         let point = centre - minimum.normal * minimum.distance;
         let distance = minimum.distance.abs();
-        let same = self.tolerance.max(THIN * distance);
+        let same = self.precision.tolerance.max(THIN * distance);
         near.facets().any(|other| {
             let facet = self.facet(other);
             (point - facet.corners[0]).dot(facet.normal).abs() <= same

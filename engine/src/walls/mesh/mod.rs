@@ -12,6 +12,7 @@ mod leaf;
 mod near;
 mod patches;
 mod periodic;
+mod precision;
 mod reshape;
 mod saddles;
 mod takers;
@@ -36,6 +37,7 @@ use near::{Near, Pack};
 use patches::{Best, find_patches};
 use periodic::Continuation;
 pub use periodic::Period;
+pub use precision::Precision;
 pub use saddles::Saddle;
 pub use takers::Feature;
 use topology::Topology;
@@ -49,9 +51,6 @@ pub const SMOOTH_ANGLE: f64 = 12.0;
 /// A contact may carry its history to one whose foot is nearer than this part of the distance: more than two steps of
 /// [`SMOOTH_ANGLE`] span, less than there is between the faces of a corner.
 const SAME_PATCH: f64 = 0.5;
-
-/// Places of a mesh whose distance is less than this part of its size are the same.
-const SAME_PLACE: f64 = 1e-9;
 
 /// Normals that are known worse than this are compared with those of neighbours.
 const STEADY: f64 = 1e-10;
@@ -77,11 +76,10 @@ pub struct Mesh {
     fitted: f64,
     /// Only the side acts where the normals point.
     front_only: bool,
-    /// Places nearer to each other than this are the same, m.
-    tolerance: f64,
+    precision: Precision,
     /// Round-off of positions near the mesh, m.
     round_off: f64,
-    dropped: usize,
+    left_out: LeftOut,
     continuation: Continuation,
     /// Minima of the distance are contacts as far as they are below their saddles, and none stands for others of its smooth region.
     keeps_all: bool,
@@ -102,6 +100,15 @@ impl Mesh {
             sum.finalize()
         )
     }
+}
+
+/// Triangles of the file that do not act.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct LeftOut {
+    /// Without area, as they are thinner than the [precision](Mesh::precision).
+    pub thin: usize,
+    /// With a corner farther than [`Mesh::FARTHEST`] from the origin.
+    pub far: usize,
 }
 
 /// How large a mesh is.
@@ -128,10 +135,10 @@ impl Extent {
         }
     }
 
-    /// Round-off of positions nearby, m.
-    fn round_off(&self) -> f64 {
+    /// Round-off of positions nearby, m; corners beyond `largest` (m) are not near to anything.
+    fn round_off(&self, largest: f64) -> f64 {
         let (low, high) = self.bounds;
-        16.0 * f64::EPSILON * low.abs().max(high.abs()).max_element()
+        16.0 * f64::EPSILON * low.abs().max(high.abs()).max_element().min(largest)
     }
 }
 
@@ -170,6 +177,9 @@ impl Scratch {
 }
 
 impl Mesh {
+    /// Triangles with a corner that has a larger coordinate in the scene are left out, m. Bounds in single precision square lengths.
+    pub const FARTHEST: f64 = 1e15;
+
     /// Bytes that it takes, for estimates of memory.
     #[must_use]
     pub fn bytes(&self) -> usize {
@@ -193,10 +203,10 @@ impl Mesh {
 
     /// The wall of `triangles`; `place` maps its coordinates into the scene (m), a similarity. `front_only`: only the side acts
     /// to which the triangles turn counter-clockwise. Triangles without area to within the precision of the coordinates are
-    /// left out.
+    /// left out, and those with a corner farther than [`Mesh::FARTHEST`].
     ///
     /// # Errors
-    /// If a coordinate is not finite or no triangle has an area.
+    /// If a coordinate is not finite or no triangle remains.
     pub fn new(
         triangles: &TriangleMesh,
         place: impl Fn(DVec3) -> DVec3,
@@ -206,20 +216,29 @@ impl Mesh {
         for &vertex in &vertices {
             super::error::finite_vector("file", vertex)?;
         }
-        let tolerance = tolerance(&triangles.vertices, &vertices, &place);
+        let precision = Precision::of(triangles, &vertices, &place);
+        let mut left_out = LeftOut::default();
         let mut kept: Vec<(u32, [u32; 3])> = Vec::with_capacity(triangles.triangles.len());
-        for corners in &triangles.triangles {
-            if has_area(corners.map(|k| vertices[k as usize]), tolerance) {
-                kept.push((kept.len() as u32, short_sides_first(*corners, &vertices)));
+        for &corners in &triangles.triangles {
+            let places = corners.map(|k| vertices[k as usize]);
+            if places
+                .iter()
+                .any(|x| x.abs().max_element() > Self::FARTHEST)
+            {
+                left_out.far += 1;
+            } else if !has_area(places, precision.tolerance) {
+                left_out.thin += 1;
+            } else {
+                kept.push((kept.len() as u32, short_sides_first(corners, &vertices)));
             }
         }
         if kept.is_empty() {
             return Err(WallError::NoTriangle {
                 count: triangles.triangles.len(),
+                precision,
             });
         }
-        let dropped = triangles.triangles.len() - kept.len();
-        let (mesh, _) = Self::assembled(vertices, &mut kept, tolerance, front_only, dropped);
+        let (mesh, _) = Self::assembled(vertices, &mut kept, precision, front_only, left_out);
         Ok(mesh)
     }
 
@@ -228,9 +247,9 @@ impl Mesh {
     fn assembled(
         vertices: Vec<DVec3>,
         kept: &mut [(u32, [u32; 3])],
-        tolerance: f64,
+        precision: Precision,
         front_only: bool,
-        dropped: usize,
+        left_out: LeftOut,
     ) -> (Self, Vec<u32>) {
         let tree = Tree::build(&vertices, kept);
         let (vertices, corners, number) = in_order_of_use(&vertices, kept);
@@ -238,7 +257,7 @@ impl Mesh {
         let mut facets = in_large_pages(corners.len());
         let prepared = corners.iter().zip(edges);
         facets.extend(prepared.map(|(&corners, edges)| Facet::new(&vertices, corners, edges)));
-        steady_normals(&mut facets, &topology, tolerance);
+        steady_normals(&mut facets, &topology, precision.tolerance);
         find_patches(&mut facets, &topology, vertices.len());
         let mut leaves = in_large_pages(facets.len().div_ceil(LANES));
         leaves.extend(facets.chunks(LANES).map(Leaf::new));
@@ -254,9 +273,9 @@ impl Mesh {
             travelled: 0.0,
             fitted: 0.0,
             front_only,
-            tolerance,
-            round_off: extent.round_off(),
-            dropped,
+            precision,
+            round_off: extent.round_off(precision.largest),
+            left_out,
             continuation: Continuation::default(),
             keeps_all: false,
             vertices,
@@ -267,8 +286,8 @@ impl Mesh {
 
     /// The same mesh with more triangles; which number each vertex has now.
     fn rebuilt(&self, vertices: Vec<DVec3>, kept: &mut [(u32, [u32; 3])]) -> (Self, Vec<u32>) {
-        let (tolerance, front_only) = (self.tolerance, self.front_only);
-        let (mesh, number) = Self::assembled(vertices, kept, tolerance, front_only, self.dropped);
+        let (precision, front_only) = (self.precision, self.front_only);
+        let (mesh, number) = Self::assembled(vertices, kept, precision, front_only, self.left_out);
         let extent = self.extent;
         (Self { extent, ..mesh }, number)
     }
@@ -302,10 +321,16 @@ impl Mesh {
         self.facets.is_empty()
     }
 
-    /// Triangles of the file without area, which were left out.
+    /// Triangles of the file that were left out.
     #[must_use]
-    pub fn dropped(&self) -> usize {
-        self.dropped
+    pub fn left_out(&self) -> LeftOut {
+        self.left_out
+    }
+
+    /// How exactly its places are known.
+    #[must_use]
+    pub fn precision(&self) -> Precision {
+        self.precision
     }
 
     /// Edges with one, two and more triangles: rims, ordinary edges, seams.
@@ -417,7 +442,7 @@ impl Mesh {
         Surface::Mesh(TriangleMesh {
             vertices: self.vertices.clone(),
             triangles: triangles.into_iter().map(|(_, corners)| corners).collect(),
-            welded: 0,
+            ..TriangleMesh::default()
         })
     }
 
@@ -469,29 +494,6 @@ fn in_order_of_use(
         .map(|&(_, corners)| corners.map(&mut renumber))
         .collect();
     (sorted, triangles, number)
-}
-
-/// How far apart equal places can be: a few units of round-off of the largest coordinate, at least [`SAME_PLACE`] of the size.
-/// Files that hold single precision say so by their numbers.
-fn tolerance(file: &[DVec3], placed: &[DVec3], place: impl Fn(DVec3) -> DVec3) -> f64 {
-    let scale = place(DVec3::X).distance(place(DVec3::ZERO));
-    let mut largest = 0.0f64;
-    let mut single = true;
-    for vertex in file {
-        for x in vertex.to_array() {
-            largest = largest.max(x.abs());
-            single &= f64::from(x as f32) == x;
-        }
-    }
-    // Numbers that are short in binary by chance are no sign of a coarse file, but cost nothing either.
-    let unit = if single {
-        f64::from(f32::EPSILON)
-    } else {
-        f64::EPSILON
-    };
-    let low = placed.iter().copied().fold(DVec3::INFINITY, DVec3::min);
-    let high = placed.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
-    (4.0 * unit * largest * scale).max(SAME_PLACE * high.distance(low))
 }
 
 /// The corners in the same sense of rotation, the one opposite to the longest side first: the normal is most exact from the

@@ -458,7 +458,7 @@ mod tests {
             let triangles = TriangleMesh {
                 vertices: corners.to_vec(),
                 triangles: vec![[0, 1, 2]],
-                welded: 0,
+                ..TriangleMesh::default()
             };
             let Ok(mesh) = Mesh::new(&triangles, |x| x, false) else { return Ok(()) };
             let facet = &mesh.facets[0];

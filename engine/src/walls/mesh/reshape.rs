@@ -76,7 +76,7 @@ impl Mesh {
         for &place in &vertices {
             finite_vector("corners", place)?;
         }
-        let tolerance = self.tolerance;
+        let tolerance = self.precision.tolerance;
         let placed = |facet: &Facet| {
             let new = short_sides_first(lowest_first(facet.vertices), &vertices);
             let [a, b, c] = new.map(|k| vertices[k as usize]);
@@ -131,7 +131,7 @@ impl Mesh {
         if let Some(&place) = places.iter().find(|place| !place.is_finite()) {
             finite_vector("corners", place)?;
         }
-        let (before, tolerance) = (&self.vertices, self.tolerance);
+        let (before, tolerance) = (&self.vertices, self.precision.tolerance);
         let fault = |(facet, &triangle): (&Facet, &u32)| {
             let corners = facet.vertices.map(|k| places[k as usize]);
             let across = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a);
@@ -202,7 +202,7 @@ impl Mesh {
         }
         // The corners of a sheet are no numbers of a file, so the normals of its slivers are exact.
         if !self.keeps_all {
-            steady_normals(&mut self.facets, &self.topology, self.tolerance);
+            steady_normals(&mut self.facets, &self.topology, self.precision.tolerance);
             find_patches(&mut self.facets, &self.topology, self.vertices.len());
         }
         if is_shared {
@@ -227,7 +227,7 @@ impl Mesh {
         } else {
             Extent::of(&self.vertices, |_| true)
         };
-        self.round_off = all.round_off();
+        self.round_off = all.round_off(self.precision.largest + self.travelled);
     }
 
     /// How far corners have moved in all changes together, at most, m.
@@ -280,9 +280,9 @@ impl Mesh {
         Self::assembled(
             self.vertices.clone(),
             &mut kept,
-            self.tolerance,
+            self.precision,
             self.front_only,
-            self.dropped,
+            self.left_out,
         )
         .0
     }

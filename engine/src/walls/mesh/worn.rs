@@ -108,7 +108,7 @@ impl Mesh {
     /// Triangles whose smallest height is below this have no area, m.
     #[must_use]
     pub fn least_height(&self) -> f64 {
-        self.tolerance
+        self.precision.tolerance
     }
 
     /// Where `foot` (m), the nearest point of a feature of the file, stands on it.

@@ -9,13 +9,15 @@ use mercury_common::random::Stream;
 use proptest::prelude::*;
 
 use super::touches;
-use crate::walls::{Mesh, NearMeshes, Pose, SMOOTH_ANGLE, Scratch, Shape, Touches, WallError};
+use crate::walls::{
+    LeftOut, Mesh, NearMeshes, Pose, SMOOTH_ANGLE, Scratch, Shape, Touches, WallError,
+};
 
 fn mesh(vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> TriangleMesh {
     TriangleMesh {
         vertices,
         triangles,
-        welded: 0,
+        ..TriangleMesh::default()
     }
 }
 
@@ -520,6 +522,10 @@ fn repeated_and_unwelded_triangles_are_one_contact() {
         ],
         vec![[0, 1, 2], [3, 4, 5]],
     );
+    let halves = TriangleMesh {
+        is_single_precision: true,
+        ..halves
+    };
     let wall = shape(&halves, false);
     for offset in [-0.09, -0.03, -1e-8, 0.0, 3e-8, 6e-8, 1e-7, 0.03, 0.09] {
         let found = touches(&wall, DVec3::new(1.0 + offset, 0.2, 0.05), 0.12);
@@ -534,20 +540,97 @@ fn triangles_without_area_are_left_out() {
     triangles.vertices.push(DVec3::new(0.0, -1.0, -1.0));
     triangles.triangles.push([0, 8, 1]);
     let wall = Mesh::new(&triangles, |x| x, false).unwrap();
-    assert_eq!((wall.len(), wall.dropped()), (12, 3));
+    let left_out = LeftOut { thin: 3, far: 0 };
+    assert_eq!((wall.len(), wall.left_out()), (12, left_out));
     assert_eq!(wall.edge_counts(), [0, 18, 0]);
     let error = Mesh::new(
         &mesh(vec![DVec3::ZERO, DVec3::X], vec![[0, 1, 0]]),
         |x| x,
         false,
     );
-    assert_eq!(error, Err(WallError::NoTriangle { count: 1 }));
     assert_eq!(
         error.unwrap_err().to_string(),
-        "file: none of the 1 triangles has an area"
+        "file: none of the 1 triangles has an area: they are thinner than 1e-9 m, 1e-9 of the mesh's size of 1 m"
     );
     let error = Mesh::new(&triangles, |x| x / 0.0, false).unwrap_err();
     assert!(matches!(error, WallError::NotFinite { key: "file", .. }));
+}
+
+/// Squares of 1 m in map coordinates, two triangles each.
+fn terrain() -> TriangleMesh {
+    let corner = |i: u32, j: u32| DVec3::new(5e5 + f64::from(i), 4.6e6 + f64::from(j), 100.0);
+    let vertices = (0..=4).flat_map(|j| (0..=4).map(move |i| corner(i, j)));
+    let squares = (0..4).flat_map(|j| (0..4).map(move |i| 5 * j + i));
+    let triangles = squares.flat_map(|k| [[k, k + 1, k + 6], [k, k + 6, k + 5]]);
+    mesh(vertices.collect(), triangles.collect())
+}
+
+/// Numbers of a text are exact, however short they are in binary: 1 m in 4.6e6 m is far above their round-off. The same numbers
+/// in single precision differ by half a metre from one to the next.
+#[test]
+fn triangles_in_map_coordinates_are_kept_where_the_numbers_are_exact() {
+    let near = |x: DVec3| x - DVec3::new(5e5, 4.6e6, 100.0);
+    let wall = Mesh::new(&terrain(), near, false).unwrap();
+    assert_eq!((wall.len(), wall.left_out()), (32, LeftOut::default()));
+    let wall = Shape::Mesh(Arc::new(wall));
+    for k in 0..40 {
+        let centre = DVec3::new(0.1 * f64::from(k), 4.0 - 0.1 * f64::from(k), 0.09);
+        let found = touches(&wall, centre, 0.1);
+        assert_eq!(found.len(), 1, "{centre}");
+        assert_eq!((found[0].distance, found[0].normal), (0.09, DVec3::Z));
+    }
+    let single = TriangleMesh {
+        is_single_precision: true,
+        ..terrain()
+    };
+    // 4 times 2^-23 of 4600004.
+    assert_eq!(
+        Mesh::new(&single, near, false).unwrap_err().to_string(),
+        "file: none of the 32 triangles has an area: they are thinner than 2.19345 m, \
+         4 units of single precision of the coordinate 4.6e6 of the file"
+    );
+}
+
+/// A far triangle changes neither what the others do nor how exactly they are known.
+#[test]
+fn a_stray_triangle_does_not_drop_the_mesh() {
+    let plate = mesh(
+        [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+            .map(|[x, y]| DVec3::new(x, y, 0.0))
+            .to_vec(),
+        vec![[0, 1, 2], [0, 2, 3]],
+    );
+    let alone = shape(&plate, false);
+    for is_single_precision in [false, true] {
+        for exponent in [3, 6, 9, 12, 14, 16, 30, 150, 300] {
+            let far = 10.0_f64.powi(exponent);
+            let mut both = plate.clone();
+            both.is_single_precision = is_single_precision;
+            both.vertices.extend([
+                DVec3::new(far, 0.0, 0.0),
+                DVec3::new(far, 0.01 * far, 0.0),
+                DVec3::new(far, 0.0, 0.01 * far),
+            ]);
+            both.triangles.push([4, 5, 6]);
+            let wall = Mesh::new(&both, |x| x, false).unwrap();
+            let left_out = LeftOut {
+                thin: 0,
+                far: usize::from(far > Mesh::FARTHEST),
+            };
+            assert_eq!((wall.len(), wall.left_out()), (3 - left_out.far, left_out));
+            let wall = Shape::Mesh(Arc::new(wall));
+            for k in 0..60 {
+                let x = 0.02 * f64::from(k);
+                let centre = DVec3::new(x, 1.1 - x, 0.05);
+                let (found, expected) = (touches(&wall, centre, 0.1), touches(&alone, centre, 0.1));
+                assert_eq!(found.len(), expected.len(), "{far} {centre}");
+                for (found, expected) in found.iter().zip(&expected) {
+                    assert_eq!(found.distance, expected.distance, "{far} {centre}");
+                    assert_eq!(found.normal, expected.normal, "{far} {centre}");
+                }
+            }
+        }
+    }
 }
 
 /// A cylinder of radius 1 about z, of `around` facets.

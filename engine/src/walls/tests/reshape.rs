@@ -221,7 +221,7 @@ fn a_fold_has_the_sides_of_its_faces() {
     let roof = TriangleMesh {
         vertices: vec![DVec3::Y, DVec3::X, -DVec3::Y, -DVec3::X],
         triangles: vec![[0, 3, 2], [2, 1, 0]],
-        welded: 0,
+        ..TriangleMesh::default()
     };
     let mut folded = mesh(&roof, true);
     let mut found = Touches::new();

@@ -3,14 +3,17 @@
 use std::path::PathBuf;
 
 use clap::{Parser, ValueEnum};
-use mercury_common::cli::{Shell, positive};
+use mercury_common::cli::{Shell, positive, quantity};
+use mercury_common::units::Dimension;
 
 const EXAMPLES: &str = "\
 Examples:
   mclump rod.csv --density 2500                       pebbles x,y,z,r; writes rod.clump.toml
   mclump rod.csv --inertia union                      overlaps of pebbles count once
-  mclump celt.stl celt.csv --scale 1e-3               files in mm; inertia from the surface
+  mclump celt.stl celt.csv --scale 1mm                files in mm; inertia from the surface
   mclump celt.stl --generate tangent --pebbles 100    pebbles made for the surface
+  mclump celt.stl --generate tangent --pebbles 20 --protrusion auto
+                                                      few pebbles of the surface's volume
   mclump celt.stl                                     look at the surface; no clump is written
   mclump celt.stl celt.csv --repair --json            close small holes; result as JSON, for scripts
 
@@ -33,12 +36,12 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "ROUTE")]
     pub(crate) inertia: Option<RouteName>,
 
-    /// Density in kg/m3
-    #[arg(long, value_name = "RHO", default_value_t = 1.0, allow_negative_numbers = true, value_parser = positive)]
+    /// Density in kg/m3, or with a unit: "2.5 g/cm3"
+    #[arg(long, value_name = "RHO", default_value_t = 1.0, allow_negative_numbers = true, value_parser = quantity(Dimension::DENSITY))]
     pub(crate) density: f64,
 
-    /// Length in m of one unit of the files: 1e-3 for files in mm
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, allow_negative_numbers = true, value_parser = positive)]
+    /// Length in m of one unit of the files: 1e-3 or "1 mm" for files in mm
+    #[arg(long, value_name = "LENGTH", default_value_t = 1.0, allow_negative_numbers = true, value_parser = quantity(Dimension::LENGTH))]
     pub(crate) scale: f64,
 
     /// Make pebbles for the surface
@@ -53,13 +56,13 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FRACTION", requires = "generate", allow_negative_numbers = true, value_parser = positive)]
     pub(crate) fidelity: Option<f64>,
 
-    /// No pebble smaller than this radius in m [default: 1/1000 of the body]
-    #[arg(long, value_name = "M", requires = "generate", allow_negative_numbers = true, value_parser = positive)]
+    /// No pebble smaller than this radius in m, or with a unit: "50 um" [default: 1/1000 of the body]
+    #[arg(long, value_name = "LENGTH", requires = "generate", allow_negative_numbers = true, value_parser = quantity(Dimension::LENGTH))]
     pub(crate) smallest_radius: Option<f64>,
 
-    /// How far each pebble may stand out of the surface in m; a little makes clumps of the same volume truer [default: 0]
-    #[arg(long, value_name = "M", requires = "generate", allow_negative_numbers = true, value_parser = positive)]
-    pub(crate) protrusion: Option<f64>,
+    /// How far each pebble may stand out of the surface in m, or with a unit; auto: as far as makes the volume that of the surface [default: 0]
+    #[arg(long, value_name = "LENGTH", requires = "generate", allow_negative_numbers = true, value_parser = protrusion)]
+    pub(crate) protrusion: Option<Protrusion>,
 
     /// Seed of the generator's random points
     #[arg(
@@ -105,6 +108,22 @@ pub(crate) struct Arguments {
     /// Print completions for a shell and exit
     #[arg(long, value_name = "SHELL")]
     pub(crate) completions: Option<Shell>,
+}
+
+/// How far pebbles stand out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Protrusion {
+    /// So far, m.
+    Length(f64),
+    /// As far as makes the volume of their union that of the surface.
+    Auto,
+}
+
+fn protrusion(text: &str) -> Result<Protrusion, String> {
+    if text == "auto" {
+        return Ok(Protrusion::Auto);
+    }
+    quantity(Dimension::LENGTH)(text).map(Protrusion::Length)
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]

@@ -5,12 +5,12 @@ mod arguments;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use arguments::{Arguments, MethodName, RouteName};
+use arguments::{Arguments, MethodName, Protrusion, RouteName};
 use mclump::clump::{Input, Options, build, implausible_size, scaled_mesh, scaled_pebbles};
 use mclump::descriptors;
 use mclump::fidelity::{self, Fidelity};
 use mclump::generate::{
-    Euclidean, Favier, GenerateError, Method, Request, Stop, Tangent, generate,
+    Euclidean, Favier, GenerateError, Method, Request, Stop, Tangent, generate, generate_of_volume,
 };
 use mclump::inertia::comparison::{Route, Settings, row};
 use mclump::output::{check_free, contents, paths, with_suffix, write};
@@ -376,7 +376,10 @@ fn generated(
             volume_error: arguments.fidelity,
         },
         smallest_radius: arguments.smallest_radius.unwrap_or(0.0),
-        protrusion: arguments.protrusion.unwrap_or(0.0),
+        protrusion: match arguments.protrusion {
+            Some(Protrusion::Length(length)) => length,
+            Some(Protrusion::Auto) | None => 0.0,
+        },
         seed: arguments.seed,
     };
     let word = format!("{method:?}").to_lowercase();
@@ -387,17 +390,30 @@ fn generated(
     if let Some(fidelity) = arguments.fidelity {
         entries.push(("volume_error".into(), fidelity.into()));
     }
-    if let Some(protrusion) = arguments.protrusion {
+    let is_auto = arguments.protrusion == Some(Protrusion::Auto);
+    if is_auto && (arguments.pebbles.is_none() || arguments.fidelity.is_some()) {
+        return Err(Failure::input(
+            "--protrusion auto makes the volume right for any number of pebbles",
+        )
+        .with_help("give the number (--pebbles), and no --fidelity"));
+    }
+    progress.stage("making pebbles");
+    let mut tell = |done, total: usize| {
+        progress.count("making pebbles:", done, (total > 0).then_some(total));
+    };
+    let (pebbles, protrusion) = if is_auto {
+        generate_of_volume(mesh, &request, &mut tell).map_err(Failure::input)?
+    } else {
+        let pebbles = generate(mesh, &request, &mut tell).map_err(Failure::input)?;
+        (pebbles, request.protrusion)
+    };
+    if arguments.protrusion.is_some() {
         entries.push(("protrusion".into(), protrusion.into()));
     }
     let seed = i64::try_from(arguments.seed).unwrap_or(i64::MAX);
     entries.push(("seed".into(), Remark::Whole(seed)));
     source.push(("generator".to_owned(), Remark::Table(entries)));
-    progress.stage("making pebbles");
-    generate(mesh, &request, &mut |done, total| {
-        progress.count("making pebbles:", done, (total > 0).then_some(total))
-    })
-    .map_err(Failure::input)
+    Ok(pebbles)
 }
 
 fn settings(arguments: &Arguments) -> Settings {

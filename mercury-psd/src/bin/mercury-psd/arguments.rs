@@ -69,8 +69,8 @@ pub(crate) struct Reading {
     #[arg(long, value_name = "UNIT", value_parser = unit)]
     pub(crate) unit: Option<f64>,
 
-    /// What the second column is: cumulative|fraction|retained, a hyphen, number|length|area|volume|mass
-    #[arg(long = "type", value_name = "TYPE", value_parser = value_type)]
+    /// What the second column is: cumulative|fraction|retained|cumulative-retained, a hyphen, number|length|area|volume|mass
+    #[arg(long = "type", value_name = "TYPE", value_parser = table::parse_type)]
     pub(crate) values: Option<(ValueKind, Weighting)>,
 
     /// What is assumed inside a class: number-uniform (default), quantity-uniform or log-uniform of what was measured, or volume-uniform, ...
@@ -94,7 +94,7 @@ pub(crate) struct TargetReading {
     pub(crate) target_unit: Option<f64>,
 
     /// What the target's second column is [default: as --type]; a list of sizes has none
-    #[arg(long, value_name = "TYPE", value_parser = value_type, requires = "target")]
+    #[arg(long, value_name = "TYPE", value_parser = table::parse_type, requires = "target")]
     pub(crate) target_type: Option<(ValueKind, Weighting)>,
 }
 
@@ -170,7 +170,7 @@ pub(crate) struct ConvertArguments {
     pub(crate) file: String,
 
     /// What the table is to hold [default: what was measured, cumulative]
-    #[arg(long, value_name = "TYPE", value_parser = value_type)]
+    #[arg(long, value_name = "TYPE", value_parser = table::parse_type)]
     pub(crate) to: Option<(ValueKind, Weighting)>,
 
     /// The unit of the sizes to write
@@ -461,12 +461,6 @@ fn conditions(text: &str) -> Result<Conditions, String> {
 
 fn unit(text: &str) -> Result<f64, String> {
     table::parse_size_unit(text).ok_or_else(|| "expected m, cm, mm, um or nm".to_owned())
-}
-
-fn value_type(text: &str) -> Result<(ValueKind, Weighting), String> {
-    table::parse_type(text).ok_or_else(|| {
-        "expected for example cumulative-number, fraction-volume or retained-mass".to_owned()
-    })
 }
 
 fn model(text: &str) -> Result<Model, String> {

@@ -50,15 +50,15 @@ impl Parts {
             Dimensions::Two => 2,
             Dimensions::Three => 3,
         };
-        let walls = walls(scene, errors);
+        let walls = walls(scene, warnings, errors);
         let clumps = crate::plan::clumps::clumps(scene, warnings, remarks, errors);
         let mut start = starting_particles(scene, clumps.as_deref(), most_sites, warnings, errors);
         remarks.append(&mut start.remarks);
-        let insertions = insertions(scene, clumps.as_deref(), dimensions, errors);
+        let insertions = insertions(scene, clumps.as_deref(), dimensions, warnings, errors);
         let clumps = clumps.unwrap_or_default();
         let sprays = sprays(scene, &walls, dimensions, warnings, errors);
-        let regions = regions(scene, &start, errors);
-        let deletions = deletions(scene, errors);
+        let regions = regions(scene, &start, warnings, errors);
+        let deletions = deletions(scene, warnings, errors);
         let fluxes = fluxes(scene, errors);
         let fields = fields(scene, &start, &clumps, &insertions, warnings, errors);
         let sheets = membranes(scene, &walls, warnings, remarks, errors);

@@ -1,7 +1,8 @@
 //! Positions in the domain, periodic axes, two dimensions.
 
+use glam::DVec3;
 use mercury_common::particle_properties::{FILM_VOLUME, ParticleProperty};
-use mercury_common::scene::{Place, Scene, SceneError, Shape};
+use mercury_common::scene::{ParticleSource, Place, Scene, SceneError, Shape};
 
 use super::{name, place, point};
 use crate::plan::NewParticle;
@@ -53,12 +54,32 @@ pub(in crate::plan) fn inside_the_domain(
             point(min),
             point(max),
         );
-        errors.push(
-            place(scene, start, id)
-                .error(message)
-                .with_help("move it, or enlarge the domain"),
-        );
+        let of_entry = (0..start.grains()).filter(|&other| start.typed(other).entry == entry);
+        let of_entry = of_entry.map(|grain| start.centre(grain));
+        let source = &scene.particles[entry].source;
+        let help = match source {
+            ParticleSource::Table { scale: None, .. } if may_be_millimetres(of_entry, min, max) => {
+                "if the file is in millimetres, name the unit in its header, as x [mm], or give scale = \"1 mm\" beside it"
+            }
+            _ => "move it, or enlarge the domain",
+        };
+        errors.push(place(scene, start, id).error(message).with_help(help));
     }
+}
+
+/// Part of the domain's width that grains in millimetres reach along an axis, as seen from the origin.
+const WIDE: f64 = 0.01;
+
+/// Whether all centres would lie in the domain, and not all of them next to the origin, if they were in millimetres.
+fn may_be_millimetres(centres: impl Iterator<Item = DVec3>, min: DVec3, max: DVec3) -> bool {
+    let mut farthest = DVec3::ZERO;
+    for centre in centres.map(|centre| centre * 1e-3) {
+        if centre.cmplt(min).any() || centre.cmpgt(max).any() {
+            return false;
+        }
+        farthest = farthest.max(centre.abs());
+    }
+    farthest.cmpge(WIDE * (max - min)).any()
 }
 
 /// The resolution of positions is fine enough for contacts: numbers have 16 digits, so that far from the origin they lie apart by

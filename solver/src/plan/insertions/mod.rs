@@ -32,24 +32,29 @@ pub(super) fn insertions(
     scene: &Scene,
     clumps: Option<&[Clump]>,
     dimensions: u8,
+    warnings: &mut Vec<String>,
     errors: &mut Vec<SceneError>,
 ) -> Vec<InsertionPlan> {
     scene
         .insertions
         .iter()
-        .filter_map(|insertion| plan_one(scene, insertion, clumps, dimensions, errors))
+        .filter_map(|insertion| plan_one(scene, insertion, clumps, dimensions, warnings, errors))
         .collect()
 }
 
 /// All deletions, in the order of the file.
-pub(super) fn deletions(scene: &Scene, errors: &mut Vec<SceneError>) -> Vec<DeletionPlan> {
+pub(super) fn deletions(
+    scene: &Scene,
+    warnings: &mut Vec<String>,
+    errors: &mut Vec<SceneError>,
+) -> Vec<DeletionPlan> {
     scene
         .deletions
         .iter()
         .filter_map(|deletion| {
             Some(DeletionPlan {
                 name: deletion.name.value.clone(),
-                region: region(&deletion.region, errors)?,
+                region: region(&deletion.region, warnings, errors)?,
             })
         })
         .collect()
@@ -60,6 +65,7 @@ fn plan_one(
     insertion: &Insertion,
     clumps: Option<&[Clump]>,
     dimensions: u8,
+    warnings: &mut Vec<String>,
     errors: &mut Vec<SceneError>,
 ) -> Option<InsertionPlan> {
     let before = errors.len();
@@ -144,7 +150,7 @@ fn plan_one(
             },
         }
     });
-    let region = region(&insertion.region, errors)?;
+    let region = region(&insertion.region, warnings, errors)?;
     if errors.len() == before {
         let space = Space {
             domain: (*scene.domain.min, *scene.domain.max),

@@ -10,10 +10,13 @@ use mercury_engine::boundaries::Region;
 /// The engine's form of a region; none where a mesh in it is wrong.
 pub(in crate::plan) fn region(
     region: &SceneRegion,
+    warnings: &mut Vec<String>,
     errors: &mut Vec<SceneError>,
 ) -> Option<Region> {
     let mut all = |parts: &[SceneRegion]| -> Option<Vec<Region>> {
-        let parts = parts.iter().map(|part| self::region(part, errors));
+        let parts = parts
+            .iter()
+            .map(|part| self::region(part, warnings, errors));
         // All of them, so that every problem is reported.
         parts.collect::<Vec<_>>().into_iter().collect()
     };
@@ -58,7 +61,7 @@ pub(in crate::plan) fn region(
         SceneRegion::Union(parts) => Region::Union(all(parts)?),
         SceneRegion::Intersection(parts) => Region::Intersection(all(parts)?),
         SceneRegion::Difference(parts) => Region::Difference(all(parts)?),
-        SceneRegion::Mesh(source) => match meshes::solid(source) {
+        SceneRegion::Mesh(source) => match meshes::solid(source, warnings) {
             Ok(solid) => Region::Mesh(Arc::new(solid)),
             Err(error) => {
                 errors.push(error);

@@ -82,6 +82,86 @@ fn rows_of_tables_are_named_by_their_lines() {
     }
     let errors = table("x,y,z,radius\n0,0,0,-1\n").expect_err("wrong");
     assert!(errors.to_string().contains("beads.csv:2:7"), "{errors}");
+    // All that is wrong at once: columns, then rows, of which the tenth is the last to be named.
+    let errors = table("x,yy,z,radius [kg],spin\n0,0,0,0.1\n").expect_err("wrong");
+    let messages: Vec<&str> = errors
+        .0
+        .iter()
+        .map(|error| error.message.as_str())
+        .collect();
+    assert_eq!(messages.len(), 3, "{errors}");
+    for (message, part) in messages.iter().zip([
+        ":1:3: unknown column \"yy\"",
+        ":1:8: the unit \"kg\" of column radius, expected a length (m, cm, mm, um, nm, km)",
+        ":1:20: unknown column \"spin\"",
+    ]) {
+        assert!(message.contains(part), "{message}");
+    }
+    let rows: String = (0..15)
+        .map(|k| format!("0,0.{0:02},x,0.01\n0,0.{0:02},0,0.01\n", 5 * k))
+        .collect();
+    let errors = table(&format!("x,y,z,radius\n{rows}")).expect_err("wrong");
+    assert_eq!(errors.0.len(), 11, "{errors}");
+    assert!(errors.0[1].message.contains(":4:8: \"x\" in column z"));
+    assert!(errors.0[10].message.ends_with(": 5 more rows are wrong"));
+}
+
+#[test]
+fn tables_in_millimetres_are_scaled_and_suspected() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let table = |content: &str, more: &str| {
+        std::fs::write(folder.path().join("beads.csv"), content).expect("writable");
+        let text =
+            format!("{HEAD}{BALL}[[particles]]\nfile = \"beads.csv\"\nmaterial = \"ball\"\n{more}");
+        let path = folder.path().join("test.toml");
+        let scene = parse_scene(&path, &text, &[], Files::MustExist)?;
+        plan(&scene)
+    };
+    let rows = "500,0,2.1,100\n-500,0,0,100\n";
+    for (head, more) in [
+        ("x [mm],y (mm),z[mm],radius [mm]", ""),
+        ("x,y,z,radius", "scale = \"1 mm\"\n"),
+        ("x,y [mm],z [mm],radius", "scale = 1e-3\n"),
+    ] {
+        let plan = table(&format!("{head}\n{rows}"), more).expect("plans");
+        let first = &plan.physics().particles[0];
+        let expected = glam::DVec3::new(0.5, 0.0, 0.0021);
+        let away = first.position.distance(expected);
+        assert!(away < 1e-15, "{}", first.position);
+        assert!((first.radius - 0.1).abs() < 1e-15);
+    }
+    let help = |content: &str, more: &str| {
+        let errors = table(content, more).expect_err("wrong");
+        assert_eq!(errors.0.len(), 1, "{errors}");
+        errors.0[0].to_string()
+    };
+    let text = help(&format!("x,y,z,radius\n{rows}"), "");
+    assert!(text.contains("if the file is in millimetres"), "{text}");
+    // 3000 mm are outside as well.
+    for (content, more) in [
+        ("x,y,z,radius\n3000,0,0,0.1\n0,0,0,0.1\n", ""),
+        ("x,y,z,radius\n3000,0,0,100\n0,0,0,100\n", "scale = 1e-3\n"),
+        // 9 mm in a domain of 2 m.
+        ("x,y,z,radius\n9,0,0,0.1\n0,0,0,0.1\n", ""),
+    ] {
+        let text = help(content, more);
+        assert!(text.contains("move it, or enlarge the domain"), "{text}");
+    }
+    let text = help(
+        &format!("x [mm],y [mm],z [mm],radius [mm]\n{rows}"),
+        "scale = 1e-3\n",
+    );
+    assert!(text.contains("scale: has nothing to scale"), "{text}");
+    let plan = table(
+        "x,y,z,radius,vx\n500,0,0,100,2\n-500,0,0,100,2\n",
+        "scale = 1e-3\n",
+    )
+    .expect("plans");
+    let said = plan.notes().remarks().join("\n");
+    assert!(
+        said.contains("velocities are in m/s, as `scale` is for x, y, z and radius"),
+        "{said}"
+    );
 }
 
 #[test]

@@ -229,3 +229,93 @@ fn a_cylinder_of_a_period_goes_on_and_says_so() {
     assert!(endless("[0, 1, 0]", "[0, 2]", &turn("[0, 1, 0]")));
     assert!(!endless("[0, 1, 0]", "[0, 2]", &turn("[1, 0, 0]")));
 }
+
+/// Warnings and notes about a floor of two triangles, from -1 to 1 in x and y, and more triangles beside it, in a file of this name.
+fn said_of(name: &str, bytes: &[u8], placed: &str) -> (usize, Vec<String>) {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join(name);
+    std::fs::write(&file, bytes).unwrap();
+    let text = format!(
+        "{HEAD}{BALL}[[walls]]\nname = \"floor\"\nmaterial = \"ball\"\nshape = \"mesh\"\nfile = '{}'\n{placed}{}",
+        file.display(),
+        two("ball", 0.1)
+    );
+    let plan = planned_with(&text, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+    let Shape::Mesh(mesh) = &plan.physics().walls[0].shape else {
+        panic!("a mesh")
+    };
+    let folder = format!("{}/", folder.path().display());
+    let notes = plan.notes();
+    let said = notes.warnings().iter().chain(notes.remarks());
+    let of_file = said.map(|text| text.replace(&folder, ""));
+    let of_file = of_file.filter(|text| text.contains("floor") || text.contains(name));
+    (mesh.len(), of_file.collect())
+}
+
+fn facet([a, b, c]: [[f64; 3]; 3]) -> String {
+    let vertex = |[x, y, z]: [f64; 3]| format!("vertex {x} {y} {z}\n");
+    let corners = [a, b, c].map(vertex).concat();
+    format!("facet normal 0 0 1\nouter loop\n{corners}endloop\nendfacet\n")
+}
+
+/// The floor with its middle at (x, y, z).
+fn square([x, y, z]: [f64; 3]) -> [[[f64; 3]; 3]; 2] {
+    let corner = |i: f64, j: f64| [x + i, y + j, z];
+    let [a, b, c, d] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+    [[a, b, c], [a, c, d]].map(|three| three.map(|[i, j]| corner(i, j)))
+}
+
+#[test]
+fn a_floor_in_map_coordinates_has_all_triangles_as_text_and_names_what_it_lost_in_single_precision()
+{
+    let place = "offset = [-500000, -4600000, -100.9]\n";
+    let floor = square([5e5, 4.6e6, 100.0]);
+    let text = |facets: &[[[f64; 3]; 3]]| {
+        let facets: String = facets.iter().map(|&three| facet(three)).collect();
+        format!("solid terrain\n{facets}endsolid terrain\n")
+    };
+    let nothing: Vec<String> = Vec::new();
+    let said = said_of("terrain.stl", text(&floor).as_bytes(), place);
+    assert_eq!(said, (2, nothing));
+    // Numbers of a binary file are known to half a metre there.
+    let large = square([5e5, 4.6e6, 100.0])
+        .map(|three| three.map(|[x, y, z]| [5e5 + 8.0 * (x - 5e5), 4.6e6 + 8.0 * (y - 4.6e6), z]));
+    let all = [floor, large].concat();
+    let all: Vec<[glam::DVec3; 3]> = all
+        .iter()
+        .map(|three| three.map(glam::DVec3::from_array))
+        .collect();
+    let mesh = mercury_common::formats::mesh::TriangleMesh::from_corners(&all);
+    let mut binary = Vec::new();
+    mercury_common::formats::mesh::push_binary_stl(&mesh, &mut binary).unwrap();
+    // 4 times 2^-23 of 4600008.
+    assert_eq!(
+        said_of("terrain.stl", &binary, place),
+        (
+            2,
+            vec!["walls.floor: 2 triangles have no area and are left out: they are thinner than 2.19345 m, 4 units of single precision of the coordinate 4.60001e6 of the file".to_owned()]
+        )
+    );
+}
+
+#[test]
+fn what_is_odd_about_the_file_of_a_mesh_is_a_warning() {
+    let floor = square([0.0, 0.0, -0.9]).map(facet).concat();
+    let cut = format!("solid floor\n{floor}");
+    assert_eq!(
+        said_of("floor.stl", cut.as_bytes(), ""),
+        (
+            2,
+            vec!["floor.stl: it ends without endsolid, so it may be cut".to_owned()]
+        )
+    );
+    let far = facet([[1e30, 0.0, 0.0], [1e30, 1e28, 0.0], [1e30, 0.0, 1e28]]);
+    let stray = format!("solid floor\n{floor}endsolid floor\nsolid far\n{far}endsolid far\n");
+    assert_eq!(
+        said_of("floor.stl", stray.as_bytes(), ""),
+        (
+            2,
+            vec!["walls.floor: 1 triangle is left out, with a corner more than 1e15 m away: the mesh of floor.stl may be damaged".to_owned()]
+        )
+    );
+}

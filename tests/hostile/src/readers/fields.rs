@@ -23,7 +23,6 @@ const ALL: Needs = Needs {
     contacts: true,
     couples: false,
     rotation: false,
-    liquid: false,
     identity: true,
     liquid: false,
 };

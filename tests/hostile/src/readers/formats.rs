@@ -35,7 +35,7 @@ pub(super) const READERS: &[Reader] = &[
     ),
     Reader::new(
         "particle-csv",
-        Text(&["x", "y", "z", "radius", "material", "vx", "wx", "film_volume", "\"a,b\"", ";", "\t"]),
+        Text(&["x", "y", "z", "radius", "material", "vx", "wx", "film_volume", "\"a,b\"", ";", "\t", "x [mm]", "wx (rpm)", "["]),
         csv_samples,
         csv,
     )
@@ -61,14 +61,17 @@ pub(super) const READERS: &[Reader] = &[
     .bound(MB, 32, MESH),
     Reader::new(
         "stl-text",
-        Text(&["solid", "facet", "normal", "outer", "loop", "vertex", "endloop", "endfacet", "endsolid"]),
+        Text(&[
+            "solid", "facet", "normal", "outer", "loop", "vertex", "endloop", "endfacet", "endsolid", "end", "color", "#", "\r", "1.0D+00",
+            "-1.#IND",
+        ]),
         stl_text_samples,
         |bytes, place| mesh(bytes, place, "mesh.stl"),
     )
     .bound(MB, 64, MESH),
     Reader::new(
         "obj",
-        Text(&["v", "f", "vn", "1/1", "1//1", "-1", "g"]),
+        Text(&["v", "f", "vn", "1/1", "1//1", "-1", "g", "\\\n", "#", "\r", "1.0D+00"]),
         obj_samples,
         |bytes, place| mesh(bytes, place, "mesh.obj"),
     )
@@ -137,6 +140,7 @@ fn csv_samples(_: &Place) -> Vec<Vec<u8>> {
         file("tests/scenes/good/some.csv"),
         file("scenes/particles.csv"),
         b"x;y;z;radius;material\n0;0;0;1;\"a;b\"\n0;0;1;1;\n".to_vec(),
+        b"x [mm],y (um),z,radius [cm],wx [rpm],mass [kg]\n1,2,3,4.5,6,7\n".to_vec(),
     ]
 }
 
@@ -181,7 +185,7 @@ fn stl_binary_samples(_: &Place) -> Vec<Vec<u8>> {
         .map(glam::DVec3::from_array)
         .to_vec(),
         triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
-        welded: 0,
+        ..Default::default()
     };
     let mut out = Vec::new();
     mercury_common::formats::mesh::push_binary_stl(&tetrahedron, &mut out)

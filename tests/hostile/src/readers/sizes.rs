@@ -18,6 +18,7 @@ const WORDS: &[&str] = &[
     "cumulative volume [%]",
     "fraction number [-]",
     "retained mass [g]",
+    "cumulative retained mass [g]",
     "count",
     "pan",
     "# in-class: number-uniform",
@@ -82,6 +83,7 @@ fn samples(_: &Place) -> Vec<Vec<u8>> {
         b"diameter [mm]\n1.5\n1.6\n2\n".to_vec(),
         b"diameter [mm]\tcount [count]\n1\t0\n2\t17\n3\t4\n".to_vec(),
         b"1 0\n2 0.5\n3 1\n".to_vec(),
+        b"sieve [mm],cumulative retained mass [g]\n2,0\n1,40\npan,100\n".to_vec(),
     ]
 }
 

@@ -23,7 +23,7 @@ pub(crate) fn run(arguments: &ConvertArguments) -> Outcome {
         weighting,
         size: match (arguments.to_radius, kind) {
             (true, _) => SizeKind::Radius,
-            (false, ValueKind::Retained) => SizeKind::Sieve,
+            (false, kind) if kind.is_of_sieves() => SizeKind::Sieve,
             _ => SizeKind::Diameter,
         },
         unit: unit(&arguments.to_unit)?,

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use mercury_common::cli::{Outcome, say};
-use mercury_psd::statistics::{Quantiles, Statistics, Unit, described, mean_diameter};
+use mercury_psd::statistics::{Quantiles, Statistics, described};
 use serde_json::{Value, json};
 
 use super::{notes, say_json, sources};
@@ -19,11 +19,7 @@ pub(crate) fn run(arguments: &StatsArguments) -> Outcome {
     let mut values = serde_json::Map::new();
     for source in &sources {
         let mut statistics = Statistics::of(&source.sizes, quantiles);
-        for &(p, q) in &arguments.mean {
-            statistics
-                .means
-                .push((p, q, mean_diameter(&source.sizes, p, q)));
-        }
+        statistics.add_means(&source.sizes, &arguments.mean);
         if arguments.common.json {
             let mut value = statistics.json();
             value["what"] = json!(described(&source.sizes));
@@ -39,11 +35,6 @@ pub(crate) fn run(arguments: &StatsArguments) -> Outcome {
             notes(source),
             statistics.text()
         );
-        for &(p, q) in &arguments.mean {
-            let d = mean_diameter(&source.sizes, p, q);
-            let unit = Unit::for_length(d);
-            let _ = writeln!(text, "  D[{p},{q}] {} {}", unit.show(d), unit.name);
-        }
     }
     if arguments.common.json {
         return say_json(&Value::Object(values));
