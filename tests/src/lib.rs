@@ -5,6 +5,7 @@ pub mod closed_forms;
 #[cfg(doctest)]
 mod how_to;
 pub mod long;
+pub mod meridian;
 pub mod published;
 pub mod reference;
 pub mod scene_checks;

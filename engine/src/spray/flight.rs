@@ -84,6 +84,7 @@ impl Air {
     }
 
     /// 3/4 (rho_g/rho_l) C_d |v - u|/d with C_d = 24/Re (1 + 0.15 Re^0.687) below Re = 1000 and 0.44 from there on, 1/s.
+    #[inline]
     fn rate(&self, speed: f64) -> f64 {
         let reynolds = self.reynolds * speed;
         let factor = if reynolds < 1000.0 {
@@ -96,15 +97,12 @@ impl Air {
 }
 
 /// exp(-x), (1 - exp(-x))/x and (x - 1 + exp(-x))/x^2 for x >= 0: for small x, as of most droplets, by series, which lose no digits.
+#[inline]
 fn decays(x: f64) -> (f64, f64, f64) {
     let (once, twice);
     if x < SMALL {
-        // The first term left out is x^8/(10!/2), 4e-18.
-        let mut sum = 1.0;
-        for n in (3..=9).rev() {
-            sum = 1.0 - x * sum * INVERSE[n];
-        }
-        twice = 0.5 * sum;
+        // The sum of (-x)^n/(n + 2)!; the first term left out is 2e-17.
+        twice = SERIES.into_iter().fold(0.0, |sum, next| next - x * sum);
         once = 1.0 - x * twice;
     } else {
         once = -expm1(-x) / x;
@@ -113,32 +111,46 @@ fn decays(x: f64) -> (f64, f64, f64) {
     (1.0 - x * once, once, twice)
 }
 
-/// Below this x [`decays`] has series.
-const SMALL: f64 = 0.04;
+/// 1/7!, ..., 1/2!.
+const SERIES: [f64; 6] = [
+    1.0 / 5040.0,
+    1.0 / 720.0,
+    1.0 / 120.0,
+    1.0 / 24.0,
+    1.0 / 6.0,
+    1.0 / 2.0,
+];
 
-/// 1/n.
-const INVERSE: [f64; 10] = {
-    let mut inverse = [0.0; 10];
-    let mut n = 1;
-    while n < 10 {
-        inverse[n] = 1.0 / n as f64;
-        n += 1;
-    }
-    inverse
-};
+/// Below this x [`decays`] has series.
+const SMALL: f64 = 0.01;
 
 /// The exponent in the drag of Schiller & Naumann.
 const EXPONENT: f64 = 0.687;
 
+/// Coefficients of u^5 to u in (1 + u)^0.687: binomial ones.
+const BINOMIAL: [f64; 5] = {
+    let (mut all, mut last, mut n) = ([0.0; 5], 1.0, 0);
+    while n < 5 {
+        last *= (EXPONENT - n as f64) / (n + 1) as f64;
+        all[4 - n] = last;
+        n += 1;
+    }
+    all
+};
+
 /// Powers of two between which [`POWER`] has tables: from where the drag is that of Stokes but for 1e-9 to Re = 1024.
 const TWOS: (i64, i64) = (-40, 10);
+
+/// Parts of (1, 2) in the tables of [`POWER`], and their binary digits.
+const PARTS: usize = 1 << PART_DIGITS;
+const PART_DIGITS: u32 = 7;
 
 /// x^0.687 from tables, to round-off: `pow` would take half of a droplet's step.
 struct Power {
     /// 2^(0.687 n).
     twos: Vec<f64>,
-    /// Of the middle of each sixteenth of (1, 2): its inverse, and its power.
-    middles: [[f64; 2]; 16],
+    /// Of the middle of each part of (1, 2): its inverse, and its power.
+    middles: [[f64; 2]; PARTS],
 }
 
 static POWER: LazyLock<Power> = LazyLock::new(|| Power {
@@ -146,7 +158,7 @@ static POWER: LazyLock<Power> = LazyLock::new(|| Power {
         .map(|n| pow(2.0, EXPONENT * n as f64))
         .collect(),
     middles: std::array::from_fn(|n| {
-        let middle = 1.0 + (n as f64 + 0.5) / 16.0;
+        let middle = 1.0 + (n as f64 + 0.5) / PARTS as f64;
         [1.0 / middle, pow(middle, EXPONENT)]
     }),
 });
@@ -160,14 +172,11 @@ impl Power {
             return pow(x, EXPONENT);
         };
         let fraction = bits & ((1 << 52) - 1);
-        let [inverse, of_middle] = self.middles[(fraction >> 48) as usize];
-        // (1 + u)^0.687 by the binomial series, |u| < 1/32: the first term left out is below 2e-16.
+        let [inverse, of_middle] = self.middles[(fraction >> (52 - PART_DIGITS)) as usize];
+        // |u| < 1/256: the first term left out of the series is below 1e-16.
         let u = f64::from_bits(fraction | 1f64.to_bits()) * inverse - 1.0;
-        let mut sum = 1.0;
-        for n in (1..=9).rev() {
-            sum = 1.0 + (EXPONENT - (n - 1) as f64) * INVERSE[n] * u * sum;
-        }
-        of_two * of_middle * sum
+        let sum = BINOMIAL.into_iter().fold(0.0, |sum, next| sum * u + next);
+        of_two * (of_middle + of_middle * (u * sum))
     }
 }
 

@@ -185,3 +185,21 @@ impl Grains {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The way that is searched beyond a place is bounded, however long the candidate lists last: a grain that swings about for ever has
+    /// them made anew from time to time.
+    #[test]
+    fn grains_that_swing_about_are_listed_anew() {
+        let images = Images::new(DVec3::ZERO, DVec3::splat(1.0), [false; 3]);
+        let mut grains = Grains::new(&Particles::default(), &images);
+        let way = 0.03 * grains.edge();
+        let steps = (1..=100).find(|_| grains.drift(way));
+        // A quarter of a cell: 8 steps are 0.24 of it.
+        assert_eq!(steps, Some(9));
+        assert!(grains.moved <= (STALE + 0.03) * grains.edge());
+    }
+}

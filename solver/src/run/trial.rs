@@ -25,9 +25,9 @@ const AT_ONCE: u64 = 200_000;
 /// particle-step in `bench/dense-2k.toml`, `settle.toml` has 0.27 while its beads fall.
 const DENSE: f64 = 1.5;
 
-/// Part of a particle-step of a dense bed that a droplet's step takes: measured, with drag and near a bed
-/// (`docs/lab/performance.md`, *Droplets*).
-const DROPLET: f64 = 0.12;
+/// Part of a particle-step of a dense bed that a droplet's step takes with drag (`docs/lab/performance.md`, *Droplets*); without drag it takes
+/// less.
+const DROPLET: f64 = 0.2;
 
 /// What a trial has seen.
 #[derive(Debug, Clone, PartialEq, Serialize)]

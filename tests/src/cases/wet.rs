@@ -37,6 +37,7 @@ fn law(fit: Fit, tension: f64, degrees: f64) -> Liquid {
 pub(super) fn cases() -> Vec<Case> {
     let mut cases = forces();
     cases.extend(exact());
+    cases.extend(wide_angles());
     cases.extend(collisions());
     cases.extend(migration());
     cases.extend(sprays());
@@ -275,6 +276,112 @@ fn exact() -> Vec<Case> {
                 },
             ));
         }
+    }
+    cases
+}
+
+/// Contact angles beyond those of the fits: exact bridges and the table against an integration along the meridian, and the volume from which
+/// `bagheri` is refused.
+fn wide_angles() -> Vec<Case> {
+    const SOURCE: &str = "integration of the Young-Laplace equation along the meridian";
+    /// Largest error at four gaps, of the largest force: of the exact solution, and of the table.
+    fn worst(degrees: f64, volume: f64) -> [f64; 2] {
+        let theta = degrees.to_radians();
+        let Ok(branch) = Branch::new(theta, volume, 1.0) else {
+            return [f64::NAN; 2];
+        };
+        let table = Table::new(theta, (1e-3, 0.5), (0.0, 1.0), 1e-3);
+        let Ok(table) = table else {
+            return [f64::NAN; 2];
+        };
+        let bound = table.bind(volume, 1.0).bound;
+        let (mut largest, mut errors) = (0.0f64, [0.0f64; 2]);
+        for share in [0.0, 0.25, 0.5, 0.75] {
+            let gap = share * branch.end();
+            let Some(exact) = branch.at(gap) else {
+                return [f64::NAN; 2];
+            };
+            let near = [exact.filling[0], 2.0 * exact.curvature];
+            let Some(pull) = crate::meridian::pull(theta, volume, gap, near) else {
+                return [f64::NAN; 2];
+            };
+            largest = largest.max(pull.abs());
+            for (error, found) in errors.iter_mut().zip([exact.force, bound.force(gap)]) {
+                *error = error.max((found - pull).abs());
+            }
+        }
+        errors.map(|error| error / largest)
+    }
+    let mut cases = Vec::new();
+    for degrees in [45.0, 60.0, 75.0, 90.0] {
+        for volume in [0.01, 0.1] {
+            let place = format!("{degrees} degrees, V/R_D^3 = {volume}, equal spheres");
+            cases.push(Case::new(
+                format!("T25 law: exact bridge, {place}: largest error, of the largest force"),
+                0.0,
+                // Both are converged beyond this.
+                Absolute(1e-7),
+                SOURCE,
+                move || worst(degrees, volume)[0],
+            ));
+            cases.push(Case::new(
+                format!("T25 law: young-laplace, {place}: largest error, of the largest force"),
+                0.0,
+                // What the scene asks for.
+                Absolute(1e-3),
+                SOURCE,
+                move || worst(degrees, volume)[1],
+            ));
+        }
+    }
+    /// Least V/R_D^3 of a `max_bridge_volume` between spheres of 1 mm that a scene with `bagheri` is refused for.
+    fn refused(degrees: f64) -> f64 {
+        let is_planned = |volume: f64| {
+            let text = format!(
+                r#"
+time = {{ end = 1e-3, step = 1e-6 }}
+domain = {{ min = [0, 0, 0], max = [0.01, 0.01, 0.01] }}
+output = {{ interval = 1e-3 }}
+[materials.wet]
+density = 2500.0
+normal = {{ law = "linear", stiffness = 1000.0, dissipation = 0.0 }}
+liquid = {{ law = "bagheri", surface_tension = 0.07, contact_angle_degrees = {degrees:?}, max_bridge_volume = {:e} }}
+[[particles]]
+material = "wet"
+radius = 1e-3
+lattice = {{ min = [0.002, 0.002, 0.002], max = [0.006, 0.003, 0.003], spacing = 0.003 }}
+"#,
+                volume * 1e-9
+            );
+            let scene = parse_scene(Path::new("wet.toml"), &text, &[], Files::MustExist);
+            scene.and_then(|scene| plan(&scene)).is_ok()
+        };
+        let (mut low, mut high) = (1e-3, 2.0);
+        for _ in 0..30 {
+            let middle = 0.5 * (low + high);
+            if is_planned(middle) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        high
+    }
+    // Roots of the denominator at the end of the gap, of the formula evaluated by another program.
+    for (degrees, root) in [
+        (50.0, 0.635_282),
+        (60.0, 0.276_924),
+        (70.0, 0.085_678_1),
+        (80.0, 0.021_474_8),
+    ] {
+        cases.push(Case::new(
+            format!("T25 plan: bagheri, {degrees} degrees: V/R_D^3 from which it is refused"),
+            root,
+            // Printed with six digits.
+            Relative(3e-6),
+            "root of the denominator of Bagheri et al. (2024)",
+            move || refused(degrees),
+        ));
     }
     cases
 }

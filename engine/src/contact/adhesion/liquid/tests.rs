@@ -46,6 +46,58 @@ fn close(found: f64, expected: f64, relative: f64) {
     );
 }
 
+/// A pole is reported where the denominator, looked at gap by gap, comes to 0, or where the touch is stronger than any bridge, and nowhere
+/// else: then every force is a number. Thresholds of equal spheres are roots of the denominator at the end of the gap.
+#[test]
+fn poles_are_found_where_the_denominator_vanishes() {
+    let none = Tables::default();
+    let (mut poles, mut whole) = (0, 0);
+    for fit in [Fit::Bagheri, Fit::LianSeville, Fit::Willett] {
+        for degrees in (0..=90).step_by(5) {
+            let liquid = Liquid {
+                rupture: Rupture::Radii,
+                ..law(fit, 0.07, f64::from(degrees))
+            };
+            for radii in [[MM; 2], [MM, 3.0 * MM], [MM, f64::INFINITY]] {
+                for k in 0..60 {
+                    let diameter = reduced_diameter(radii);
+                    let volume =
+                        libm::exp10(-5.0 + 0.09 * f64::from(k)) * diameter * diameter * diameter;
+                    let bridge = liquid.fill(&Bridge::default(), volume, radii, &none);
+                    let [touch, _, p, q, _] = bridge.resized::<SHORT>().curve;
+                    let gaps = (0..=2000).map(|k| f64::from(k) / 2000.0 * bridge.end);
+                    let least = gaps
+                        .map(|s| 1.0 + s * (p + q * s))
+                        .fold(f64::INFINITY, f64::min);
+                    let unit = 2.0 * PI * 0.07 * diameter;
+                    let place = format!(
+                        "{fit:?} {degrees} degrees, {radii:?}, {volume:e} m3: {least}, {touch}"
+                    );
+                    if liquid.has_pole(volume, radii, &none) {
+                        poles += 1;
+                        // Between two of the gaps it is lower by less than the square of their distance.
+                        assert!(least < 1e-5 || touch.abs() > unit, "{place}");
+                    } else {
+                        whole += 1;
+                        assert!(least > 0.0 && touch.abs() <= 1.01 * unit, "{place}");
+                    }
+                }
+            }
+        }
+    }
+    assert!(poles > 300 && whole > 3000, "{poles} {whole}");
+    for (degrees, root) in [
+        (50.0, 0.635_282),
+        (60.0, 0.276_924),
+        (70.0, 0.085_678),
+        (80.0, 0.021_475),
+    ] {
+        let liquid = law(Fit::Bagheri, 0.07, degrees);
+        let is_pole = |share: f64| liquid.has_pole(share * root * MM * MM * MM, [MM; 2], &none);
+        assert!(!is_pole(0.9999) && is_pole(1.0001), "{degrees} degrees");
+    }
+}
+
 /// Case T19: digits as printed.
 #[test]
 fn short_willett_has_its_printed_values() {

@@ -494,7 +494,7 @@ mod tests {
         /// An independent check of all of it: surface and force come from different formulas.
         #[test]
         fn the_pull_is_the_derivative_of_the_surface_energy(
-            theta in 0.0..60.0 * DEGREE,
+            theta in 0.0..90.0 * DEGREE,
             log_volume in -9.2..-1.6,
             ratio in 0.0..=1.0,
             share in 0.01..0.94,
@@ -508,7 +508,10 @@ mod tests {
             let slope = (8.0 * (energy(1.0) - energy(-1.0)) - (energy(2.0) - energy(-2.0)))
                 / (12.0 * step * end);
             let exact = at(share);
-            prop_assert!((slope / exact.force - 1.0).abs() < 1e-6, "{} {}", slope, exact.force);
+            // Beyond some 75 degrees the force near the touch changes its sign.
+            let forces = [0.0, 0.1, 0.3, 0.6, 0.9].map(|share| at(share).force.abs());
+            let largest = forces.into_iter().fold(exact.force.abs(), f64::max);
+            prop_assert!((slope - exact.force).abs() < 1e-6 * largest, "{} {}", slope, exact.force);
             // round the contact lines: R sin(beta) = y
             let d = (1.0 - ratio) / (1.0 + ratio);
             for (i, curvature) in [1.0 + d, 1.0 - d].into_iter().enumerate() {
@@ -517,7 +520,7 @@ mod tests {
                 // y sin(beta + theta) = a + h y^2
                 let y = exact.wetted[i];
                 let pull = y * libm::sin(exact.filling[i] + theta) - exact.curvature * y * y;
-                prop_assert!((2.0 * PI * pull / exact.force - 1.0).abs() < 1e-7);
+                prop_assert!((2.0 * PI * pull - exact.force).abs() < 1e-7 * largest);
             }
         }
     }

@@ -340,7 +340,7 @@ mod tests {
 
     #[test]
     fn random_bridges_are_within_the_accuracy() {
-        for degrees in [0.0, 28.0, 60.0] {
+        for degrees in [0.0, 28.0, 60.0, 75.0, 90.0] {
             let theta = degrees * DEGREE;
             let (volumes, accuracy) = ((1e-4, 0.2), 1e-3);
             let table = Table::new(theta, volumes, (0.0, 1.0), accuracy).unwrap();
@@ -363,7 +363,9 @@ mod tests {
                 for share in [0.0, random() * MEASURED_TO, MEASURED_TO] {
                     let gap = share * branch.end();
                     let exact = branch.at(gap).unwrap();
-                    let force = bound.force(gap) / exact.force - 1.0;
+                    // As it is measured: the force may be 0 near the touch at wide angles.
+                    let scale = f64::max(exact.force.abs(), branch.last().force);
+                    let force = (bound.force(gap) - exact.force) / scale;
                     assert!(force.abs() < accuracy, "{place}, {share}: {force}");
                     let area = table.area(volume, ratio, gap) / exact.area - 1.0;
                     assert!(area.abs() < accuracy, "{place}, {share}: area {area}");
