@@ -34,7 +34,7 @@ film_volume = 1e-12
 /// Wet spheres and rods that fall on a floor which keeps a film, and dry as they go; some leave through the open sides.
 const FEED: &str = r#"
 gravity = [0.0, 0.0, -9.81]
-time = { end = 0.06, step = 2e-5 }
+time = { end = 0.04, step = 2e-5 }
 liquid = { evaporation = 1e-9 }
 output = { interval = 4e-5, fstat = true, pictures = false, data = false, ene = false, walls = false }
 [domain]
