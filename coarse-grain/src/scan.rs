@@ -54,7 +54,7 @@ pub fn write<'a>(
                 let heading = csv::header(&analysis.evaluator, &block, false);
                 let (units, names) = heading.split_once('\n').unwrap_or_default();
                 let units = units.strip_prefix("# units: ").unwrap_or(units);
-                table.extend(format!("# units: m,{units}\nwidth,{names}").into_bytes());
+                table.extend(format!("# units: m,{units}\nwidth [m],{names}").into_bytes());
             }
             let mut rows = Vec::new();
             csv::push_rows(&mut rows, &analysis.evaluator, &block, false);

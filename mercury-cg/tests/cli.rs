@@ -44,7 +44,7 @@ fn columns(text: &str) -> Vec<(String, Vec<f64>)> {
         .next()
         .unwrap()
         .split(',')
-        .map(str::to_owned)
+        .map(|cell| mercury_common::formats::table_head::name(cell).to_owned())
         .collect();
     let rows: Vec<Vec<f64>> = lines
         .map(|line| line.split(',').map(|word| word.parse().unwrap()).collect())
@@ -117,6 +117,7 @@ fn a_profile_as_table_as_stat_and_as_mercury_cg_writes_it() {
         "{}",
         &table[..200]
     );
+    assert!(table.contains("\ntime [s],z [m],"), "{}", &table[..400]);
     let density = column(&table, "density");
     let names: Vec<String> = columns(&table).into_iter().map(|(name, _)| name).collect();
     assert_eq!(

@@ -1,6 +1,7 @@
 //! Tables: coordinates first, then fields, with a line of units.
 
 use mercury_common::formats::number::{NumberStyle, push_number};
+use mercury_common::formats::table_head::cell;
 
 use crate::analysis::Block;
 use crate::evaluate::Evaluator;
@@ -38,12 +39,14 @@ pub fn columns(evaluator: &Evaluator, block: &Block, timed: bool) -> Vec<(String
     columns
 }
 
-/// The heading: a line of units behind `#`, then the names.
+/// The heading: a line of units behind `#`, then the names, each with its unit.
 #[must_use]
 pub fn header(evaluator: &Evaluator, block: &Block, timed: bool) -> String {
-    let (names, units): (Vec<String>, Vec<String>) =
-        columns(evaluator, block, timed).into_iter().unzip();
-    format!("# units: {}\n{}\n", units.join(","), names.join(","))
+    let columns = columns(evaluator, block, timed);
+    let cells = columns.iter().map(|(name, unit)| cell(name, unit));
+    let cells: Vec<String> = cells.collect();
+    let units: Vec<&str> = columns.iter().map(|(_, unit)| unit.as_str()).collect();
+    format!("# units: {}\n{}\n", units.join(","), cells.join(","))
 }
 
 /// The rows of a block.

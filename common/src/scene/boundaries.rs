@@ -65,8 +65,13 @@ static FLUX_PLANE: TableKeys = TableKeys::new(&[&[
     key("point", vector("m"), "[0.05, 0.05, 0.02]   # m, on the plane", "on the plane"),
     key("normal", Kind::Direction, "[0, 0, -1]   # the direction that counts", "what crosses along it counts positive"),
     key("radius", positive("m"), "0.05", "only what crosses so near to the point counts").or_open("unbounded"),
-    key("along", vector("m"), "[0.2, 0, 0]", "a side of a rectangle with its middle at the point, at right angles to the normal; with `across`, instead of `radius`").or_open("unbounded"),
-    key("across", vector("m"), "[0, 0.1, 0]", "the other side, at right angles to both").or_open("unbounded"),
+    key("rectangle", Kind::Table(&FLUX_RECTANGLE), "{ along = [0.2, 0, 0], across = [0, 0.1, 0] }   # m", "only what crosses within it counts: its two sides, its middle is the point; instead of `radius`").or_open("unbounded"),
+]]);
+
+#[rustfmt::skip]
+static FLUX_RECTANGLE: TableKeys = TableKeys::new(&[&[
+    key("along", vector("m"), "[0.2, 0, 0]", "a side, at right angles to the normal"),
+    key("across", vector("m"), "[0, 0.1, 0]", "the other side, at right angles to both"),
 ]]);
 
 /// Reads an entry of `[[regions]]` or `[[deletions]]`.
@@ -82,42 +87,31 @@ pub(super) fn read_region(item: &Item<'_>) -> Option<NamedRegion> {
 pub(super) fn read_flux(item: &Item<'_>) -> Option<Flux> {
     let fields = item.open(&FLUX)?;
     let plane = fields.section("plane")?;
+    let normal = plane.read("normal");
     Some(Flux {
         name: fields.name_or_number(),
         point: plane.read("point"),
-        normal: plane.read("normal"),
-        part: read_part(&plane)?,
+        part: read_part(&plane, &normal)?,
+        normal,
     })
 }
 
-fn read_part(plane: &Fields<'_>) -> Option<FluxPart> {
+fn read_part(plane: &Fields<'_>, normal: &Located<DVec3>) -> Option<FluxPart> {
     let radius: Option<Located<f64>> = plane.read("radius");
-    let along: Option<Located<DVec3>> = plane.read("along");
-    let across: Option<Located<DVec3>> = plane.read("across");
+    if !plane.has("rectangle") {
+        return Some(radius.map_or(FluxPart::All, FluxPart::Disc));
+    }
     let refuse = |error: SceneError| {
         plane.context.report(error);
         None
     };
-    let (along, across) = match (radius, along, across) {
-        (None, None, None) => return Some(FluxPart::All),
-        (Some(radius), None, None) => return Some(FluxPart::Disc(radius)),
-        (None, Some(along), Some(across)) => (along, across),
-        (Some(radius), ..) => {
-            let error = radius
-                .place
-                .error("a plane has a disc or a rectangle, not both");
-            let help = "leave out `radius`, or `along` and `across`";
-            return refuse(error.with_help(help));
-        }
-        (None, one, other) => {
-            let side = one.or(other)?;
-            let error = side.place.error("a rectangle has two sides");
-            return refuse(error.with_help(
-                "`along` and `across`, as in along = [0.2, 0, 0], across = [0, 0.1, 0]",
-            ));
-        }
-    };
-    let normal: Located<DVec3> = plane.read("normal");
+    let rectangle = plane.section("rectangle")?;
+    if let Some(radius) = radius {
+        let error = (radius.place).error("a plane has a disc or a rectangle, not both");
+        return refuse(error.with_help("leave out `radius` or `rectangle`"));
+    }
+    let along: Located<DVec3> = rectangle.read("along");
+    let across: Located<DVec3> = rectangle.read("across");
     for side in [&along, &across] {
         if side.value == DVec3::ZERO {
             return refuse(side.place.error("must not be of length 0"));
@@ -126,7 +120,7 @@ fn read_part(plane: &Fields<'_>) -> Option<FluxPart> {
     // Right angles to round-off; what is no number was reported.
     let is_oblique = |a: &DVec3, b: &DVec3| a.normalize().dot(b.normalize()).abs() > 1e-9;
     for side in [&along, &across] {
-        if is_oblique(side, &normal) {
+        if is_oblique(side, normal) {
             return refuse(side.place.error("must be at right angles to `normal`"));
         }
     }

@@ -7,7 +7,7 @@ use std::path::Path;
 use mercury_common::formats::table_head;
 use mercury_common::frames::{ContactReader, ParticleReader};
 
-use crate::common::{code, errors, folder_with, solve};
+use crate::common::{code, errors, folder_with, said, solve};
 
 /// A grain is drawn away from another one of the same liquid: the bridge forms in the first forces, and breaks 0.017 s later. 4e-12 m^3 in all.
 const PAIR: &str = r#"
@@ -34,7 +34,7 @@ film_volume = 1e-12
 /// Wet spheres and rods that fall on a floor which keeps a film, and dry as they go; some leave through the open sides.
 const FEED: &str = r#"
 gravity = [0.0, 0.0, -9.81]
-time = { end = 0.06, step = 2e-5 }
+time = { end = 0.04, step = 2e-5 }
 liquid = { evaporation = 1e-9 }
 output = { interval = 4e-5, fstat = true, pictures = false, data = false, ene = false, walls = false }
 [domain]
@@ -191,12 +191,11 @@ fn liquid_of_particles_needs_no_contacts_and_is_a_result() {
     }
     // The mean over the domain, a cube of 0.04 m, in every frame.
     let text = fs::read_to_string(folder.path().join("wet/wet.fields.all.csv")).unwrap();
-    let rows = text
-        .lines()
-        .skip(2)
-        .map(|line| line.rsplit(',').next().unwrap());
-    let fractions: Vec<f64> = rows.map(|cell| cell.parse().unwrap()).collect();
-    assert!(fractions.len() > 900 && text.lines().nth(1) == Some("time,liquid_fraction"));
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    assert_eq!(lines.next(), Some("time [s],liquid_fraction"));
+    let cells = lines.map(|line| line.rsplit(',').next().unwrap());
+    let fractions: Vec<f64> = cells.map(|cell| cell.parse().unwrap()).collect();
+    assert!(fractions.len() > 900, "{}", fractions.len());
     for fraction in fractions {
         assert!(
             (fraction * 6.4e-5 / 4e-12 - 1.0).abs() < 1e-14,
@@ -209,4 +208,18 @@ fn liquid_of_particles_needs_no_contacts_and_is_a_result() {
     assert_eq!(result["unit"], "m3");
     let value = result["value"].as_f64().unwrap();
     assert!((value / 4e-12 - 1.0).abs() < 4.0 * f64::EPSILON, "{value}");
+}
+
+#[test]
+fn a_field_of_liquid_in_a_dry_scene_is_warned_about() {
+    let is_dry = |line: &&str| !line.starts_with("liquid =") && !line.starts_with("film_volume");
+    let dry: Vec<&str> = PAIR.lines().filter(is_dry).collect();
+    let fields =
+        "[[fields]]\nname = \"all\"\nfields = [\"liquid_fraction\"]\ncoordinates = \"O\"\n";
+    let folder = folder_with("dry.toml", &format!("{}\n{fields}", dry.join("\n")));
+    let output = solve(folder.path(), &["dry.toml", "--check"]);
+    assert_eq!(code(&output), Some(0), "{}", errors(&output));
+    let all = errors(&output) + &said(&output);
+    let expected = "fields.all: liquid_fraction is 0 everywhere, as the scene has no liquid";
+    assert!(all.contains(expected), "{all}");
 }

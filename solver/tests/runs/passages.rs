@@ -53,7 +53,7 @@ name = "chute"
 region = { shape = "half-space", point = [0.15, 0.0, 0.0], normal = [1.0, 0.0, 0.0] }
 [[fluxes]]
 name = "deck"
-plane = { point = [0.05, 0.05, 0.08], normal = [0.0, 0.0, -1.0], along = [0.06, 0.0, 0.0], across = [0.0, 0.1, 0.0] }
+plane = { point = [0.05, 0.05, 0.08], normal = [0.0, 0.0, -1.0], rectangle = { along = [0.06, 0.0, 0.0], across = [0.0, 0.1, 0.0] } }
 "#;
 
 const ROD: &str = include_str!("../../../tests/scenes/good/rod.clump.toml");
@@ -151,11 +151,11 @@ fn rectangles_of_planes_that_are_none_are_refused() {
         (
             "along = [0.06, 0.0, 0.0], across = [0.0, 0.1, 0.0]",
             "along = [0.06, 0.0, 0.0]",
-            "a rectangle has two sides",
+            "rectangle.across: is missing",
         ),
         (
-            "along = [0.06, 0.0, 0.0]",
-            "radius = 0.1, along = [0.06, 0.0, 0.0]",
+            "rectangle = {",
+            "radius = 0.1, rectangle = {",
             "a plane has a disc or a rectangle, not both",
         ),
         (

@@ -106,3 +106,30 @@ fn place_and_motion_of_walls_are_those_of_the_scene() {
     );
     check(disc, &[("qw", half.cos()), ("qz", half.sin()), ("qx", 0.0)]);
 }
+
+/// The slider of `wear-plate.toml` after 0.1 s: the legend is that of the depth, and the worn triangles are drawn opaque under the slider.
+#[test]
+fn the_final_picture_of_a_scene_that_wears_shows_depth() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../scenes/wear/wear-plate.toml"
+    );
+    let output = Command::new(env!("CARGO_BIN_EXE_mercury-solve"))
+        .current_dir(folder.path())
+        .args([scene, "--quiet", "--set", "time.end=0.1"])
+        .args(["--set", "time.step=5e-5"])
+        .output()
+        .unwrap();
+    assert!(output.status.success());
+    let text = fs::read_to_string(folder.path().join("wear-plate/wear-plate.final.svg")).unwrap();
+    assert!(text.contains(">depth (") && !text.contains(">speed ("));
+    // Walls have opacity 0.18, particles 0.25; worn triangles have none of their own.
+    let polygons = || {
+        text.lines()
+            .filter(|line| line.starts_with("<polygon points"))
+    };
+    let opaque = polygons().filter(|line| !line.contains("fill-opacity"));
+    let (opaque, all) = (opaque.count(), polygons().count());
+    assert!(opaque > 100 && 2 * opaque <= all + 1, "{opaque} of {all}");
+}
