@@ -14,11 +14,15 @@ use mercury_engine::contact::parameter::short;
 use mercury_engine::neighbours::Skin;
 use mercury_engine::walls::{Mesh, Shape, Wall};
 
-/// Reads the triangles of a wall.
-pub(super) fn mesh(source: &MeshSource, side: MeshSide) -> Result<Shape, SceneError> {
+/// Reads the triangles of a wall; `then` moves a corner to where the wall begins.
+pub(super) fn mesh(
+    source: &MeshSource,
+    side: MeshSide,
+    then: impl Fn(DVec3) -> DVec3,
+) -> Result<Shape, SceneError> {
     let triangles = triangles(source)?;
     let place = placement(source);
-    Mesh::new(&triangles, place, side == MeshSide::Front)
+    Mesh::new(&triangles, |x| then(place(x)), side == MeshSide::Front)
         .map(|mesh| Shape::Mesh(Arc::new(mesh)))
         .map_err(|error| {
             let message = error.to_string();
