@@ -62,6 +62,12 @@ dimensions! {
 }
 
 impl Dimension {
+    /// Of a pure number, whose only unit is per cent.
+    pub const NUMBER: Self = Self {
+        powers: [0; 5],
+        in_degrees: false,
+    };
+
     /// Of an angle that is counted in degrees.
     pub const DEGREES: Self = Self {
         in_degrees: true,
@@ -90,7 +96,7 @@ impl Dimension {
     /// In words: `a length`.
     #[must_use]
     pub fn words(self) -> &'static str {
-        Self::named(self.powers).map_or("something else", |(words, _)| words)
+        words_of(self.powers)
     }
 
     /// The unit of SI, `deg` where angles are counted in degrees: `N/m`, `kg/m3`; of what has no name made of m, kg, s, rad and K.
@@ -119,7 +125,18 @@ impl Dimension {
         if self.in_degrees {
             return "deg, rad";
         }
+        if self == Self::NUMBER {
+            return "%";
+        }
         Self::named(self.powers).map_or("those of SI", |(_, units)| units)
+    }
+}
+
+/// Name of what these powers are of.
+fn words_of(powers: [i32; 5]) -> &'static str {
+    match powers {
+        [0, 0, 0, 0, 0] => "a number without unit",
+        powers => Dimension::named(powers).map_or("something else", |(words, _)| words),
     }
 }
 
@@ -246,7 +263,7 @@ impl Quantity {
     }
 
     fn words(&self) -> &'static str {
-        Dimension::named(self.scale.powers).map_or("something else", |(words, _)| words)
+        words_of(self.scale.powers)
     }
 
     fn scaled(&self, scale: Scale) -> f64 {
@@ -356,8 +373,94 @@ fn parse_factor(factor: &str) -> Result<Scale, String> {
     Ok(scale.power(exponent))
 }
 
+/// Units of other systems, with what people write for them, in units that are known: exact, or to six digits.
+#[rustfmt::skip]
+const FOREIGN: &[(&[&str], &str)] = &[
+    (&["in", "inch", "inches", "\""], "1 in = 25.4 mm"),
+    (&["ft", "foot", "feet"], "1 ft = 0.3048 m"),
+    (&["yd", "yard", "yards"], "1 yd = 0.9144 m"),
+    (&["mi", "mile", "miles"], "1 mi = 1.609344 km"),
+    (&["mil", "mils", "thou"], "1 mil = 0.0254 mm"),
+    (&["A", "\u{c5}", "angstrom"], "1 angstrom = 0.1 nm"),
+    (&["lb", "lbs", "lbm", "pound", "pounds"], "1 lb = 0.45359237 kg"),
+    (&["oz", "ounce", "ounces"], "1 oz = 28.349523125 g"),
+    (&["lbf"], "1 lbf = 4.44822 N"),
+    (&["kgf", "kp"], "1 kgf = 9.80665 N"),
+    (&["dyn", "dyne"], "1 dyn = 0.01 mN"),
+    (&["psi"], "1 psi = 6.89476 kPa"),
+    (&["ksi"], "1 ksi = 6.89476 MPa"),
+    (&["psf"], "1 psf = 47.8803 Pa"),
+    (&["pcf"], "1 pcf = 16.0185 kg/m3"),
+    (&["atm"], "1 atm = 101.325 kPa"),
+    (&["Torr", "torr", "mmHg"], "1 Torr = 133.322 Pa"),
+    (&["mmH2O"], "1 mmH2O = 9.80665 Pa"),
+    (&["mph"], "1 mph = 0.44704 m/s"),
+    (&["fpm"], "1 fpm = 5.08 mm/s"),
+    (&["g0", "gee"], "1 g0 = 9.80665 m/s2"),
+    (&["erg"], "1 erg = 0.1 uJ"),
+    (&["cal"], "1 cal = 4.184 J"),
+    (&["P", "poise", "Poise"], "1 P = 0.1 Pa s"),
+    (&["cP", "cp", "centipoise"], "1 cP = 1 mPa s"),
+    (&["gal", "gallon", "gallons"], "1 gal (US) = 3.78541 l"),
+    (&["cc", "ccm"], "1 cc = 1 cm3"),
+    (&["gpm"], "1 gpm (US) = 3.78541 l/min"),
+    (&["d", "day", "days"], "1 d = 24 h"),
+    (&["week", "weeks"], "1 week = 168 h"),
+];
+
+/// Other words for units that are known.
+#[rustfmt::skip]
+const WORDS: &[(&[&str], &str)] = &[
+    (&["sec", "secs", "second", "seconds", "S"], "s"),
+    (&["msec", "millisecond", "milliseconds"], "ms"),
+    (&["usec", "microsecond", "microseconds"], "us"),
+    (&["minute", "minutes", "mins", "Min"], "min"),
+    (&["hr", "hrs", "hour", "hours", "H"], "h"),
+    (&["meter", "meters", "metre", "metres"], "m"),
+    (&["millimeter", "millimeters", "millimetre", "millimetres"], "mm"),
+    (&["centimeter", "centimeters", "centimetre", "centimetres"], "cm"),
+    (&["micron", "microns", "micrometer", "micrometers", "micrometre", "micrometres"], "um"),
+    (&["gram", "grams", "gr"], "g"),
+    (&["kilo", "kilos", "kilogram", "kilograms", "kgs"], "kg"),
+    (&["ton", "tons", "tonne", "tonnes", "to"], "t"),
+    (&["newton", "newtons", "Newton"], "N"),
+    (&["pascal", "pascals", "Pascal"], "Pa"),
+    (&["hertz", "Hertz"], "Hz"),
+    (&["kelvin", "Kelvin"], "K"),
+    (&["joule", "joules", "Joule"], "J"),
+    (&["watt", "watts", "Watt"], "W"),
+    (&["liter", "liters", "litre", "litres", "ltr"], "l"),
+    (&["radian", "radians"], "rad"),
+    (&["turn", "turns", "rot", "revolution", "revolutions"], "rev"),
+    (&["cbm"], "m3"),
+    (&["sqm"], "m2"),
+    (&["percent", "pct"], "%"),
+];
+
+/// The known unit that is meant by a word for it or by one in other letters: `sec`, `kpa`, `KG`.
+fn meant(symbol: &str) -> Option<&'static str> {
+    let by_word = WORDS.iter().find(|(words, _)| words.contains(&symbol));
+    by_word.map(|(_, unit)| *unit).or_else(|| {
+        let units = Dimension::NAMED
+            .iter()
+            .flat_map(|(_, _, units)| units.split(", "));
+        let symbols = units.flat_map(|unit| unit.split(['/', ' ']));
+        let symbols = symbols.map(|symbol| symbol.trim_end_matches(|c: char| c.is_ascii_digit()));
+        let mut like = symbols.filter(|known| known.eq_ignore_ascii_case(symbol));
+        // `mpa` may be mPa or MPa.
+        let first = like.next()?;
+        like.all(|other| other == first).then_some(first)
+    })
+}
+
 /// What is wrong with a symbol that is no unit.
 fn no_unit(symbol: &str) -> String {
+    if let Some((_, conversion)) = FOREIGN.iter().find(|(names, _)| names.contains(&symbol)) {
+        return format!("there is no unit {symbol:?}: write it in another, {conversion}");
+    }
+    if let Some(meant) = meant(symbol) {
+        return format!("there is no unit {symbol:?}: did you mean {meant}?");
+    }
     let scale = symbol
         .trim_start_matches("deg")
         .trim_start_matches('\u{b0}');
@@ -438,6 +541,13 @@ fn unit_named(symbol: &str) -> Option<(Scale, bool)> {
         "rev" => (turn, false),
         "rpm" => (per(turn, time(60.0)), false),
         "rps" => (per(turn, time(1.0)), false),
+        "%" => (
+            Scale {
+                ten: -2,
+                ..Scale::ONE
+            },
+            false,
+        ),
         _ => return None,
     })
 }
@@ -529,6 +639,8 @@ mod tests {
             ("3 N/mm", D::STIFFNESS, 3000.0),
             ("2 mN m", D::TORQUE, 2e-3),
             ("1 mPa s", D::VISCOSITY, 1e-3),
+            ("40 %", D::NUMBER, 0.4),
+            ("0.3%", D::NUMBER, 0.003),
             ("293.15 K", D::TEMPERATURE, 293.15),
             ("5 mK", D::TEMPERATURE, 5e-3),
             ("1 mPa\u{b7}s", D::VISCOSITY, 1e-3),
@@ -578,6 +690,38 @@ mod tests {
             value("5 m7", Dimension::LENGTH),
             Err("something else".to_owned())
         );
+    }
+
+    /// Each conversion holds: what stands on its right is a quantity that is known, and nothing on its left is a unit.
+    #[test]
+    fn units_of_other_systems_are_named_with_their_conversion() {
+        for (names, conversion) in FOREIGN {
+            let (_, known) = conversion.split_once(" = ").unwrap();
+            assert!(Quantity::parse(known).is_ok(), "{conversion}");
+            for name in *names {
+                assert!(unit_named(name).is_none(), "{name}");
+                assert!(no_unit(name).contains(conversion), "{name}");
+            }
+        }
+        let si = |text: &str| Quantity::parse(text).unwrap().si();
+        // A pound-force per square inch, from the definitions of pound, inch and standard gravity.
+        let psi = 0.453_592_37 * 9.806_65 / (0.0254 * 0.0254);
+        assert!((si("6.89476 kPa") - psi).abs() < 5e-7 * psi);
+        assert!((si("4.44822 N") - 0.453_592_37 * 9.806_65).abs() < 5e-6);
+        for (words, unit) in WORDS {
+            assert!(*unit == "%" || Dimension::of_unit(unit).is_some(), "{unit}");
+            for word in *words {
+                let expected = format!("there is no unit {word:?}: did you mean {unit}?");
+                assert_eq!(no_unit(word), expected);
+                assert!(parse_symbol(word).is_none(), "{word}");
+            }
+        }
+        for (word, unit) in [("KPa", "kPa"), ("hz", "Hz"), ("KG", "kg"), ("Bar", "bar")] {
+            assert_eq!(meant(word), Some(unit));
+        }
+        // Milli or mega.
+        assert_eq!(meant("mpa"), None);
+        assert_eq!(meant("parsec"), None);
     }
 
     #[test]

@@ -242,6 +242,14 @@ fn run_into(
     Ok(())
 }
 
+/// A folder as a sentence ends with it.
+fn folder_name(folder: &Path) -> String {
+    match folder == Path::new("") || folder == Path::new(".") {
+        true => "this folder".to_owned(),
+        false => folder.display().to_string(),
+    }
+}
+
 /// Says what was written, and what is wrong with the input.
 fn report(job: &Job, quiet: bool, outcome: Outcome, files: &[PathBuf]) {
     let mut out = String::new();
@@ -249,7 +257,7 @@ fn report(job: &Job, quiet: bool, outcome: Outcome, files: &[PathBuf]) {
         out = format!(
             "{} in {}\n",
             counted(outcome.written, "frame"),
-            job.output.folder.display()
+            folder_name(&job.output.folder)
         );
         let most = 4;
         for file in files.iter().take(most) {

@@ -29,7 +29,7 @@ macro_rules! files {
 }
 
 /// All of them.
-pub const STARTERS: [Starter; 6] = [
+pub const STARTERS: [Starter; 11] = [
     Starter {
         name: "drum",
         about: "Beads in a turning drum with four lifters",
@@ -88,6 +88,56 @@ pub const STARTERS: [Starter; 6] = [
         more: (
             "mercury-export csv clumps --table bodies --frames last",
             "a row for each bean: place, orientation, mass",
+        ),
+    },
+    Starter {
+        name: "mixer",
+        about: "Four blades turn in a bowl with two layers of grains",
+        files: files!["mixer.toml", "mixer-blades.obj"],
+        picture: "--colour material --view oblique",
+        more: (
+            "mercury-export gif mixer --colour material --view top --size 480x480",
+            "a film from above, in mixer/film/",
+        ),
+    },
+    Starter {
+        name: "screen",
+        about: "A vibrating screen; a plane counts what passes, by size",
+        files: files!["screen.toml", "screen-bars.obj"],
+        picture: "--colour material --view front",
+        more: (
+            "mercury-export gif screen --colour material --size 480x360",
+            "a film, in screen/film/",
+        ),
+    },
+    Starter {
+        name: "spray-drum",
+        about: "A nozzle wets the granules in a turning drum; bridges carry the water on",
+        files: files!["spray-drum.toml"],
+        picture: "--view front --colour film_volume",
+        more: (
+            "mercury-export gif spray-drum --view front --colour film_volume --size 480x480",
+            "a film, in spray-drum/film/",
+        ),
+    },
+    Starter {
+        name: "triaxial",
+        about: "A true triaxial test: three plates with servos, then load along one axis",
+        files: files!["triaxial.toml"],
+        picture: "--contacts --colour none",
+        more: (
+            "mercury-export gif triaxial --size 480x480",
+            "a film, in triaxial/film/",
+        ),
+    },
+    Starter {
+        name: "wear",
+        about: "A stream of sand wears a plate, which changes its shape",
+        files: files!["wear.toml", "wear-plate.obj"],
+        picture: "--colour depth --view bottom",
+        more: (
+            "mercury-export stl wear --frames last",
+            "the worn plate as a surface, in wear/stl/",
         ),
     },
 ];

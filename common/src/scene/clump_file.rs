@@ -186,6 +186,7 @@ fn remark(item: &Item<'_>) -> Option<Remark> {
         Value::Float(_) => Remark::Number(item.number()?.value),
         Value::Boolean(value) => Remark::Flag(*value),
         Value::Datetime => Remark::Text(item.place.text().to_owned()),
+        Value::LeftOut => return None,
         Value::Array(_) => {
             let read: Vec<_> = item.list()?.iter().map(remark).collect();
             Remark::List(read.into_iter().collect::<Option<_>>()?)

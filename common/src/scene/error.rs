@@ -65,6 +65,16 @@ impl std::error::Error for SceneError {}
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneErrors(pub Vec<SceneError>);
 
+impl SceneErrors {
+    /// These and more, in the order of the file.
+    #[must_use]
+    pub fn and(mut self, more: Vec<SceneError>) -> Self {
+        self.0.extend(more);
+        self.0.sort_by_key(|error| error.place.order());
+        self
+    }
+}
+
 impl fmt::Display for SceneErrors {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (i, error) in self.0.iter().take(MOST_PRINTED).enumerate() {

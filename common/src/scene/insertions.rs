@@ -37,7 +37,7 @@ pub struct Insertion {
     /// How sizes follow the distributions; default random.
     pub method: Located<Method>,
     /// When it is done; none: only `until` ends it (a rate is then given).
-    pub total: Option<Located<Total>>,
+    pub total: Option<Located<Target>>,
     /// How fast; none: as fast as they fit.
     pub rate: Option<Located<Rate>>,
     /// Mean velocity, m/s; default 0.
@@ -96,6 +96,20 @@ pub enum Method {
     Quota,
     /// Drawn independently.
     Random,
+}
+
+/// When an insertion is done, as typed.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Target {
+    /// After an amount that is given.
+    Of(Total),
+    /// When the particles have this fraction of a region's volume.
+    Fill {
+        /// Volume of the particles over that of the region within the domain.
+        fraction: f64,
+        /// An entry of `[[regions]]`; none: the insertion's own region.
+        of: Option<Located<String>>,
+    },
 }
 
 /// When an insertion is done.
@@ -187,17 +201,20 @@ pub(super) static COMPONENT: TableKeys = TableKeys::new(&[&[
     alone: true,
 });
 
-const AMOUNTS: &[Choice] = &[Choice {
-    keys: &["number", "mass", "volume", "full"],
-    needed: true,
-}];
 #[rustfmt::skip]
-static TOTAL: TableKeys = TableKeys::new(&[&[
-    key("number", Kind::Whole(1, u64::MAX), "1000", "particles").or_open(""),
-    key("mass", positive("kg"), "0.5", "of particles").or_open(""),
-    key("volume", positive("m3"), "1e-4", "of particles").or_open(""),
-    key("full", Kind::Flag, "true", "until nothing fits any more").or_open(""),
-]]).with_choices(AMOUNTS);
+static TOTAL: TableKeys = TableKeys::new(&[]).with_variants(Variants::Key {
+    of: &[
+        variant("number", &[&[key("number", Kind::Whole(1, u64::MAX), "1000", "particles")]], "so many particles"),
+        variant("mass", &[&[key("mass", positive("kg"), "0.5", "of particles")]], "so much mass"),
+        variant("volume", &[&[key("volume", positive("m3"), "1e-4", "of particles")]], "so much volume of the particles themselves"),
+        variant("fill", &[&[
+            key("fill", Kind::Number("", Range::Above(0.0, 1.0)), "0.4", "volume of the particles themselves over that of a region within the domain; a loose heap of equal spheres is 0.6 solid"),
+            key("of", Kind::Name, "\"drum\"   # the name of an entry of [[regions]]", "the region").or_open("the insertion's own region"),
+        ]], "a fraction of a region's volume"),
+        variant("full", &[&[key("full", Kind::Flag, "true", "until nothing fits any more")]], "all that fits"),
+    ],
+    alone: true,
+});
 
 const RATES: &[Choice] = &[Choice {
     keys: &["number", "mass", "volume", "table"],
@@ -304,22 +321,27 @@ fn read_body(fields: &Fields<'_>) -> Option<Body> {
     }
 }
 
-impl FromItem for Total {
+impl FromItem for Target {
     fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self> {
         let fields = item.fields(kind)?;
-        match fields.chosen(0)? {
-            "number" => Some(Total::Number(fields.require("number"))),
-            "mass" => Some(Total::Mass(fields.require("mass"))),
-            "volume" => Some(Total::Volume(fields.require("volume"))),
+        Some(match fields.variant()? {
+            "number" => Self::Of(Total::Number(fields.require("number"))),
+            "mass" => Self::Of(Total::Mass(fields.require("mass"))),
+            "volume" => Self::Of(Total::Volume(fields.require("volume"))),
+            "fill" => Self::Fill {
+                fraction: fields.require("fill"),
+                of: fields.read("of"),
+            },
             _ => {
                 let full: Located<bool> = fields.require("full");
                 if !*full {
-                    let message = "can only be true; for another end give number, mass or volume";
+                    let message =
+                        "can only be true; for another end give number, mass, volume or fill";
                     fields.context.report(full.error(message));
                 }
-                Some(Total::Full)
+                Self::Of(Total::Full)
             }
-        }
+        })
     }
 }
 

@@ -95,7 +95,9 @@ impl<'a> Item<'a> {
                 place,
             }
         };
-        Some(nodes.iter().enumerate().map(item).collect())
+        let there =
+            (nodes.iter().enumerate()).filter(|(_, node)| !matches!(node.value, Value::LeftOut));
+        Some(there.map(item).collect())
     }
 
     pub(super) fn text(&self) -> Option<Located<String>> {

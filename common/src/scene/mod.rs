@@ -29,6 +29,7 @@ mod laws;
 mod liquid;
 mod materials;
 mod membranes;
+mod mend;
 mod motion;
 mod output;
 mod overrides;
@@ -49,6 +50,7 @@ mod walls;
 use std::cell::RefCell;
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -59,7 +61,7 @@ pub use cursor::Files;
 pub use error::{SceneError, SceneErrors};
 pub use fields::{FieldTable, FieldWidth};
 pub use guard::{Guard, GuardPolicy};
-pub use insertions::{Body, Component, Insertion, Method, Quantity, Rate, Total};
+pub use insertions::{Body, Component, Insertion, Method, Quantity, Rate, Target, Total};
 pub use json::is_json;
 pub use laws::{Given, Key, KeyDefault, Law, LawKeys, LawOverride, LawValues, Mixing, Part, Range};
 pub use liquid::{BridgesForm, LianSevilleVolume, LiquidNeighbours, LiquidSettings, Lubrication};
@@ -68,6 +70,7 @@ pub use membranes::{
     Bending, BendingStiffness, Hold, HoldMotion, Membrane, MembraneElasticity, MembranePressure,
     MembraneShape, Pick,
 };
+pub use mend::Mended;
 pub use motion::{Load, Motion, MotionKind, ServoTarget};
 pub use output::{ClumpsAs, Output, Switches};
 pub use particles::{
@@ -330,6 +333,23 @@ pub fn parse_scene_with(
     parse(Some(laws.to_vec()), path, text, overrides, files)
 }
 
+/// A scene with mistakes, put right in some way so that its other keys can be checked further. It is never run. `scale`: a factor
+/// for the numbers that are put in. `None`: its mistakes cannot be put right one by one.
+#[must_use]
+pub fn mend_scene_with(
+    laws: &[&'static LawKeys],
+    path: &Path,
+    text: &str,
+    overrides: &[String],
+    files: Files,
+    scale: f64,
+) -> Option<Mended> {
+    let laws = Some(laws.to_vec());
+    let source = Source::file(path.display().to_string(), text, &files);
+    let (draft, wrong) = Draft::new(laws, path, &source, text, overrides, files).ok()?;
+    wrong.is_empty().then(|| mend::mend(&draft, scale))?
+}
+
 fn parse(
     laws: Option<Vec<&'static LawKeys>>,
     path: &Path,
@@ -338,51 +358,86 @@ fn parse(
     files: Files,
 ) -> Result<Scene, SceneErrors> {
     let source = Source::file(path.display().to_string(), text, &files);
-    let mut document = tree::parse_document(&source, text)?;
-    if is_clump_file(&document) {
-        let place = Place::new(&source, 0..0, "");
-        let error = place.error("this is a clump file, not a scene");
-        return Err(error
-            .with_help("a scene names it in [clumps.NAME] with file and material, and puts bodies of it with [[particles]] clump = \"NAME\"")
-            .into());
-    }
-    let (mut wrong_overrides, mut given) = (Vec::new(), Vec::new());
-    for argument in overrides {
-        match overrides::apply(&mut document, argument, &files) {
-            Ok(path) => given.push((argument.as_str(), path)),
-            Err(error) => wrong_overrides.push(error),
+    let (draft, wrong) = Draft::new(laws, path, &source, text, overrides, files)?;
+    draft
+        .read(draft.document.clone(), wrong)
+        .map_err(SceneErrors)
+}
+
+/// A document with the values of the command line, and what is needed to read it.
+struct Draft<'a> {
+    laws: Option<Vec<&'static LawKeys>>,
+    path: &'a Path,
+    place: Place,
+    document: Node,
+    /// What the command line sets, with the path of each.
+    given: Vec<(&'a str, String)>,
+    files: Files,
+}
+
+impl<'a> Draft<'a> {
+    /// The document, and what is wrong with the command line.
+    fn new(
+        laws: Option<Vec<&'static LawKeys>>,
+        path: &'a Path,
+        source: &Arc<Source>,
+        text: &str,
+        overrides: &'a [String],
+        files: Files,
+    ) -> Result<(Self, Vec<SceneError>), SceneErrors> {
+        let mut document = tree::parse_document(source, text)?;
+        let place = Place::new(source, 0..0, "");
+        if is_clump_file(&document) {
+            let error = place.error("this is a clump file, not a scene");
+            return Err(error
+                .with_help("a scene names it in [clumps.NAME] with file and material, and puts bodies of it with [[particles]] clump = \"NAME\"")
+                .into());
         }
+        let (mut wrong, mut given) = (Vec::new(), Vec::new());
+        for argument in overrides {
+            match overrides::apply(&mut document, argument, &files) {
+                Ok(path) => given.push((argument.as_str(), path)),
+                Err(error) => wrong.push(error),
+            }
+        }
+        let draft = Self {
+            laws,
+            path,
+            place,
+            document,
+            given,
+            files,
+        };
+        Ok((draft, wrong))
     }
-    let mut wrong_units = Vec::new();
-    let set = quantities::settle(
-        &mut document,
-        &SCENE,
-        laws.as_deref(),
-        &given,
-        &mut wrong_units,
-    );
-    let context = Context {
-        errors: RefCell::new(wrong_overrides),
-        directory: path.parent().unwrap_or(Path::new("")).to_owned(),
-        files,
-        materials: keys_below(&document, "materials"),
-        clumps: keys_below(&document, "clumps"),
-        laws,
-        named: RefCell::new(Vec::new()),
-    };
-    let place = Place::new(&source, 0..0, "");
-    let mut scene = read_document(&context, &document, path, &place);
-    if let Some(scene) = &mut scene {
-        scene.statement = Statement::new(&document, context.named.take());
-        scene.set = set;
-    }
-    let mut errors = context.errors.into_inner();
-    quantities::with_units(&mut errors, wrong_units);
-    errors.sort_by_key(|error| error.place.order());
-    match scene {
-        Some(scene) if errors.is_empty() => Ok(scene),
-        _ if errors.is_empty() => Err(place.error("this is not a scene").into()),
-        _ => Err(SceneErrors(errors)),
+
+    /// Reads a document; `wrong`: what is known to be wrong.
+    fn read(&self, mut document: Node, wrong: Vec<SceneError>) -> Result<Scene, Vec<SceneError>> {
+        let laws = self.laws.as_deref();
+        let mut wrong_units = Vec::new();
+        let set = quantities::settle(&mut document, &SCENE, laws, &self.given, &mut wrong_units);
+        let context = Context {
+            errors: RefCell::new(wrong),
+            directory: self.path.parent().unwrap_or(Path::new("")).to_owned(),
+            files: self.files.clone(),
+            materials: keys_below(&document, "materials"),
+            clumps: keys_below(&document, "clumps"),
+            laws: self.laws.clone(),
+            named: RefCell::new(Vec::new()),
+        };
+        let mut scene = read_document(&context, &document, self.path, &self.place);
+        if let Some(scene) = &mut scene {
+            scene.statement = Statement::new(&document, context.named.take());
+            scene.set = set;
+        }
+        let mut errors = context.errors.into_inner();
+        quantities::with_units(&mut errors, wrong_units);
+        errors.sort_by_key(|error| error.place.order());
+        match scene {
+            Some(scene) if errors.is_empty() => Ok(scene),
+            _ if errors.is_empty() => Err(vec![self.place.error("this is not a scene")]),
+            _ => Err(errors),
+        }
     }
 }
 

@@ -157,7 +157,7 @@ fn unknown_name(place: &Place, name: &str, names: &[String]) -> SceneError {
 }
 
 /// The entry of a key, made as an empty table if it is not there yet.
-fn entry<'a>(
+pub(super) fn entry<'a>(
     table: &'a mut Table,
     key: &str,
     source: &Arc<Source>,

@@ -68,10 +68,12 @@ pub enum ParticleSource {
         /// Length of one unit of `x`, `y`, `z` and `radius` where their columns name none, m; default 1.
         scale: Option<Located<f64>>,
     },
-    /// The last state of another run.
+    /// A state of another run.
     Run {
         /// The folder of that run, resolved against the folder of the scene.
         folder: Located<PathBuf>,
+        /// The time of that run, s; none: its last state, with the walls of this scene.
+        at: Option<Located<f64>>,
     },
     /// One clump, or equal ones on a lattice.
     Clump {
@@ -215,7 +217,8 @@ pub(super) static PARTICLES: TableKeys = TableKeys::new(&[&[
     of: &[
         variant("run", &[&[
             key("run", Kind::Folder, "\"settle\"", "the folder of the other run"),
-        ]], "the last state of another run: all grains that it left, with velocities and contacts"),
+            key("at", non_negative("s"), "1.2", "the checkpoint or frame nearest to this time of that run, and the walls where they were then: [how](../how-to/stop-and-resume.md#from-a-time-in-between)").or_open("the last state, and the walls where this scene has them"),
+        ]], "a state of another run: all grains that it had, with velocities and contacts"),
         variant("file", &[&[
             key("file", Kind::File(""), "\"particles.csv\"", "[columns](particle-csv.md) by header: `x,y,z,radius`, optionally `material,vx,vy,vz,wx,wy,wz` and properties as `film_volume`, of clumps `clump[,scale,qw,qx,qy,qz]`"),
             key("material", Kind::Material, "\"glass\"", "of rows without one").or_open("none"),
@@ -276,6 +279,7 @@ pub(super) fn read(item: &Item<'_>) -> Option<Particles> {
     let source = match fields.variant()? {
         "run" => ParticleSource::Run {
             folder: fields.read("run"),
+            at: fields.read("at"),
         },
         "file" => ParticleSource::Table {
             file: fields.read("file"),

@@ -7,6 +7,7 @@ use super::key_path;
 use super::keys::{Kind, TableKeys};
 use super::laws::{LawKeys, Part};
 use super::source::Place;
+use super::spelling;
 use super::tree::{Entry, Node, Table, Value};
 use crate::units::{Dimension, Quantity};
 
@@ -71,7 +72,7 @@ impl Scope {
         })
     }
 
-    /// The dimensions that a number may have; `None` where it has no unit.
+    /// The dimensions that a number may have; `None` where no number stands.
     fn dimensions(&self) -> Option<Vec<Dimension>> {
         let units = match self {
             Self::Value(Kind::OneOf(all)) => {
@@ -85,7 +86,10 @@ impl Scope {
         };
         let dimensions: Vec<Dimension> = units
             .iter()
-            .filter_map(|unit| Dimension::of_unit(unit))
+            .filter_map(|unit| match unit.is_empty() {
+                true => Some(Dimension::NUMBER),
+                false => Dimension::of_unit(unit),
+            })
             .collect();
         (!dimensions.is_empty()).then_some(dimensions)
     }
@@ -108,7 +112,7 @@ fn as_toml(node: &Node) -> String {
         Value::Integer(number) => number.to_string(),
         Value::Float(number) => format!("{number:?}"),
         Value::Boolean(value) => value.to_string(),
-        Value::Datetime => String::new(),
+        Value::Datetime | Value::LeftOut => String::new(),
         Value::Array(items) => {
             let items: Vec<String> = items.iter().map(as_toml).collect();
             format!("[{}]", items.join(", "))
@@ -235,13 +239,18 @@ fn is_quantity(text: &str) -> bool {
 
 /// The number in SI, or a message with its help. `dimensions`: what it may be of; none: anything.
 fn si(text: &str, dimensions: &[Dimension]) -> Result<f64, (String, Option<String>)> {
+    if let Some(comma) = spelling::decimal_comma(text) {
+        let (message, help) = spelling::with_comma(comma);
+        return Err((message, Some(help)));
+    }
     let first = dimensions.first().copied();
-    let help = first.map(|dimension| {
-        format!(
+    let help = first.map(|dimension| match dimension {
+        Dimension::NUMBER => "write it as a number, or in per cent: \"40 %\"".to_owned(),
+        _ => format!(
             "units of {} are {}, and whatever they are made of",
             dimension.words(),
             dimension.units()
-        )
+        ),
     });
     let quantity = Quantity::parse(text).map_err(|why| {
         let message = if why.starts_with("there is")
@@ -330,6 +339,56 @@ motion = [
         let entries = scene.statement.entries().unwrap();
         assert_eq!(entries["materials.glass.normal.stiffness"], "2000");
         assert_eq!(entries["time.end"], "1.5");
+    }
+
+    #[test]
+    fn numbers_without_unit_may_be_in_per_cent() {
+        let text = SCENE.replace(
+            "stiffness = \"2 N/mm\"",
+            "stiffness = 1\nrestitution = \"35 %\"",
+        );
+        let scene = read(&text, &["guard.way=70%"]).unwrap_or_else(|errors| panic!("{errors}"));
+        assert_eq!(*scene.guard.way, 0.7);
+        // Without the tables of laws nothing is known of their units, and any is taken.
+        let entries = scene.statement.entries().unwrap();
+        assert_eq!(entries["materials.glass.normal.restitution"], "0.35");
+        let errors = read(SCENE, &["guard.way=7 mm"]).unwrap_err().to_string();
+        let message = "guard.way: expected a number without unit, got \"7 mm\", a length";
+        assert!(errors.contains(message), "{errors}");
+        assert!(
+            errors.contains("help: write it as a number, or in per cent: \"40 %\""),
+            "{errors}"
+        );
+        // A length in per cent is none.
+        let errors = read(SCENE, &["walls.0.radius=7 %"])
+            .unwrap_err()
+            .to_string();
+        assert!(
+            errors.contains("expected a length, got \"7 %\", a number without unit"),
+            "{errors}"
+        );
+    }
+
+    /// In quotes, and from the command line, where no quotes are needed.
+    #[test]
+    fn decimal_commas_are_named() {
+        for (text, argument) in [
+            (SCENE.replacen("\"4 cm\"", "\"0,5\"", 1), None),
+            (SCENE.replacen("\"4 cm\"", "\"0,5 mm\"", 1), None),
+            (SCENE.to_owned(), Some("walls.0.radius=0,5")),
+            (SCENE.to_owned(), Some("walls.0.radius=0,5 mm")),
+            (SCENE.to_owned(), Some("guard.way=0,5")),
+        ] {
+            let arguments: Vec<&str> = argument.into_iter().collect();
+            let errors = read(&text, &arguments).unwrap_err();
+            assert_eq!(errors.0.len(), 1, "{errors}");
+            let errors = errors.to_string();
+            assert!(errors.contains("` has a comma"), "{errors}");
+            assert!(
+                errors.contains("help: decimals stand behind a point: 0.5"),
+                "{errors}"
+            );
+        }
     }
 
     #[test]

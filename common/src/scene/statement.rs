@@ -97,6 +97,7 @@ fn collect(node: &Node, path: &str, values: &mut BTreeMap<String, String>) {
         Value::Float(number) => state(number.to_string()),
         Value::Boolean(value) => state(value.to_string()),
         Value::Datetime => state("a date".to_owned()),
+        Value::LeftOut => {}
         Value::Array(items) => {
             if items.is_empty() {
                 state("[]".to_owned());

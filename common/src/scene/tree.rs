@@ -10,6 +10,7 @@ use toml::de::{DeFloat, DeInteger, DeTable, DeValue};
 use super::error::{SceneError, SceneErrors};
 use super::json::{self, is_json};
 use super::source::{Place, Source};
+use super::spelling::{self, with_comma};
 
 /// A value and its span.
 #[derive(Debug, Clone)]
@@ -29,6 +30,8 @@ pub(super) enum Value {
     Datetime,
     Array(Vec<Node>),
     Table(Table),
+    /// An item of a list that counts and is not read ([`mend`](super::mend)).
+    LeftOut,
 }
 
 impl Value {
@@ -41,6 +44,7 @@ impl Value {
             Value::Datetime => "a date or time",
             Value::Array(_) => "a list",
             Value::Table(_) => "a table",
+            Value::LeftOut => "nothing",
         }
     }
 }
@@ -106,16 +110,63 @@ pub(super) fn parse_document(source: &Arc<Source>, text: &str) -> Result<Node, S
             span: 0..0,
         });
     }
+    let errors = errors
+        .iter()
+        .map(|error| syntax_error(error, source, text, 0));
+    Err(SceneErrors(independent(errors.collect(), source, text)))
+}
+
+/// The largest number of syntax errors that are looked at one by one.
+const MOST_SYNTAX_ERRORS: usize = 50;
+
+/// Of syntax errors those that do not follow from another, at most one per line: a quote or a bracket that is not closed turns what
+/// follows into errors. An error follows from another if it is gone once the line of that one, or the line before it, is blank.
+fn independent(mut errors: Vec<SceneError>, source: &Arc<Source>, text: &str) -> Vec<SceneError> {
+    errors.sort_by_key(|error| error.place.order());
     let mut lines = HashSet::new();
-    let mut reported: Vec<SceneError> = Vec::new();
-    for error in errors {
-        let error = syntax_error(&error, source, text, 0);
-        if lines.insert(error.place.line()) {
-            reported.push(error);
+    errors.retain(|error| lines.insert(error.place.line()));
+    let mut text = text.to_owned();
+    let mut found = Vec::new();
+    while !errors.is_empty() && found.len() < MOST_SYNTAX_ERRORS {
+        let first = errors.remove(0);
+        let line = first.place.line();
+        let remaining = [(line, line), (line - 1, line - 1), (line - 1, line)]
+            .into_iter()
+            .filter(|(low, _)| *low > 0)
+            .map(|(low, high)| {
+                let blank = without_lines(&text, low, high);
+                let (_, now) = DeTable::parse_recoverable(&blank);
+                let now: HashSet<usize> = (now.iter())
+                    .map(|error| syntax_error(error, source, &blank, 0).place.line())
+                    .collect();
+                let left = errors
+                    .iter()
+                    .filter(|error| now.contains(&error.place.line()));
+                (left.cloned().collect::<Vec<_>>(), blank)
+            })
+            .min_by_key(|(left, _)| left.len());
+        found.push(first);
+        if let Some(remaining) = remaining {
+            (errors, text) = remaining;
         }
     }
-    reported.sort_by_key(|error| error.place.order());
-    Err(SceneErrors(reported))
+    found.extend(errors);
+    found
+}
+
+/// The text with spaces in the place of the characters of these lines, counted from 1.
+fn without_lines(text: &str, low: usize, high: usize) -> String {
+    let lines = text.split_inclusive('\n').enumerate();
+    let blank = |line: &str| -> String {
+        let end = line.trim_end_matches(['\n', '\r']).len();
+        " ".repeat(end) + &line[end..]
+    };
+    lines
+        .map(|(index, line)| match (low..=high).contains(&(index + 1)) {
+            true => blank(line),
+            false => line.to_owned(),
+        })
+        .collect()
 }
 
 /// Parses one value that starts at byte `offset` of its source.
@@ -140,11 +191,8 @@ fn syntax_error(
     let found = text.get(span.clone()).unwrap_or_default();
     let place = Place::new(source, span.start + offset..span.end + offset, "");
     if let Some(number) = decimal_comma(text, &span) {
-        let error = place.error(format!("`{number}` has a comma"));
-        return error.with_help(format!(
-            "decimals stand behind a point: {}",
-            number.replace(',', ".")
-        ));
+        let (message, help) = with_comma(number);
+        return place.error(message).with_help(help);
     }
     // The parser's own words, except where they mislead.
     match error.message() {
@@ -189,13 +237,10 @@ fn decimal_comma<'t>(text: &'t str, at: &Range<usize>) -> Option<&'t str> {
     let line = text.get(begin..last)?.lines().next()?;
     let equals = line.find('=')?;
     let number = line[equals + 1..].split('#').next()?.trim();
-    let (whole, part) = number
-        .strip_prefix(['-', '+'])
-        .unwrap_or(number)
-        .split_once(',')?;
-    let digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
-    let part = part.split(['e', 'E']).next()?;
-    (digits(whole) && digits(part)).then_some(number)
+    let number = spelling::decimal_comma(number)?;
+    // With a unit it is no number of TOML either way.
+    let is_alone = |c: char| c.is_ascii_digit() || "+-,eE".contains(c);
+    number.chars().all(is_alone).then_some(number)
 }
 
 fn convert(value: &Spanned<DeValue<'_>>, source: &Arc<Source>, offset: usize) -> Node {

@@ -79,6 +79,9 @@ pub struct ResultValue {
     /// Why there is no value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub problem: Option<String>,
+    /// What should be known of the value.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
 }
 
 /// A list as an object whose members are in the order of the list.

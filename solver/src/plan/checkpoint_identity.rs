@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::Plan;
 
 /// The identity of a run, in front of the state itself.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Head {
     /// Version of the program that wrote it.
     pub program: String,

@@ -40,12 +40,14 @@ pub fn files(scene: &Scene, plan: &Plan) -> Vec<SceneFile> {
             });
         }
     }
-    all.extend(plan.notes().started_from().iter().map(|from| SceneFile {
-        key: from.key.clone(),
-        name: seen_from(scene.directory(), &from.checkpoint),
-        from: None,
-        path: from.checkpoint.clone(),
-    }));
+    for from in plan.notes().started_from() {
+        all.extend(from.files.iter().map(|path| SceneFile {
+            key: from.key.clone(),
+            name: seen_from(scene.directory(), path),
+            from: None,
+            path: path.clone(),
+        }));
+    }
     all
 }
 

@@ -17,15 +17,16 @@ use mercury_engine::contact::parameter::short;
 use mercury_engine::neighbours::Skin;
 use mercury_engine::walls::{Mesh, Shape, Wall};
 
-/// Reads the triangles of a wall.
+/// Reads the triangles of a wall; `then` moves a corner to where the wall begins.
 pub(super) fn mesh(
     source: &MeshSource,
     side: MeshSide,
+    then: impl Fn(DVec3) -> DVec3,
     warnings: &mut Vec<String>,
 ) -> Result<Shape, SceneError> {
     let triangles = triangles(&source.file, read_mesh, warnings)?;
     let place = placement(source);
-    Mesh::new(&triangles, place, side == MeshSide::Front)
+    Mesh::new(&triangles, |x| then(place(x)), side == MeshSide::Front)
         .map(|mesh| Shape::Mesh(Arc::new(mesh)))
         .map_err(|error| {
             let message = error.to_string();

@@ -11,6 +11,7 @@ use mercury_common::scene::{
 
 use super::expected::LeftOut;
 use super::particle_table::Table;
+use super::start_from_frame::EarlierWalls;
 use super::start_from_run::{Earlier, take_up};
 use super::{NewBody, NewParticle, PrescribedMotion};
 use mercury_engine::bodies::Clump;
@@ -44,8 +45,10 @@ pub(super) struct StartingParticles {
     pub named: Vec<(String, u32)>,
     /// What is to be said of tables.
     pub remarks: Vec<String>,
-    /// Runs whose last states are among them.
+    /// Runs whose states are among them.
     pub earlier: Vec<Earlier>,
+    /// Where walls were in the states of a time that is given.
+    pub walls: EarlierWalls,
     /// Values of their properties.
     pub values: Vec<StartValues>,
 }
@@ -329,9 +332,13 @@ pub(super) fn starting_particles(
                     }
                 }
             }
-            ParticleSource::Run { folder } => {
-                match take_up(folder, scene, clumps.unwrap_or_default(), warnings) {
-                    Ok(earlier) => start.take_up(earlier, &images, Typed { entry, line: None }),
+            ParticleSource::Run { folder, at } => {
+                let clumps = clumps.unwrap_or_default();
+                match take_up(folder, at.as_ref(), scene, clumps, warnings) {
+                    Ok((earlier, walls)) => {
+                        start.take_up(earlier, &images, Typed { entry, line: None });
+                        start.walls.extend(walls);
+                    }
                     Err(error) => errors.push(error),
                 }
             }

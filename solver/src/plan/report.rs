@@ -292,10 +292,13 @@ fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
                 Some(index) => format!("clump `{}`", plan.physics().clumps[index as usize].name),
             };
             let words = format!(
-                "{what}, diameters {} to {} m, {} of the particles",
+                "{what}, diameters {} to {} m{}",
                 short(part.sizes.smallest()),
                 short(part.sizes.largest()),
-                short(part.share)
+                match insertion.mixture.len() {
+                    1 => String::new(),
+                    _ => format!(", {} % of the particles", short(100.0 * part.share)),
+                }
             );
             line(text, "", &words)?;
         }

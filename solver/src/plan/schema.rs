@@ -184,10 +184,10 @@ fn list(item: Value, count: usize) -> Value {
     json!({ "type": "array", "items": item, "minItems": count, "maxItems": count })
 }
 
-/// A number of a range; where it has a unit, a text with another one may stand, too.
+/// A number of a range; where it has a unit, a text with another one may stand, too, and else a text in per cent.
 fn number(unit: &str, range: Range) -> Value {
     let mut number = match unit {
-        "" => json!({ "type": "number" }),
+        "" => json!({ "type": ["number", "string"], "pattern": "^[ \\t]*[-+]?[0-9.eE+-]+ *%$" }),
         _ => json!({ "type": ["number", "string"], "pattern": "^[ \\t]*[-+]?[0-9.]" }),
     };
     let bounds: &[(&str, f64)] = match range {

@@ -1,4 +1,4 @@
-//! Starts from the last state of another run: `[[particles]] run`.
+//! Starts from a state of another run: `[[particles]] run`, the last one or that of a time `at`.
 //!
 //! Grains keep their velocities and prescribed motion, contacts keep their histories: those between the grains of one run, and
 //! those with walls that have the same name and number their features alike. The liquid of bridges that cannot go on goes to the films
@@ -18,6 +18,7 @@ use mercury_common::scene::{Dimensions, Located, Scene, SceneError};
 
 use super::checkpoint_identity::{Head, POSITIONS, checkpoint_paths};
 use super::particles::StartingParticles;
+use super::start_from_frame::{EarlierWalls, Frames, Grains};
 use super::{NewBody, NewParticle, PrescribedMotion};
 use mercury_engine::bodies::{BodyStep, Clump};
 use mercury_engine::contact::adhesion::liquid::{saved_numbers, saved_volume};
@@ -37,8 +38,8 @@ use mercury_engine::walls::{Wall, WallFilmPlan, film_at};
 pub struct StartedFrom {
     /// Its folder.
     pub folder: PathBuf,
-    /// Its checkpoint that is used.
-    pub checkpoint: PathBuf,
+    /// Its files that are used.
+    pub files: Vec<PathBuf>,
     /// The key of the scene that names it.
     pub key: String,
     /// Its name, and a checksum of its state: as [`Statement::entries`](mercury_common::scene::Statement::entries) gives for
@@ -46,10 +47,12 @@ pub struct StartedFrom {
     pub statement: (String, String),
 }
 
-/// The last state of a run, as particles of this scene.
+/// A state of a run, as particles of this scene.
 pub(super) struct Earlier {
     folder: PathBuf,
-    checkpoint: PathBuf,
+    files: Vec<PathBuf>,
+    /// Whether it is a frame, which has no contacts.
+    is_frame: bool,
     /// The key in this scene.
     key: String,
     /// Of the whole file.
@@ -153,14 +156,115 @@ fn summed(volumes: impl Iterator<Item = f64>) -> f64 {
     sum.value()
 }
 
-/// Reads the last state of the run in `folder`. `clumps`: the templates of this scene.
+/// Reads the last state of the run in `folder`, or the state nearest to the time `at` (s) with the walls of then. `clumps`: the templates
+/// of this scene.
 pub(super) fn take_up(
     folder: &Located<PathBuf>,
+    at: Option<&Located<f64>>,
     scene: &Scene,
     clumps: &[Clump],
     warnings: &mut Vec<String>,
+) -> Result<(Earlier, EarlierWalls), SceneError> {
+    match at {
+        None => {
+            let state = newest(folder, warnings)?;
+            let earlier = of_state(state, folder, scene, clumps)?;
+            Ok((earlier, EarlierWalls::default()))
+        }
+        Some(at) => nearest(folder, at, scene, clumps, warnings),
+    }
+}
+
+/// The state of the run in `folder` that is nearest to a time. A checkpoint goes before a frame where it is as near, as it has contacts;
+/// but only where a frame says where the walls were then.
+fn nearest(
+    folder: &Located<PathBuf>,
+    at: &Located<f64>,
+    scene: &Scene,
+    clumps: &[Clump],
+    warnings: &mut Vec<String>,
+) -> Result<(Earlier, EarlierWalls), SceneError> {
+    let frames = Frames::nearest(folder, **at)?;
+    let (states, damaged) = match prefix(folder)? {
+        Some(prefix) => checkpoints(folder, &prefix)?,
+        None => (Vec::new(), Vec::new()),
+    };
+    warn_of_damaged(folder, &damaged, warnings);
+    let far = |time: f64| (time - **at).abs();
+    let nearest = |a: &State, b: &State| far(a.head.time()).total_cmp(&far(b.head.time()));
+    let of_states = states.iter().map(|state| state.head.time());
+    let last_frame = frames.iter().map(|frames| frames.last);
+    let latest = of_states
+        .chain(last_frame)
+        .fold(f64::NEG_INFINITY, f64::max);
+    let state = states.into_iter().min_by(nearest);
+    let is_wanted = |state: &State, frames: &Frames| {
+        state.head.step == frames.step || far(state.head.time()) < far(frames.time)
+    };
+    let (earlier, walls) = match (frames, state) {
+        (None, None) => {
+            let message = format!(
+                "there is neither a frame nor a checkpoint in {}",
+                folder.display()
+            );
+            return Err(folder.error(message));
+        }
+        (None, Some(state)) => {
+            if !state.head.walls.is_empty() {
+                warnings.push(format!(
+                    "{}: no frame of that run says where its walls were: they stand where this scene has them",
+                    folder.place.key()
+                ));
+            }
+            (
+                of_state(state, folder, scene, clumps)?,
+                EarlierWalls::default(),
+            )
+        }
+        (Some(frames), Some(state))
+            if is_wanted(&state, &frames)
+                && let Some((walls, file)) = frames.walls(folder, state.head.step)? =>
+        {
+            let mut earlier = of_state(state, folder, scene, clumps)?;
+            earlier.files.push(file);
+            (earlier, walls)
+        }
+        (Some(frames), Some(state))
+            if is_wanted(&state, &frames) && state.head.walls.is_empty() =>
+        {
+            (
+                of_state(state, folder, scene, clumps)?,
+                EarlierWalls::default(),
+            )
+        }
+        (Some(frames), _) => {
+            let grains = frames.grains(folder, scene, clumps, warnings)?;
+            let mut earlier = Earlier::of_frame(grains, folder);
+            let walls = frames.walls(folder, frames.step)?;
+            let (walls, file) = walls.unzip();
+            earlier.files.extend(file);
+            (earlier, walls.unwrap_or_default())
+        }
+    };
+    let time = earlier.head.time();
+    // Times are sums of steps.
+    if **at > latest * (1.0 + 1e-9) {
+        warnings.push(format!(
+            "{}: that run has no state behind t = {} s, from which this one starts",
+            at.place.key(),
+            rounded(time, 12)
+        ));
+    }
+    Ok((earlier, walls))
+}
+
+/// A checkpoint as particles of this scene.
+fn of_state(
+    mut state: State,
+    folder: &Located<PathBuf>,
+    scene: &Scene,
+    clumps: &[Clump],
 ) -> Result<Earlier, SceneError> {
-    let mut state = newest(folder, warnings)?;
     let dimensions = match scene.domain.dimensions {
         Dimensions::Two => 2,
         Dimensions::Three => 3,
@@ -299,7 +403,8 @@ pub(super) fn take_up(
     let rows: Option<Vec<EarlierRow>> = rows.into_iter().collect();
     Ok(Earlier {
         folder: folder.value.clone(),
-        checkpoint: path,
+        files: vec![path],
+        is_frame: false,
         key: folder.place.key().to_owned(),
         checksum,
         head,
@@ -329,6 +434,36 @@ fn properties(state: &Particles, rows: &[usize]) -> Vec<PropertyValue> {
 
 /// The newest whole checkpoint in a folder; what is damaged draws a warning.
 fn newest(folder: &Located<PathBuf>, warnings: &mut Vec<String>) -> Result<State, SceneError> {
+    let Some(prefix) = prefix(folder)? else {
+        return Err(folder
+            .error(format!("there is no checkpoint in {}", folder.display()))
+            .with_help(
+                "a run writes one at its end and when it is stopped, but for --checkpoint-every never; `at` starts from a frame",
+            ));
+    };
+    let (states, damaged) = checkpoints(folder, &prefix)?;
+    let Some(newest) = states.into_iter().max_by_key(|state| state.head.step) else {
+        let message = format!(
+            "no checkpoint of that run can be used: {}",
+            damaged.join("; ")
+        );
+        return Err(folder.error(message));
+    };
+    warn_of_damaged(folder, &damaged, warnings);
+    Ok(newest)
+}
+
+fn warn_of_damaged(folder: &Located<PathBuf>, damaged: &[String], warnings: &mut Vec<String>) {
+    let key = folder.place.key();
+    warnings.extend(
+        damaged
+            .iter()
+            .map(|what| format!("{key}: not used: {what}")),
+    );
+}
+
+/// What the names of the checkpoints in a folder begin with; `None` if there are none.
+fn prefix(folder: &Located<PathBuf>) -> Result<Option<String>, SceneError> {
     let failed = |error: std::io::Error| folder.error(format!("cannot be read: {error}"));
     let mut prefixes = BTreeSet::new();
     for entry in std::fs::read_dir(&folder.value).map_err(failed)? {
@@ -339,49 +474,34 @@ fn newest(folder: &Located<PathBuf>, warnings: &mut Vec<String>) -> Result<State
             .find_map(|end| name.strip_suffix(end));
         prefixes.extend(prefix.map(str::to_owned));
     }
-    let prefix = match Vec::from_iter(prefixes).as_slice() {
-        [prefix] => prefix.clone(),
-        [] => {
-            return Err(folder
-                .error(format!("there is no checkpoint in {}", folder.display()))
-                .with_help(
-                    "a run writes one at its end and when it is stopped, but for --checkpoint-every never",
-                ));
-        }
-        several => {
-            return Err(folder.error(format!(
-                "there are checkpoints of several runs in {}: {}",
-                folder.display(),
-                several.join(", ")
-            )));
-        }
-    };
-    let (mut newest, mut damaged): (Option<State>, Vec<String>) = (None, Vec::new());
-    for path in checkpoint_paths(&folder.value, &prefix) {
+    match Vec::from_iter(prefixes).as_slice() {
+        [] => Ok(None),
+        [prefix] => Ok(Some(prefix.clone())),
+        several => Err(folder.error(format!(
+            "there are checkpoints of several runs in {}: {}",
+            folder.display(),
+            several.join(", ")
+        ))),
+    }
+}
+
+/// The whole checkpoints of a run, and what is wrong with the others.
+fn checkpoints(
+    folder: &Located<PathBuf>,
+    prefix: &str,
+) -> Result<(Vec<State>, Vec<String>), SceneError> {
+    let (mut states, mut damaged) = (Vec::new(), Vec::new());
+    for path in checkpoint_paths(&folder.value, prefix) {
         if path.symlink_metadata().is_err() {
             continue;
         }
         folder.place.may_read(&path)?;
         match read(&path) {
-            Ok(state) => {
-                let is_newer = |known: &State| state.head.step > known.head.step;
-                if newest.as_ref().is_none_or(is_newer) {
-                    newest = Some(state);
-                }
-            }
+            Ok(state) => states.push(state),
             Err(message) => damaged.push(format!("{}: {message}", path.display())),
         }
     }
-    let Some(newest) = newest else {
-        let message = format!(
-            "no checkpoint of that run can be used: {}",
-            damaged.join("; ")
-        );
-        return Err(folder.error(message));
-    };
-    warnings
-        .extend((damaged.iter()).map(|what| format!("{}: not used: {what}", folder.place.key())));
-    Ok(newest)
+    Ok((states, damaged))
 }
 
 /// Reads the part of a checkpoint that another run can start from.
@@ -696,6 +816,9 @@ pub(super) fn carried(
                 short(liquid.value())
             );
         }
+        if run.is_frame {
+            remark += "; a frame has no contacts, all begin anew";
+        }
         remarks.push(remark);
         warnings.extend(run.liquid_left.warning(&run.key));
     }
@@ -718,12 +841,46 @@ pub(super) fn carried(
 }
 
 impl Earlier {
+    /// Of a frame.
+    fn of_frame(grains: Grains, folder: &Located<PathBuf>) -> Self {
+        let Grains {
+            files,
+            title,
+            time,
+            step,
+            checksum,
+            particles,
+            bodies,
+        } = grains;
+        let head = Head {
+            title,
+            step,
+            time_step: if step > 0 { time / step as f64 } else { 0.0 },
+            ..Head::default()
+        };
+        Self {
+            folder: folder.value.clone(),
+            files,
+            is_frame: true,
+            key: folder.place.key().to_owned(),
+            checksum,
+            head,
+            rows: Vec::new(),
+            pairs: SavedSlots::new(Vec::new()),
+            near_walls: SavedSlots::new(Vec::new()),
+            particles,
+            bodies,
+            first: (0, 0),
+            liquid_left: LiquidLeft::default(),
+        }
+    }
+
     /// For the statement of the scene: so that a run that goes on finds the same start.
     pub(super) fn started_from(&self) -> StartedFrom {
         let state = format!("step {}, checksum {:08x}", self.head.step, self.checksum);
         StartedFrom {
             folder: self.folder.clone(),
-            checkpoint: self.checkpoint.clone(),
+            files: self.files.clone(),
             key: self.key.clone(),
             statement: (format!("state of {}", self.key), state),
         }

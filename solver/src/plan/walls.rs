@@ -7,11 +7,12 @@ use mercury_common::scene::{
 };
 
 use super::meshes;
+use super::start_from_frame::EarlierWalls;
 use mercury_engine::neighbours::Images;
 use mercury_engine::state::MaterialIndex;
 use mercury_engine::walls::{
-    Area, Component, Cone, Cylinder, Disc, Motion, MotionTable, Plane, Ramp, Revolution, Servo,
-    Shape, Side, SphereShell, Target, Wall, WallError,
+    Area, Component, Cone, Cylinder, Disc, Motion, MotionTable, Plane, Pose, Ramp, Revolution,
+    Servo, Shape, Side, SphereShell, Target, Wall,
 };
 
 /// Most walls: the contact loop numbers them with 16 bits.
@@ -20,10 +21,13 @@ const MOST_WALLS: usize = 1 << 16;
 /// A cylinder may be shorter than a period by this part of it and still spans it.
 const SPANS: f64 = 1e-9;
 
-/// All walls that can be built, in the order of the file, faces of boxes in the order -x +x -y +y -z +z.
+/// All walls that can be built, in the order of the file, faces of boxes in the order -x +x -y +y -z +z. `then`: where walls of another run
+/// stood, from which this one starts.
 pub(super) fn walls(
     scene: &Scene,
+    then: &EarlierWalls,
     warnings: &mut Vec<String>,
+    remarks: &mut Vec<String>,
     errors: &mut Vec<SceneError>,
 ) -> Vec<Wall> {
     let mut planned = Vec::new();
@@ -31,87 +35,48 @@ pub(super) fn walls(
         let Some(motion) = motion(wall, errors) else {
             continue;
         };
-        let origin = motion_origin(wall);
-        let mut add = |name: String, shape: Result<Shape, WallError>, own: DVec3| match shape {
-            Ok(shape) if let Some(error) = out_of_reach(wall, &shape, &scene.domain) => {
-                errors.push(error);
-            }
-            Ok(shape) => planned.push(Wall {
-                name,
-                material: MaterialIndex::new(wall.material.0 as u32),
-                shape,
-                motion: motion.clone(),
-                from: *wall.from,
-                until: wall.until.as_deref().copied().unwrap_or(f64::INFINITY),
-                reference: origin.unwrap_or(own),
-            }),
-            Err(error) => errors.push(wall.place.error(error.to_string())),
-        };
-        let name = wall.name.value.clone();
-        match &wall.shape {
+        let name = &wall.name.value;
+        let parts: Vec<(String, Option<Face>)> = match &wall.shape {
             SceneShape::Box { sides } => {
-                for &face in sides {
-                    let (point, normal) = face_plane(face, &scene.domain);
-                    let shape = Plane::new(point, normal).map(Shape::Plane);
-                    add(format!("{name}.{}", face.name()), shape, DVec3::ZERO);
+                let part = |face: &Face| (format!("{name}.{}", face.name()), Some(*face));
+                sides.iter().map(part).collect()
+            }
+            _ => vec![(name.clone(), None)],
+        };
+        for (name, face) in parts {
+            let stated = shape(wall, face, &scene.domain, Place::AS_STATED, warnings);
+            let pose = stated
+                .as_ref()
+                .ok()
+                .and_then(|(shape, _)| then.pose_of(&name, shape));
+            let placed = match pose {
+                None => stated,
+                Some(pose) => {
+                    remarks.push(format!("walls.{name}: it stands where it was in that run"));
+                    shape(
+                        wall,
+                        face,
+                        &scene.domain,
+                        Place(Some(pose)),
+                        &mut Vec::new(),
+                    )
                 }
-            }
-            SceneShape::Plane { point, normal } => {
-                let shape = Plane::new(**point, **normal).map(Shape::Plane);
-                add(name, shape, **point);
-            }
-            SceneShape::Disc {
-                axis,
-                origin,
-                radius,
-            } => {
-                let shape = Disc::new(**axis, **origin, **radius).map(Shape::Disc);
-                add(name, shape, **origin);
-            }
-            SceneShape::Cylinder {
-                axis,
-                origin,
-                radius,
-                along,
-                side: at,
-            } => {
-                let along = along.as_deref().copied();
-                let shape = Cylinder::new(**axis, **origin, **radius, along, side(*at));
-                add(name, shape.map(Shape::Cylinder), **origin);
-            }
-            SceneShape::Cone {
-                axis,
-                origin,
-                along,
-                radii,
-                side: at,
-            } => {
-                let shape = Cone::new(**axis, **origin, **along, **radii, side(*at));
-                add(name, shape.map(Shape::Cone), **origin);
-            }
-            SceneShape::Sphere {
-                origin,
-                radius,
-                side: at,
-            } => {
-                let shape = SphereShell::new(**origin, **radius, side(*at)).map(Shape::Sphere);
-                add(name, shape, **origin);
-            }
-            SceneShape::Revolution {
-                axis,
-                origin,
-                profile,
-                side: at,
-            } => {
-                let shape = Revolution::new(**axis, **origin, profile, side(*at));
-                add(name, shape.map(Shape::Revolution), **origin);
-            }
-            SceneShape::Mesh { mesh, side } => match meshes::mesh(mesh, *side, warnings)
-                .and_then(|shape| meshes::fit_to_wear(mesh, wall.wear.as_ref(), shape))
-            {
-                Ok(shape) => add(name, Ok(shape), DVec3::ZERO),
+            };
+            match placed {
+                Ok((shape, _)) if let Some(error) = out_of_reach(wall, &shape, &scene.domain) => {
+                    errors.push(error);
+                }
+                Ok((shape, own)) => planned.push(Wall {
+                    name,
+                    material: MaterialIndex::new(wall.material.0 as u32),
+                    shape,
+                    motion: motion.clone(),
+                    from: *wall.from,
+                    until: wall.until.as_deref().copied().unwrap_or(f64::INFINITY),
+                    reference: motion_origin(wall).unwrap_or(own),
+                }),
                 Err(error) => errors.push(error),
-            },
+            }
         }
     }
     if planned.len() > MOST_WALLS {
@@ -119,6 +84,99 @@ pub(super) fn walls(
         errors.push(scene.place.error(message));
     }
     planned
+}
+
+/// Where a wall begins: where the scene has it, or elsewhere.
+#[derive(Clone, Copy)]
+struct Place<'a>(Option<&'a Pose>);
+
+impl Place<'_> {
+    const AS_STATED: Self = Self(None);
+
+    fn point(self, x: DVec3) -> DVec3 {
+        self.0.map_or(x, |pose| pose.to_global(x))
+    }
+
+    fn direction(self, v: DVec3) -> DVec3 {
+        self.0.map_or(v, |pose| pose.rotation * v)
+    }
+}
+
+/// The surface of a wall, of boxes of one face, and the point about which its torque is given unless it turns.
+fn shape(
+    wall: &SceneWall,
+    face: Option<Face>,
+    domain: &Domain,
+    at: Place<'_>,
+    warnings: &mut Vec<String>,
+) -> Result<(Shape, DVec3), SceneError> {
+    let plane = |point, normal| Plane::new(at.point(point), at.direction(normal)).map(Shape::Plane);
+    let (shape, own) = match &wall.shape {
+        SceneShape::Box { .. } => {
+            let (point, normal) = match face {
+                Some(face) => face_plane(face, domain),
+                None => (DVec3::ZERO, DVec3::ZERO),
+            };
+            (plane(point, normal), DVec3::ZERO)
+        }
+        SceneShape::Plane { point, normal } => (plane(**point, **normal), **point),
+        SceneShape::Disc {
+            axis,
+            origin,
+            radius,
+        } => {
+            let shape = Disc::new(at.direction(**axis), at.point(**origin), **radius);
+            (shape.map(Shape::Disc), **origin)
+        }
+        SceneShape::Cylinder {
+            axis,
+            origin,
+            radius,
+            along,
+            side: inner,
+        } => {
+            let (axis, place) = (at.direction(**axis), at.point(**origin));
+            let along = along.as_deref().copied();
+            let shape = Cylinder::new(axis, place, **radius, along, side(*inner));
+            (shape.map(Shape::Cylinder), **origin)
+        }
+        SceneShape::Cone {
+            axis,
+            origin,
+            along,
+            radii,
+            side: inner,
+        } => {
+            let (axis, place) = (at.direction(**axis), at.point(**origin));
+            let shape = Cone::new(axis, place, **along, **radii, side(*inner));
+            (shape.map(Shape::Cone), **origin)
+        }
+        SceneShape::Sphere {
+            origin,
+            radius,
+            side: inner,
+        } => {
+            let shape = SphereShell::new(at.point(**origin), **radius, side(*inner));
+            (shape.map(Shape::Sphere), **origin)
+        }
+        SceneShape::Revolution {
+            axis,
+            origin,
+            profile,
+            side: inner,
+        } => {
+            let (axis, place) = (at.direction(**axis), at.point(**origin));
+            let shape = Revolution::new(axis, place, profile, side(*inner));
+            (shape.map(Shape::Revolution), **origin)
+        }
+        SceneShape::Mesh { mesh, side } => {
+            let shape = meshes::mesh(mesh, *side, |x| at.point(x), warnings)?;
+            let shape = meshes::fit_to_wear(mesh, wall.wear.as_ref(), shape)?;
+            (Ok(shape), DVec3::ZERO)
+        }
+    };
+    let shape = shape.map_err(|error| wall.place.error(error.to_string()))?;
+    Ok((shape, at.point(own)))
 }
 
 /// Gives cylinders that lie along a periodic axis and span it no ends: they and their images are one surface.

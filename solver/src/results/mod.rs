@@ -19,7 +19,7 @@ use mercury_common::formats::table_head::TableColumn;
 use mercury_common::frames::{ParticleColumns, ParticleFrame, Table as _};
 use mercury_common::particle_properties::{LIQUID_VOLUME, PARTICLE_PROPERTIES};
 use mercury_common::scene::{listed, nearest};
-use values::{Row, energies, particles, rows, slope};
+use values::{Row, energies, particles, rows, slope, slope_note};
 
 /// What is made of the values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -364,6 +364,16 @@ impl NamedResult {
             value,
             unit: self.unit(),
             problem,
+            note: value.and_then(|_| self.note(folder, prefix)),
+        }
+    }
+
+    /// What should be known of its value in a run.
+    #[must_use]
+    pub fn note(&self, folder: &Path, prefix: &str) -> Option<String> {
+        match self.function {
+            Function::Slope => slope_note(folder, prefix),
+            _ => None,
         }
     }
 

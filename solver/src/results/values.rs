@@ -2,10 +2,13 @@
 
 use std::path::Path;
 
+use glam::DVec3;
 use mercury_common::formats::ene::{self, EnergyReader};
 use mercury_common::formats::table_head::name as name_of;
-use mercury_common::frames::{Column, FLAG_FIXED, FrameReader};
+use mercury_common::frames::{Column, FLAG_FIXED, FrameReader, FramesHeader, WallReader};
+use mercury_common::readable::significant;
 use mercury_common::scene::{listed, nearest};
+use mercury_common::surfaces::Surface;
 
 /// The fields of a line of a table, a quote inside quotes doubled.
 fn fields(line: &str) -> Vec<String> {
@@ -185,6 +188,87 @@ pub(super) fn slope(folder: &Path, prefix: &str) -> Result<f64, String> {
     })
 }
 
+/// Largest kinetic energy of translation of a heap at rest, over m g d: ten times that with which `until_at_rest` ends a run.
+const STILL: f64 = 1e-5;
+
+/// What should be known of the slope of a heap: that it still moves, or that no grain has come to the rim of what it lies on.
+pub(super) fn slope_note(folder: &Path, prefix: &str) -> Option<String> {
+    let names = ["x", "y", "z", "radius", "vx", "vy", "vz"];
+    let columns = last_frame(folder, prefix, &names).ok()?;
+    let [x, y, z, radius, vx, vy, vz] = &columns[..] else {
+        return None;
+    };
+    let count = x.len() as f64;
+    let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / count;
+    let (x0, y0) = (mean(&mut x.iter().copied()), mean(&mut y.iter().copied()));
+    let diameter = 2.0 * mean(&mut radius.iter().copied());
+    let mut notes = Vec::new();
+
+    let path = folder.join(format!("{prefix}.particles.arrow"));
+    let header = FrameReader::open(&path).ok();
+    let header = header.and_then(|frames| FramesHeader::of(frames.schema()).ok());
+    let gravity = header
+        .and_then(|header| header.gravity)
+        .map_or(0.0, DVec3::length);
+    let squares = vx.iter().zip(vy).zip(vz);
+    let mut halves = squares.map(|((x, y), z)| 0.5 * (x * x + y * y + z * z));
+    let share = mean(&mut halves) / (gravity * diameter);
+    if share > STILL {
+        let share = significant(share, 2);
+        notes.push(format!(
+            "not at rest: the kinetic energy of the grains is {share} m g d"
+        ));
+    }
+
+    let lowest = z
+        .iter()
+        .zip(radius)
+        .map(|(z, r)| z - r)
+        .fold(f64::INFINITY, f64::min);
+    let distance = |row: usize| (x[row] - x0).hypot(y[row] - y0) + radius[row];
+    let foot = (0..x.len()).map(distance).fold(0.0, f64::max);
+    if let Some((name, rim)) = plate_under(folder, prefix, DVec3::new(x0, y0, lowest), diameter)
+        // A ring of the surface is a diameter wide.
+        && foot < rim - diameter
+    {
+        notes.push(format!(
+            "the heap ends at {} m from its axis and has not reached the rim of `{name}` at {} m: more grains make it higher",
+            significant(foot, 3),
+            significant(rim, 3)
+        ));
+    }
+    (!notes.is_empty()).then(|| notes.join("; "))
+}
+
+/// Name and radius (m) of the horizontal disc about the axis through `foot` on which a heap lies, its centre to a diameter of a grain.
+fn plate_under(folder: &Path, prefix: &str, foot: DVec3, diameter: f64) -> Option<(String, f64)> {
+    let walls = WallReader::open(folder.join(format!("{prefix}.walls.arrow"))).ok()?;
+    let last = walls.frame(walls.frames().len().checked_sub(1)?).ok()?;
+    let all = walls.header().walls.iter().zip(walls.layout());
+    let all = all.zip(last.placement.iter().zip(&last.present));
+    let mut plates = all.filter_map(|((name, surface), (place, present))| {
+        let Surface::Turned {
+            origin,
+            direction,
+            profile,
+            endless: false,
+            ..
+        } = surface
+        else {
+            return None;
+        };
+        let level = profile.first()?.y;
+        let is_flat = profile.iter().all(|corner| corner.y == level);
+        let centre = place.rotation * (*origin + *direction * level) + place.translation;
+        let is_level = (place.rotation * *direction).z.abs() > 1.0 - 1e-9;
+        let rim = profile.iter().map(|corner| corner.x).fold(0.0, f64::max);
+        let is_under = (centre.z - foot.z).abs() < diameter
+            && (centre.x - foot.x).hypot(centre.y - foot.y) < diameter;
+        (*present && is_flat && is_level && is_under).then(|| (name.clone(), rim))
+    });
+    plates.next()
+}
+
 fn surface_slope(x: &[f64], y: &[f64], z: &[f64], radius: &[f64]) -> Option<f64> {
     let count = x.len() as f64;
     let mean = |values: &[f64]| values.iter().sum::<f64>() / count;
@@ -228,6 +312,12 @@ fn surface_slope(x: &[f64], y: &[f64], z: &[f64], radius: &[f64]) -> Option<f64>
 
 #[cfg(test)]
 mod tests {
+    use glam::{DQuat, DVec2};
+    use mercury_common::frames::{
+        ParticleColumns, ParticleFrame, ParticleWriter, WallFrame, WallWriter,
+    };
+    use mercury_common::surfaces::Placement;
+
     use super::*;
 
     #[test]
@@ -250,6 +340,77 @@ mod tests {
         assert!((angle - 30.0).abs() < 1e-9, "{angle}");
         assert_eq!(surface_slope(&x[..4], &y[..4], &z[..4], &[0.5; 4]), None);
         assert_eq!(surface_slope(&[], &[], &[], &[]), None);
+    }
+
+    /// A heap of 45 degrees whose outermost grains, at (5, 4) m, reach 0.5 m + sqrt(41) m = 6.903 m from the axis, on a plate with this rim (m), its grains with this speed (m/s).
+    fn note_of(rim: f64, speed: f64) -> Option<String> {
+        let folder = tempfile::tempdir().unwrap();
+        let header = FramesHeader {
+            walls: vec!["plate".to_owned()],
+            gravity: Some(DVec3::new(0.0, 0.0, -10.0)),
+            ..FramesHeader::default()
+        };
+        let mut frame = ParticleFrame::default();
+        for (x, y) in (-6..=6).flat_map(|x| (-6..=6).map(move |y| (f64::from(x), f64::from(y)))) {
+            let distance = x.hypot(y);
+            for layer in 0..7 {
+                let z = 0.5 + f64::from(layer);
+                if z <= 7.0 - distance {
+                    frame.id.push(frame.id.len() as u32);
+                    frame.position.push(DVec3::new(x, y, z));
+                    frame.velocity.push(DVec3::new(0.0, speed, 0.0));
+                }
+            }
+        }
+        let count = frame.id.len();
+        frame.radius = vec![0.5; count];
+        (frame.mass, frame.volume) = (vec![1.0; count], vec![1.0; count]);
+        (frame.material, frame.flags) = (vec![0; count], vec![0; count]);
+        let columns = ParticleColumns::default();
+        let path = folder.path().join("a.particles.arrow");
+        ParticleWriter::create(path, &header, &columns)
+            .unwrap()
+            .append(frame)
+            .unwrap();
+        let plate = Surface::Turned {
+            origin: DVec3::ZERO,
+            direction: DVec3::Z,
+            across: [DVec3::X, DVec3::Y],
+            profile: vec![DVec2::ZERO, DVec2::new(rim, 0.0)],
+            endless: false,
+        };
+        let walls = WallFrame {
+            present: vec![true],
+            placement: vec![Placement {
+                rotation: DQuat::IDENTITY,
+                translation: DVec3::ZERO,
+            }],
+            ..WallFrame::default()
+        };
+        let path = folder.path().join("a.walls.arrow");
+        WallWriter::create(path, &header, &vec![plate])
+            .unwrap()
+            .append(walls)
+            .unwrap();
+        // The highest grain of each ring lies on an axis, a diameter below that of the ring before.
+        assert!((slope(folder.path(), "a").unwrap() - 45.0).abs() < 1e-9);
+        slope_note(folder.path(), "a")
+    }
+
+    #[test]
+    fn a_heap_that_moves_or_has_not_reached_its_rim_says_so() {
+        // A ring is one diameter, 1 m, wide.
+        assert_eq!(note_of(7.9, 0.0), None);
+        let note = note_of(7.91, 0.0).unwrap();
+        assert!(note.contains("ends at 6.9 m"), "{note}");
+        assert!(note.contains("the rim of `plate` at 7.91 m"), "{note}");
+        // v^2/2 over g d is 1e-5 at 1.414 cm/s.
+        assert_eq!(note_of(7.9, 0.0141), None);
+        let note = note_of(7.9, 0.0142).unwrap();
+        assert!(
+            note.starts_with("not at rest: the kinetic energy of the grains is "),
+            "{note}"
+        );
     }
 
     #[test]

@@ -53,7 +53,7 @@ pub enum CheckpointError {
     AllDamaged(Vec<String>),
     /// It is of another scene.
     #[error(
-        "{}: the checkpoint is of another scene:\n  {}\nhelp: only {} may change before a run goes on; begin anew with --force, or write elsewhere with --output DIR",
+        "{}: the checkpoint is of another scene:\n  {}\nhelp: only {} may change before a run goes on; begin anew with --force, or write elsewhere with --output DIR; another scene starts from a state of this run with [[particles]] run = \"FOLDER\", at = TIME",
         path.display(), lines.join("\n  "), MAY_CHANGE.join(", ")
     )]
     OtherScene {
@@ -64,7 +64,7 @@ pub enum CheckpointError {
     },
     /// It is behind the end of the run.
     #[error(
-        "{}: the checkpoint is at t = {} s, behind time.end = {} s\nhelp: raise time.end, or begin anew with --force",
+        "{}: the checkpoint is at t = {} s, behind time.end = {} s\nhelp: raise time.end, or begin anew with --force; another run starts from a state in between with [[particles]] run = \"FOLDER\", at = TIME",
         path.display(), rounded(*time, 12), rounded(*end, 12)
     )]
     BehindEnd {

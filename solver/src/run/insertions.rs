@@ -1,6 +1,6 @@
 //! What insertions placed, and whether the sizes match the given distributions.
 
-use mercury_common::readable::rounded;
+use mercury_common::readable::{counted, rounded};
 
 use crate::plan::Plan;
 use mercury_engine::boundaries::mean_volume;
@@ -55,8 +55,12 @@ fn amounts(
         plan.physics().domain_max,
     );
     if plan.physics().dimensions == 3 && region > 0.0 && region.is_finite() {
-        let share = 100.0 * inserted.volume / region;
-        text += &format!(", {} % of its region's volume", rounded(share, 3));
+        let share = inserted.volume / region;
+        // A region out of which particles fall takes in more than its volume.
+        text += &match share > 1.0 {
+            true => format!(", {} times the volume of its region", rounded(share, 3)),
+            false => format!(", {} % of its region's volume", rounded(100.0 * share, 3)),
+        };
     }
     text += match state.limit {
         Limit::NotBegun => "; it has not begun",
@@ -71,7 +75,13 @@ fn amounts(
         Limit::Time => "; its time is over",
     };
     if state.failed_attempts > 0 {
-        text += &format!(", {} places were tried in vain", state.failed_attempts);
+        let places = counted(state.failed_attempts as usize, "place");
+        let were = if state.failed_attempts == 1 {
+            "was"
+        } else {
+            "were"
+        };
+        text += &format!(", {places} {were} tried in vain");
     }
     text
 }

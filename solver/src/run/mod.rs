@@ -52,6 +52,9 @@ use mercury_engine::step::{Engine, RunError, StartOptions};
 /// (`benches/busy.py`).
 const ALONE_BELOW: usize = 1_500;
 
+/// What the warning of a run begins with that was to come to rest and did not.
+const NOT_AT_REST: &str = "not at rest";
+
 /// From so many on a checkpoint takes tens of megabytes.
 const MANY_ROWS: usize = 100_000;
 
@@ -763,7 +766,9 @@ impl Run {
             report.summary.warnings.push(PICTURES_LEFT_OUT.to_owned());
         }
         if let (Some(rest), Some(Ending::Planned)) = (&self.rest, self.ended) {
-            report.not_at_rest = Some(rest.why_not(&self.engine));
+            let why = rest.why_not(&self.engine);
+            let warning = format!("{NOT_AT_REST}: {why}, at the end of the run");
+            report.summary.warnings.push(warning);
         }
         if report.summary.status == Status::Finished {
             let prefix = plan.outputs().prefix();

@@ -33,8 +33,6 @@ pub struct Report {
     pub exits: Vec<String>,
     /// A line for each servo: its target and the load that it held.
     pub servos: Vec<String>,
-    /// Why a run that should have ended at rest ended before.
-    pub not_at_rest: Option<String>,
     /// Times the candidate list was built.
     pub rebuilds: u64,
     /// Pairs listed at the end.
@@ -187,9 +185,6 @@ impl fmt::Display for Report {
         for line in &self.servos {
             writeln!(f, "  servo      {line}")?;
         }
-        if let Some(why) = &self.not_at_rest {
-            writeln!(f, "  rest       not before the end: {why}")?;
-        }
         for (name, result) in &s.results {
             match (result.value, &result.problem) {
                 (Some(value), _) => {
@@ -198,11 +193,10 @@ impl fmt::Display for Report {
                         unit => unit,
                     };
                     let value = significant(value, 6);
-                    writeln!(
-                        f,
-                        "  result     {}",
-                        format!("{name} = {value} {unit}").trim_end()
-                    )?;
+                    let value = format!("{name} = {value} {unit}");
+                    let note = result.note.iter().map(|note| format!(" ({note})"));
+                    let note: String = note.collect();
+                    writeln!(f, "  result     {}{note}", value.trim_end())?;
                 }
                 (None, problem) => {
                     let problem = problem.as_deref().unwrap_or_default();
@@ -300,7 +294,6 @@ pub(super) fn report(
         insertions: insertions::reported(plan, engine.boundaries(), &have_places),
         servos: servos::reported(engine),
         exits: exit_report::reported(plan, engine, options),
-        not_at_rest: None,
         share_alone: looped.alone as f64 / looped.particle_steps.max(1) as f64,
         rebuilds,
         listed,

@@ -80,7 +80,10 @@ impl StudyTable {
             if *state == State::Finished {
                 let folder = study.folder.join(&run.name);
                 match summary(&folder) {
-                    Ok(numbers) => row.extend(numbers),
+                    Ok((numbers, warnings)) => {
+                        say(&mut row, &warnings);
+                        row.extend(numbers);
+                    }
                     Err(problem) => problems.push(format!("{}: {problem}", run.name)),
                 }
                 for result in &study.results {
@@ -99,6 +102,10 @@ impl StudyTable {
                         format!("{value:?}")
                     };
                     row.push((result.name.clone(), text));
+                    let note = result.note(&folder, prefix);
+                    let note = note.filter(|_| !value.is_nan());
+                    let note = note.map(|note| format!("{}: {note}", result.name));
+                    say(&mut row, note.as_slice());
                 }
             }
             cells.push(row);
@@ -246,8 +253,24 @@ pub(super) fn plain(value: Option<&str>) -> String {
     inner.unwrap_or(value).to_owned()
 }
 
-/// The numbers of `summary.json`, `energy_kinetic` for those inside others.
-fn summary(folder: &Path) -> Result<Vec<(String, String)>, String> {
+/// Adds to what is wrong with a run.
+fn say(row: &mut [(String, String)], more: &[String]) {
+    let problem = row.iter_mut().find(|(name, _)| name == "problem");
+    if let Some((_, problem)) = problem {
+        for text in more {
+            if !problem.is_empty() {
+                *problem += "; ";
+            }
+            *problem += text;
+        }
+    }
+}
+
+/// Numbers by name, and warnings.
+type Summary = (Vec<(String, String)>, Vec<String>);
+
+/// The numbers of `summary.json`, `energy_kinetic` for those inside others, and its warnings.
+fn summary(folder: &Path) -> Result<Summary, String> {
     let path = folder.join("summary.json");
     let failed = |error: String| format!("{}: {error}", path.display());
     let text = fs::read_to_string(&path).map_err(|error| lost(&path, &error))?;
@@ -255,9 +278,12 @@ fn summary(folder: &Path) -> Result<Vec<(String, String)>, String> {
         serde_json::from_str(&text).map_err(|error| failed(error.to_string()))?;
     let mut numbers = Vec::new();
     collect(&value, "", &mut numbers);
-    let warnings = value["warnings"].as_array().map_or(0, Vec::len);
-    numbers.push(("warnings".to_owned(), warnings.to_string()));
-    Ok(numbers)
+    let warnings = value["warnings"].as_array().into_iter().flatten();
+    let warnings: Vec<String> = warnings
+        .filter_map(|warning| warning.as_str().map(str::to_owned))
+        .collect();
+    numbers.push(("warnings".to_owned(), warnings.len().to_string()));
+    Ok((numbers, warnings))
 }
 
 fn collect(value: &serde_json::Value, path: &str, numbers: &mut Vec<(String, String)>) {

@@ -224,3 +224,56 @@ fn a_run_without_frames_takes_some_room_all_the_same() {
     let output = solve(folder.path(), &["ball.toml", "--check"]);
     assert!(said(&output).contains("about 10 kB"), "{}", said(&output));
 }
+
+/// A filling is a fraction of the volume of a region within the domain: here of a ball of 20 mm, and of the half of it that is in the domain.
+#[test]
+fn a_filling_is_a_fraction_of_a_region() {
+    let scene = |total: &str, origin: &str| {
+        format!(
+            "[time]\nend = 1e-3\nstep = 1e-5\n[domain]\nmin = [0, 0, 0]\nmax = [0.1, 0.1, 0.1]\n\
+            [materials.m]\ndensity = 2500\nnormal = {{ law = \"linear\", stiffness = 1e3, restitution = \"50 %\" }}\n\
+            [[regions]]\nname = \"ball\"\nregion = {{ shape = \"sphere\", origin = {origin}, radius = 0.02 }}\n\
+            [[insertions]]\nregion = {{ shape = \"box\", min = [0, 0, 0.04], max = [0.1, 0.1, 0.1] }}\nmaterial = \"m\"\n\
+            psd = {{ kind = \"monodisperse\", diameter = 2e-3 }}\ntotal = {{ {total} }}\n[output]\ninterval = 1e-3\n"
+        )
+    };
+    let ball = 4.0 / 3.0 * std::f64::consts::PI * 8e-6;
+    for (total, origin, volume) in [
+        (
+            "fill = 0.4, of = \"ball\"",
+            "[0.05, 0.05, 0.05]",
+            0.4 * ball,
+        ),
+        (
+            "fill = \"10 %\"",
+            "[0.05, 0.05, 0.05]",
+            0.1 * 0.1 * 0.1 * 0.06,
+        ),
+        ("fill = 0.4, of = \"ball\"", "[0.05, 0.05, 0]", 0.2 * ball),
+    ] {
+        // Shapes that lie wholly in the domain are exact, parts of them are summed by cells, to about a thousandth.
+        let error = if origin.ends_with(", 0]") {
+            2e-3
+        } else {
+            1e-12
+        };
+        let folder = folder_with("fill.toml", &scene(total, origin));
+        let output = solve(folder.path(), &["fill.toml", "--check", "--json"]);
+        let text = said(&output);
+        let plan: serde_json::Value =
+            serde_json::from_str(&text).unwrap_or_else(|_| panic!("{text}"));
+        let found = plan["insertions"][0]["total"]["volume"].as_f64();
+        let found = found.unwrap_or_else(|| panic!("{plan}"));
+        assert!(
+            (found - volume).abs() < error * volume,
+            "{total}: {found} for {volume}"
+        );
+    }
+    let wrong = scene("fill = 0.4, of = \"bal\"", "[0.05, 0.05, 0.05]");
+    let folder = folder_with("fill.toml", &wrong);
+    let output = solve(folder.path(), &["fill.toml", "--check"]);
+    let text = errors(&output);
+    let refused = "fill.toml:17:28: insertions[0].total.of: there is no region \"bal\"";
+    assert!(text.starts_with(refused), "{text}");
+    assert!(text.contains("help: did you mean `ball`?"), "{text}");
+}

@@ -560,3 +560,198 @@ fn liquid_of_bridges_that_do_not_go_on_goes_to_films() {
         }
     }
 }
+
+/// A ball flies freely past a plate that is pushed and a disc that turns; a second ball is in contact with the floor.
+const MOVING: &str = r#"
+[time]
+end = END
+step = 2e-5
+[domain]
+min = [0, 0, 0]
+max = [0.1, 0.1, 0.1]
+[materials.m]
+density = 2000
+normal = { law = "linear", stiffness = 1e3, restitution = 0.5 }
+tangential = { law = "linear", stiffness_ratio = 0.3, friction = 0.5 }
+[[walls]]
+name = "floor"
+shape = "plane"
+point = [0, 0, 0]
+normal = [0, 0, 1]
+material = "m"
+[[walls]]
+name = "plate"
+shape = "plane"
+point = [0.09, 0, 0]
+normal = [-1, 0, 0]
+material = "m"
+motion = [{ kind = "translation", velocity = [-0.1, 0, 0] }]
+[[walls]]
+name = "disc"
+shape = "disc"
+axis = [0, 0, 1]
+origin = [0.05, 0.05, 0.08]
+radius = 0.01
+material = "m"
+motion = [{ kind = "rotation", axis = [0, 1, 0], origin = [0.05, 0.05, 0.09], angular_velocity = 2.0 }]
+[output]
+interval = 0.02
+pictures = false
+"#;
+
+/// At a time between two frames a run starts from the nearer one, with the walls where they were: v t and omega t after their start.
+#[test]
+fn a_time_in_between_gives_grains_and_walls_of_then() {
+    use mercury_common::surfaces::Surface;
+    let balls = "[[particles]]\nmaterial = \"m\"\nradius = 0.005\nposition = [0.02, 0.02, 0.04]\nvelocity = [0.1, 0.2, 0]\n\
+        [[particles]]\nmaterial = \"m\"\nradius = 0.005\nposition = [0.02, 0.08, 0.004999]\nfixed = true\n";
+    let scene = |end: f64, grains: &str| MOVING.replace("END", &format!("{end:?}")) + grains;
+    let from = |at: &str| {
+        scene(
+            0.02,
+            &format!("[[particles]]\nrun = \"first\"\nat = {at}\n"),
+        )
+    };
+    let renamed = from("0.043").replace("\"plate\"", "\"other\"");
+    let folder = folder_with(&[
+        ("first.toml", scene(0.1, balls)),
+        ("middle.toml", from("0.043")),
+        ("end.toml", from("0.1")),
+        ("beyond.toml", from("0.3")),
+        ("renamed.toml", renamed),
+        ("last.toml", scene(0.02, FROM_RUN)),
+    ]);
+    let path = folder.path();
+    must_run(path, &["first.toml"]);
+
+    // The nearest frame is that of 0.04 s.
+    let time = 0.04;
+    let plan = planned(path, "middle.toml");
+    let ball = &plan.physics().particles[0];
+    let place = DVec3::new(0.02 + 0.1 * time, 0.02 + 0.2 * time, 0.04);
+    // 2,000 steps, each with a rounding of a number below 0.1.
+    assert!(
+        (ball.position - place).length() < 2000.0 * 2e-17,
+        "{}",
+        ball.position
+    );
+    assert_eq!(ball.velocity, DVec3::new(0.1, 0.2, 0.0));
+    assert!(plan.physics().particles[1].fixed);
+    let outline = |plan: &Plan, index: usize| plan.physics().walls[index].shape.outline();
+    let Surface::Plane { point, normal } = outline(&plan, 1) else {
+        panic!("a plane");
+    };
+    assert_eq!(normal, DVec3::NEG_X);
+    // Any point of a plane may stand for it.
+    assert!((point.x - (0.09 - 0.1 * time)).abs() < 1e-15, "{point}");
+    let Surface::Turned {
+        origin,
+        direction,
+        profile,
+        ..
+    } = outline(&plan, 2)
+    else {
+        panic!("a disc");
+    };
+    // A turn about y by omega t = 0.08, about a point 0.01 m above the disc.
+    let (sin, cos) = (libm::sin(0.08), libm::cos(0.08));
+    assert!((direction.cross(DVec3::new(sin, 0.0, cos))).length() < 1e-15);
+    let centre = origin + direction * profile[0].y;
+    let expected = DVec3::new(0.05 - 0.01 * sin, 0.05, 0.09 - 0.01 * cos);
+    assert!((centre - expected).length() < 1e-15, "{centre} {expected}");
+    let remarks = plan.notes().remarks().join("\n");
+    assert!(remarks.contains("at t = 0.04 s"), "{remarks}");
+    assert!(
+        remarks.contains("a frame has no contacts, all begin anew"),
+        "{remarks}"
+    );
+    assert!(
+        remarks.contains("walls.plate: it stands where it was in that run"),
+        "{remarks}"
+    );
+    assert!(!remarks.contains("walls.floor"), "{remarks}");
+    // The motions go on from there.
+    must_run(path, &["middle.toml"]);
+    let rows = fs::read_to_string(path.join("middle/middle.walls.csv")).unwrap();
+    assert!(rows.lines().count() > 3);
+
+    // At the end there is a checkpoint as well as a frame: contacts go on.
+    let end = planned(path, "end.toml");
+    let remarks = end.notes().remarks().join("\n");
+    assert!(remarks.contains("at t = 0.1 s"), "{remarks}");
+    assert!(!remarks.contains("a frame has no contacts"), "{remarks}");
+    let Surface::Plane { point, .. } = outline(&end, 1) else {
+        panic!("a plane");
+    };
+    assert!((point.x - 0.08).abs() < 1e-15, "{point}");
+    assert!(
+        end.notes().warnings().is_empty(),
+        "{:?}",
+        end.notes().warnings()
+    );
+
+    // Behind the end the last state is taken, with a warning; another wall begins where the scene has it, and so do all without `at`.
+    let beyond = planned(path, "beyond.toml").notes().warnings().join("\n");
+    assert!(
+        beyond.contains("that run has no state behind t = 0.1 s"),
+        "{beyond}"
+    );
+    for scene in ["renamed.toml", "last.toml"] {
+        let Surface::Plane { point, .. } = outline(&planned(path, scene), 1) else {
+            panic!("a plane");
+        };
+        assert_eq!(point.x, 0.09, "{scene}");
+    }
+
+    // A run that is of another scene cannot go on, and the message says what can be done.
+    let output = solve(
+        path,
+        &["first.toml", "--resume", "--set", "materials.m.density=1"],
+    );
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let help = "another scene starts from a state of this run with [[particles]] run = \"FOLDER\", at = TIME";
+    assert!(said.contains(help), "{said}");
+}
+
+/// Bodies come from a frame as well as spheres; a prescribed motion is in no frame.
+#[test]
+fn a_frame_has_bodies_and_no_prescribed_motion() {
+    let prescribed = GRAINS
+        .rfind("[[particles]]\nmaterial = \"grain\"\nradius = 0.003\nposition = [0.025, 0.025")
+        .unwrap();
+    let at = "[[particles]]\nrun = \"first\"\nat = 0.02\n";
+    let interval = |text: String| text.replace("interval = 0.1", "interval = 0.02");
+    let folder = folder_with(&[
+        ("first.toml", interval(bed(0.04, &GRAINS[..prescribed]))),
+        ("second.toml", interval(bed(0.02, at))),
+        ("whole.toml", interval(bed(0.02, &GRAINS[..prescribed]))),
+    ]);
+    let path = folder.path();
+    must_run(path, &["first.toml"]);
+    must_run(path, &["whole.toml"]);
+    // The checkpoint of a run that ends at that time has the same grains.
+    let start = Engine::new(Arc::new(planned(path, "second.toml")), 1).unwrap();
+    let mut whole = Engine::new(Arc::new(planned(path, "whole.toml")), 1).unwrap();
+    while whole.steps() < whole.physics().steps {
+        whole.step(None).unwrap();
+    }
+    whole.complete_step().unwrap();
+    assert!(!start.particles.bodies().is_empty());
+    // Positions in frames have all their bits; those of pebbles follow from the body.
+    assert!(farthest(&whole.particles, &start.particles) < 1e-15);
+    for ([_, v, w], [_, v_now, w_now]) in grains(&whole.particles)
+        .iter()
+        .zip(&grains(&start.particles))
+    {
+        assert!((*v - *v_now).length() <= 1e-14 * v.length(), "{v} {v_now}");
+        assert!((*w - *w_now).length() <= 1e-13 * w.length(), "{w} {w_now}");
+    }
+
+    fs::write(path.join("first.toml"), interval(bed(0.04, GRAINS))).unwrap();
+    must_run(path, &["first.toml", "--force"]);
+    let said = refusal(path, "second.toml");
+    assert!(
+        said.contains("have a prescribed motion, which frames do not hold"),
+        "{said}"
+    );
+}

@@ -565,3 +565,25 @@ fn nothing_is_drawn_of_runs_that_all_failed() {
     assert!(errors.contains("2 of 2 runs failed"), "{errors}");
     assert!(!folder.path().join("ball-study/study.push.svg").exists());
 }
+
+/// A run that was to come to rest and did not has a warning, and the table says which.
+#[test]
+fn a_run_that_is_not_at_rest_says_so_in_the_table() {
+    let folder = folder();
+    let scene = SCENE.replace("step = 1e-5", "step = 1e-5\nuntil_at_rest = true");
+    fs::write(folder.path().join("ball.toml"), scene).unwrap();
+    let arguments = ["ball.toml", "--sweep", "seed=1,2"];
+    let (code, _, errors) = solve(folder.path(), &arguments);
+    assert_eq!(code, Some(0), "{errors}");
+    let study = folder.path().join("ball-study");
+    assert_eq!(column(&study, "status"), ["finished", "finished"]);
+    let text = fs::read_to_string(study.join("study.csv")).unwrap();
+    let rows: Vec<&str> = text.lines().skip(1).collect();
+    for row in rows {
+        assert!(
+            row.contains("\"not at rest: the kinetic energy per particle is "),
+            "{row}"
+        );
+        assert!(row.ends_with(",1"), "one warning: {row}");
+    }
+}

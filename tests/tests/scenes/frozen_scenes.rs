@@ -4,11 +4,10 @@
 
 use std::path::{Path, PathBuf};
 
-use mercury_common::scene::SceneErrors;
+use mercury_common::scene::{Files, SceneErrors};
 use mercury_solver::output::folder;
 use mercury_solver::output::summary::Status;
-use mercury_solver::plan::read_scene;
-use mercury_solver::plan::{Plan, plan, refusal};
+use mercury_solver::plan::{Plan, all_mistakes, plan, read_scene, refusal};
 use mercury_solver::run::{RunOptions, run};
 
 fn folder_of(kind: &str) -> PathBuf {
@@ -41,7 +40,12 @@ fn complaint(path: &Path) -> String {
         folder_of("bad").display(),
         std::path::MAIN_SEPARATOR
     );
-    match planned(path) {
+    let text = || std::fs::read_to_string(path).unwrap_or_default();
+    let planned = match read_scene(path, &[]) {
+        Ok(scene) => plan(&scene),
+        Err(errors) => Err(all_mistakes(errors, path, &text(), &[], &Files::MustExist)),
+    };
+    match planned {
         Ok(_) => "no error\n".to_owned(),
         Err(errors) => refusal(&errors).replace(&folder, "") + "\n",
     }

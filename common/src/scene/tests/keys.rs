@@ -190,7 +190,7 @@ fn look(
                 Kind::Table(_) | Kind::Named(_) => Some(("1".to_owned(), "expected a table")),
                 Kind::List(..) => Some(("1".to_owned(), "expected a list")),
                 kind => match kind.unit() {
-                    Some("") => with_unit(example(key), "m").map(|text| (text, "got a string")),
+                    Some("") => with_unit(example(key), "m").map(|text| (text, ", a length")),
                     Some(_) => {
                         with_unit(example(key), "parsec").map(|text| (text, "there is no unit"))
                     }

@@ -37,8 +37,13 @@ fn good(overrides: &[&str]) -> Scene {
     with(overrides).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-fn total(scene: &Scene) -> Total {
-    scene.insertions[0].total.as_ref().expect("a total").value
+fn total(scene: &Scene) -> Target {
+    scene.insertions[0]
+        .total
+        .as_ref()
+        .expect("a total")
+        .value
+        .clone()
 }
 
 #[test]
@@ -71,15 +76,15 @@ fn keys_are_replaced_and_added() {
 fn entries_of_lists_go_by_index_and_by_name() {
     assert_eq!(
         total(&good(&["insertions[0].total.number=10"])),
-        Total::Number(10)
+        Target::Of(Total::Number(10))
     );
     assert_eq!(
         total(&good(&["insertions.rain.total.number=10"])),
-        Total::Number(10)
+        Target::Of(Total::Number(10))
     );
     assert_eq!(
         total(&good(&["insertions.rain.total={ mass = 0.5 }"])),
-        Total::Mass(0.5)
+        Target::Of(Total::Mass(0.5))
     );
     assert_eq!(
         *good(&["domain.max[2]=2.5"]).domain.max,
@@ -290,7 +295,7 @@ plane = { point = [0, 0, 0], normal = [0, 0, 1] }
     // By its number it can be set.
     let scene = parse(&["insertions.0.total.number=7".to_owned()])
         .unwrap_or_else(|errors| panic!("{errors}"));
-    assert_eq!(total(&scene), Total::Number(7));
+    assert_eq!(total(&scene), Target::Of(Total::Number(7)));
 }
 
 #[test]

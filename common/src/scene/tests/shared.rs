@@ -77,8 +77,8 @@ fn all_keys_arrive() {
     let feed = &scene.insertions[0];
     assert_eq!(feed.mixture.len(), 2);
     assert_eq!(
-        feed.total.as_ref().map(|total| total.value),
-        Some(Total::Mass(0.5))
+        feed.total.as_ref().map(|total| &total.value),
+        Some(&Target::Of(Total::Mass(0.5)))
     );
     assert_eq!(*feed.attempts, 1000);
     assert_eq!(scene.output.track[0].value, "first");

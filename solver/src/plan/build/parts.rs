@@ -8,7 +8,7 @@ use crate::plan::fluxes::fluxes;
 use crate::plan::insertions::{deletions, insertions};
 use crate::plan::membranes::{Sheets, membranes};
 use crate::plan::particles::{StartingParticles, starting_particles};
-use crate::plan::regions::regions;
+use crate::plan::regions::{Room, regions};
 use crate::plan::sprays::sprays;
 use crate::plan::usage::{MaterialUse, material_uses};
 use crate::plan::walls::walls;
@@ -50,14 +50,16 @@ impl Parts {
             Dimensions::Two => 2,
             Dimensions::Three => 3,
         };
-        let walls = walls(scene, warnings, errors);
         let clumps = crate::plan::clumps::clumps(scene, warnings, remarks, errors);
         let mut start = starting_particles(scene, clumps.as_deref(), most_sites, warnings, errors);
         remarks.append(&mut start.remarks);
-        let insertions = insertions(scene, clumps.as_deref(), dimensions, warnings, errors);
+        let walls = walls(scene, &start.walls, warnings, remarks, errors);
+        let room = Room::of(scene, &start);
+        let clumps_of = clumps.as_deref();
+        let insertions = insertions(scene, &room, clumps_of, dimensions, warnings, errors);
         let clumps = clumps.unwrap_or_default();
         let sprays = sprays(scene, &walls, dimensions, warnings, errors);
-        let regions = regions(scene, &start, warnings, errors);
+        let regions = regions(scene, &room, warnings, errors);
         let deletions = deletions(scene, warnings, errors);
         let fluxes = fluxes(scene, errors);
         let fields = fields(scene, &start, &clumps, &insertions, warnings, errors);

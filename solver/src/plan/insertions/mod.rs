@@ -9,13 +9,14 @@ mod space;
 use mercury_common::error::FormatError;
 use mercury_common::scene::{
     Body, Component, Insertion, Located, Method, Psd, Quantity, Rate as SceneRate, Scene,
-    SceneError, SizeLaw, Total,
+    SceneError, SizeLaw, Target, Total, listed, nearest,
 };
 use mercury_common::sizes::{SizeDistribution, SizeError};
 
+use super::regions::Room;
 use mercury_engine::bodies::Clump;
 use mercury_engine::boundaries::{
-    DeletionPlan, Ingredient, InsertionPlan, Rate, Space, mean_volume,
+    DeletionPlan, Ingredient, InsertionPlan, Rate, Region, Space, mean_volume,
 };
 use mercury_engine::state::MaterialIndex;
 
@@ -30,6 +31,7 @@ use space::{ALMOST_ALL, check_large, check_room, spheres};
 /// All insertions that can be planned, in the order of the file. No `clumps`: they could not be read.
 pub(super) fn insertions(
     scene: &Scene,
+    room: &Room,
     clumps: Option<&[Clump]>,
     dimensions: u8,
     warnings: &mut Vec<String>,
@@ -38,7 +40,9 @@ pub(super) fn insertions(
     scene
         .insertions
         .iter()
-        .filter_map(|insertion| plan_one(scene, insertion, clumps, dimensions, warnings, errors))
+        .filter_map(|insertion| {
+            plan_one(scene, insertion, room, clumps, dimensions, warnings, errors)
+        })
         .collect()
 }
 
@@ -63,6 +67,7 @@ pub(super) fn deletions(
 fn plan_one(
     scene: &Scene,
     insertion: &Insertion,
+    room: &Room,
     clumps: Option<&[Clump]>,
     dimensions: u8,
     warnings: &mut Vec<String>,
@@ -121,7 +126,11 @@ fn plan_one(
     for ingredient in &mut mixture {
         ingredient.share /= sum;
     }
-    let total = insertion.total.as_ref().map(|total| total.value);
+    let own = region(&insertion.region, warnings, errors);
+    let total = match &insertion.total {
+        Some(target) => Some(total_of(scene, target, own.as_ref(), room, errors)?),
+        None => None,
+    };
     let rate = insertion.rate.as_ref().and_then(|rate| {
         let steady = |quantity, per_second| {
             Some(Rate::Steady {
@@ -150,7 +159,7 @@ fn plan_one(
             },
         }
     });
-    let region = region(&insertion.region, warnings, errors)?;
+    let region = own?;
     if errors.len() == before {
         let space = Space {
             domain: (*scene.domain.min, *scene.domain.max),
@@ -193,6 +202,42 @@ fn plan_one(
         attempts: (*insertion.attempts).max(1),
         closing: Vec::new(),
     })
+}
+
+/// What an insertion ends with; `own`: its region.
+fn total_of(
+    scene: &Scene,
+    target: &Target,
+    own: Option<&Region>,
+    room: &Room,
+    errors: &mut Vec<SceneError>,
+) -> Option<Total> {
+    let (fraction, of) = match target {
+        Target::Of(total) => return Some(*total),
+        Target::Fill { fraction, of } => (fraction, of),
+    };
+    let Some(of) = of else {
+        return Some(Total::Volume(fraction * room.volume_of(own?.clone())));
+    };
+    let Some(named) = scene
+        .regions
+        .iter()
+        .find(|named| named.name.value == of.value)
+    else {
+        let error = of.error(format!("there is no region {:?}", of.value));
+        let names = || scene.regions.iter().map(|named| named.name.as_str());
+        errors.push(match nearest(&of.value, names()) {
+            Some(near) => error.with_help(format!("did you mean `{near}`?")),
+            None if scene.regions.is_empty() => {
+                error.with_help("an entry of [[regions]] with this name is needed")
+            }
+            None => error.with_help(format!("there are: {}", listed(names()))),
+        });
+        return None;
+    };
+    // What is wrong with the region is reported where it is counted.
+    let region = region(&named.region, &mut Vec::new(), &mut Vec::new())?;
+    Some(Total::Volume(fraction * room.volume_of(region)))
 }
 
 /// The sizes of a component; a clump without a distribution has its own size.
