@@ -290,7 +290,7 @@ fn wide_angles() -> Vec<Case> {
         let Ok(branch) = Branch::new(theta, volume, 1.0) else {
             return [f64::NAN; 2];
         };
-        let table = Table::new(theta, (1e-3, 0.5), (0.0, 1.0), 1e-3);
+        let table = Table::new(theta, (1e-3, 0.5), (1.0, 1.0), 1e-3);
         let Ok(table) = table else {
             return [f64::NAN; 2];
         };
