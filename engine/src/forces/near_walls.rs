@@ -109,8 +109,8 @@ pub fn near_walls_of_vertices(
         scratch: Scratch::default(),
     };
     let mut found = Vec::new();
-    for row in 0..vertices.len() {
-        let depth = held_depth(vertices[row].radius);
+    for (row, vertex) in vertices.iter().enumerate() {
+        let depth = held_depth(vertex.radius);
         for (index, wall) in walls.iter().enumerate() {
             for &code in wall.met_by() {
                 if let Some((image, features)) = tests.test(wall, (row, depth), code) {

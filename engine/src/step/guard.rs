@@ -304,14 +304,16 @@ impl Guard {
         }
         let images = &core.images;
         let (min, max) = (images.min, images.min + images.size);
-        let is_closed = images.periodic.map(|is_periodic| !is_periodic);
         let mut worst: Option<(Subject, DVec3, f64)> = None;
         for (surface, sheet) in (0..).zip(&core.surfaces) {
             for (vertex, &position) in (0..).zip(&sheet.positions) {
                 let beyond = (min - position).max(position - max);
                 for axis in 0..3 {
                     let way = beyond[axis];
-                    if is_closed[axis] && way > 0.0 && worst.is_none_or(|(.., most)| way > most) {
+                    if !images.periodic[axis]
+                        && way > 0.0
+                        && worst.is_none_or(|(.., most)| way > most)
+                    {
                         worst = Some((Subject::Vertex { surface, vertex }, position, way));
                     }
                 }

@@ -16,10 +16,10 @@ impl Mesh {
             .leaves(middle, reach + self.late(), layers, leaves);
         leaves.iter().any(|&leaf| {
             let first = leaf as usize * LANES;
-            let facets = first..self.facets.len().min(first + LANES);
-            facets.into_iter().any(|facet| {
-                let corners = self.facets[facet].vertices;
-                leads_through(corners.map(|k| self.vertices[k as usize]), from, to)
+            let end = self.facets.len().min(first + LANES);
+            self.facets[first..end].iter().any(|facet| {
+                let corners = facet.vertices.map(|k| self.vertices[k as usize]);
+                leads_through(corners, from, to)
             })
         })
     }
