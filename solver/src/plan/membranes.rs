@@ -41,12 +41,19 @@ pub(super) struct Sheets {
 }
 
 impl Sheets {
-    /// Mass of the lightest vertex of the sheets of a material, kg.
+    /// Mass of the lightest vertex of the sheets of a material, kg; infinite if these are held all over.
     pub(super) fn lightest_vertex(&self, material: usize) -> Option<f64> {
         let all = self.surfaces.iter().zip(&self.membranes);
         let of_material = all.filter(|(surface, _)| surface.material.index() == material);
-        let masses = of_material.flat_map(|(_, membrane)| membrane.sheet.masses());
-        masses.copied().reduce(f64::min)
+        let masses = of_material.map(|(_, membrane)| {
+            let masses = membrane.sheet.masses().iter().copied();
+            if is_all_held(membrane) {
+                f64::INFINITY
+            } else {
+                masses.fold(f64::INFINITY, f64::min)
+            }
+        });
+        masses.reduce(f64::min)
     }
 
     /// The least critical step and the sheet that sets it. Sheets that are held all over have none, as they move by their holds.
