@@ -225,7 +225,7 @@ pub(super) fn slope_note(folder: &Path, prefix: &str) -> Option<String> {
         .zip(radius)
         .map(|(z, r)| z - r)
         .fold(f64::INFINITY, f64::min);
-    let distance = |row: usize| (x[row] - x0).hypot(y[row] - y0) + radius[row];
+    let distance = |row: usize| libm::hypot(x[row] - x0, y[row] - y0) + radius[row];
     let foot = (0..x.len()).map(distance).fold(0.0, f64::max);
     if let Some((name, rim)) = plate_under(folder, prefix, DVec3::new(x0, y0, lowest), diameter)
         // A ring of the surface is a diameter wide.
@@ -263,7 +263,7 @@ fn plate_under(folder: &Path, prefix: &str, foot: DVec3, diameter: f64) -> Optio
         let is_level = (place.rotation * *direction).z.abs() > 1.0 - 1e-9;
         let rim = profile.iter().map(|corner| corner.x).fold(0.0, f64::max);
         let is_under = (centre.z - foot.z).abs() < diameter
-            && (centre.x - foot.x).hypot(centre.y - foot.y) < diameter;
+            && libm::hypot(centre.x - foot.x, centre.y - foot.y) < diameter;
         (*present && is_flat && is_level && is_under).then(|| (name.clone(), rim))
     });
     plates.next()
@@ -352,7 +352,7 @@ mod tests {
         };
         let mut frame = ParticleFrame::default();
         for (x, y) in (-6..=6).flat_map(|x| (-6..=6).map(move |y| (f64::from(x), f64::from(y)))) {
-            let distance = x.hypot(y);
+            let distance = libm::hypot(x, y);
             for layer in 0..7 {
                 let z = 0.5 + f64::from(layer);
                 if z <= 7.0 - distance {
