@@ -404,8 +404,7 @@ const FOREIGN: &[(&[&str], &str)] = &[
     (&["gal", "gallon", "gallons"], "1 gal (US) = 3.78541 l"),
     (&["cc", "ccm"], "1 cc = 1 cm3"),
     (&["gpm"], "1 gpm (US) = 3.78541 l/min"),
-    (&["d", "day", "days"], "1 d = 24 h"),
-    (&["week", "weeks"], "1 week = 168 h"),
+    (&["week", "weeks"], "1 week = 7 d"),
 ];
 
 /// Other words for units that are known.
@@ -416,6 +415,7 @@ const WORDS: &[(&[&str], &str)] = &[
     (&["usec", "microsecond", "microseconds"], "us"),
     (&["minute", "minutes", "mins", "Min"], "min"),
     (&["hr", "hrs", "hour", "hours", "H"], "h"),
+    (&["day", "days", "D"], "d"),
     (&["meter", "meters", "metre", "metres"], "m"),
     (&["millimeter", "millimeters", "millimetre", "millimetres"], "mm"),
     (&["centimeter", "centimeters", "centimetre", "centimetres"], "cm"),

@@ -182,7 +182,7 @@ fn particles_take_the_liquid_of_bridges_along() {
             .unwrap();
         let both = [output.stdout, output.stderr].map(|said| String::from_utf8(said).unwrap());
         assert_eq!(output.status.code(), Some(0), "{both:?}");
-        let table = place.path().join("particles/run.0003.csv");
+        let table = place.path().join("run/particles/run.0003.csv");
         let rows = mercury_common::formats::particle_csv::read_particle_csv(&table).unwrap();
         let films: Vec<f64> = rows.iter().map(|row| row.properties[0].1).collect();
         let expected = if has_all {

@@ -128,7 +128,7 @@ impl Sheet {
             let dashpot = at.dashpots[edge as usize] * square;
             sum.add_spring(mass_of(&ends), stiffness, dashpot);
         }
-        self.add_hinges(border, at, (axis, &mass_of), sum);
+        self.add_hinges(border, at, axis, mass_of, sum);
         sum.add_spring(f64::INFINITY, 0.0, self.law.drag * border.mass);
         if load.needs_volume() {
             let free = (0..self.masses().len()).filter(|&k| at.inverse_masses[k] > 0.0);
@@ -143,7 +143,8 @@ impl Sheet {
         &self,
         border: &Border,
         at: &Shape<'_>,
-        (axis, mass_of): (DVec3, &dyn Fn(&[u32]) -> f64),
+        axis: DVec3,
+        mass_of: impl Fn(&[u32]) -> f64,
         sum: &mut WallStiffness,
     ) {
         let Some(bending) = self.law.bending else {

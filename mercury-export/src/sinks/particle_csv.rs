@@ -7,7 +7,7 @@ use glam::DVec3;
 use mercury_common::formats::number::NumberStyle;
 use mercury_common::formats::particle_csv::{ParticleRow, push_particle_csv};
 use mercury_common::frames::Column;
-use mercury_common::particle_properties::{FILM_VOLUME, ParticleProperty};
+use mercury_common::particle_properties::{FILM_VOLUME, LIQUID_VOLUME, ParticleProperty};
 
 use super::density::Digits;
 use super::{Encode, FilePerFrame};
@@ -18,7 +18,7 @@ use crate::{ExportError, Outcome, Sink, Snapshot};
 const FROM_RUN: &str = "`[[particles]]` with `run = \"FOLDER\"` starts from the last state of a run of mercury-solve, with its clumps and contacts";
 
 /// The column of frames with what each particle holds in its film and in bridges, m^3.
-const WITH_BRIDGES: &str = "liquid_volume";
+const WITH_BRIDGES: &str = LIQUID_VOLUME.name;
 
 /// The rows of a frame, with the liquid of bridges in the films.
 ///

@@ -660,7 +660,7 @@ pub(super) struct Released {
 }
 
 impl Released {
-    fn to_grain(&mut self, run: &Earlier, row: u32, volume: f64) {
+    fn give_grain(&mut self, run: &Earlier, row: u32, volume: f64) {
         let sum = match run.rows[row as usize].grain {
             Grain::Particle(index) => self.particles.entry(run.first.0 + index),
             Grain::Pebble(body, _) => self.bodies.entry(run.first.1 + body),
@@ -686,7 +686,7 @@ impl Released {
         if let Some((wall, place, _)) = film {
             self.walls.entry((wall, place)).or_default().add(kept);
         }
-        self.to_grain(run, slot.row, volume - kept);
+        self.give_grain(run, slot.row, volume - kept);
     }
 
     /// Adds it to the films of the start.
@@ -755,8 +755,8 @@ pub(super) fn carried(
                 let volume = ended(&slot);
                 if volume > 0.0 {
                     let half = 0.5 * volume;
-                    released.to_grain(run, slot.row, half);
-                    released.to_grain(run, slot.partner, volume - half);
+                    released.give_grain(run, slot.row, half);
+                    released.give_grain(run, slot.partner, volume - half);
                 }
                 continue;
             }

@@ -15,6 +15,7 @@ use glam::{DQuat, DVec3};
 use mercury_common::formats::clump::Pebble;
 use mercury_common::formats::data::DataReader;
 use mercury_common::formats::ene::EnergyReader;
+use mercury_common::formats::table_head;
 use mercury_common::frames::{ContactReader, ParticleReader, WallReader};
 use mercury_common::scene::Switches;
 use mercury_common::surfaces::{Placement, Surface};
@@ -426,7 +427,10 @@ fn energy_budget_of_a_clump_closes() {
     let line: Vec<&str> = track.lines().last().unwrap().split(',').collect();
     let head: Vec<&str> = track.lines().next().unwrap().split(',').collect();
     let number = |name: &str| -> f64 {
-        let at = head.iter().position(|column| *column == name).unwrap();
+        let at = head
+            .iter()
+            .position(|column| table_head::name(column) == name)
+            .unwrap();
         line[at].parse().unwrap()
     };
     assert_eq!(number("wx"), last.particles[0].angular_velocity.x);

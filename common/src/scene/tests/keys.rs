@@ -143,11 +143,13 @@ fn with_unit(example: &str, unit: &str) -> Option<String> {
         begin
     };
     let number = &example[begin..end];
-    Some(format!(
-        "{}\"{number} {unit}\"{}",
-        &example[..begin],
-        &example[end..]
-    ))
+    // An example may be such a text itself.
+    let before = example[..begin].trim_end_matches('"');
+    let after = match example[end..].split_once('"') {
+        Some((_, after)) if before.len() < begin => after,
+        _ => &example[end..],
+    };
+    Some(format!("{before}\"{number} {unit}\"{after}"))
 }
 
 /// Looks at each key of a table and of those below it. `place`: the scene in which the table stands so.
