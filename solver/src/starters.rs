@@ -114,9 +114,9 @@ pub const STARTERS: [Starter; 11] = [
         name: "spray-drum",
         about: "A nozzle wets the granules in a turning drum; bridges carry the water on",
         files: files!["spray-drum.toml"],
-        picture: "--view front --colour film_volume",
+        picture: "--view front --colour liquid",
         more: (
-            "mercury-export gif spray-drum --view front --colour film_volume --size 480x480",
+            "mercury-export gif spray-drum --view front --colour liquid --size 480x480",
             "a film, in spray-drum/film/",
         ),
     },
@@ -134,7 +134,7 @@ pub const STARTERS: [Starter; 11] = [
         name: "wear",
         about: "A stream of sand wears a plate, which changes its shape",
         files: files!["wear.toml", "wear-plate.obj"],
-        picture: "--colour depth --view bottom",
+        picture: "--colour depth --view top --no-particles",
         more: (
             "mercury-export stl wear --frames last",
             "the worn plate as a surface, in wear/stl/",

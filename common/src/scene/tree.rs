@@ -116,8 +116,11 @@ pub(super) fn parse_document(source: &Arc<Source>, text: &str) -> Result<Node, S
     Err(SceneErrors(independent(errors.collect(), source, text)))
 }
 
-/// The largest number of syntax errors that are looked at one by one.
+/// The largest number of syntax errors that are looked at one by one. Each look parses the text three times.
 const MOST_SYNTAX_ERRORS: usize = 50;
+
+/// Lines with syntax errors above which the text is taken for something else than a scene, and all are reported: looks take time for each of them.
+const MOST_BAD_LINES: usize = 200;
 
 /// Of syntax errors those that do not follow from another, at most one per line: a quote or a bracket that is not closed turns what
 /// follows into errors. An error follows from another if it is gone once the line of that one, or the line before it, is blank.
@@ -125,6 +128,9 @@ fn independent(mut errors: Vec<SceneError>, source: &Arc<Source>, text: &str) ->
     errors.sort_by_key(|error| error.place.order());
     let mut lines = HashSet::new();
     errors.retain(|error| lines.insert(error.place.line()));
+    if errors.len() > MOST_BAD_LINES {
+        return errors;
+    }
     let mut text = text.to_owned();
     let mut found = Vec::new();
     while !errors.is_empty() && found.len() < MOST_SYNTAX_ERRORS {
