@@ -51,6 +51,7 @@ pub use particle_frames::particle_columns;
 pub use region_counts::{COLUMNS as REGION_COLUMNS, materials as counted_materials};
 pub use schedule::{Due, Schedule};
 pub use stream::OutputError;
+pub use track_file::COLUMNS as TRACK_COLUMNS;
 pub use wall_loads::COLUMNS as WALL_COLUMNS;
 pub use wear_files::WearState;
 pub use writer::{Positions, ToWrite, Writer, Written};

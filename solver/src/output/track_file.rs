@@ -9,8 +9,7 @@ use super::{OrderedFrame, OutputError};
 use crate::plan::Plan;
 
 /// Columns of values.
-const COLUMNS: &[TableColumn] = &[
-    ("id", ""),
+pub const COLUMNS: &[TableColumn] = &[
     ("x", "m"),
     ("y", "m"),
     ("z", "m"),
@@ -46,7 +45,7 @@ impl StreamKind for TrackFile {
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
         let plan = run.plan;
-        let file = run.table(Self::NAME, &[TIME, NAME], COLUMNS)?;
+        let file = run.table(Self::NAME, &[TIME, NAME, ("id", "")], COLUMNS)?;
         Ok(Self {
             file,
             names: plan.outputs().files().track_names(),

@@ -11,7 +11,7 @@ use std::path::Path;
 
 use crate::output::summary::ResultValue;
 use crate::output::{
-    FLUX_COLUMNS, REGION_COLUMNS, WALL_COLUMNS, counted_materials, particle_columns,
+    FLUX_COLUMNS, REGION_COLUMNS, TRACK_COLUMNS, WALL_COLUMNS, counted_materials, particle_columns,
 };
 use crate::plan::Plan;
 use mercury_common::formats::ene;
@@ -85,27 +85,7 @@ static FLUX: Table = Table {
 static TRACK: Table = Table {
     word: "track",
     one: "particle, clump or insertion in output.track",
-    columns: &[
-        ("x", "m"),
-        ("y", "m"),
-        ("z", "m"),
-        ("vx", "m/s"),
-        ("vy", "m/s"),
-        ("vz", "m/s"),
-        ("qw", "1"),
-        ("qx", "1"),
-        ("qy", "1"),
-        ("qz", "1"),
-        ("wx", "rad/s"),
-        ("wy", "rad/s"),
-        ("wz", "rad/s"),
-        ("fx", "N"),
-        ("fy", "N"),
-        ("fz", "N"),
-        ("tx", "N m"),
-        ("ty", "N m"),
-        ("tz", "N m"),
-    ],
+    columns: TRACK_COLUMNS,
     amounts: &[],
 };
 
