@@ -167,7 +167,8 @@ pub(crate) fn chart(
             if !is_head(line) {
                 return true;
             }
-            let place = |wanted: &str| (fields.iter()).position(|cell| table_head::name(cell) == wanted);
+            let place =
+                |wanted: &str| (fields.iter()).position(|cell| table_head::name(cell) == wanted);
             places = place(column).map(|at| (at, place("name")));
             return places.is_some() && place("time") == Some(0);
         };
@@ -258,7 +259,8 @@ mod tests {
 
     #[test]
     fn rows_are_told_apart_by_name() {
-        let text = "time [s],name,fx [N],fy [N]\n0,lid,1,2\n0,floor,3,4\n1,lid,5,nan\n1,floor,7,8\n";
+        let text =
+            "time [s],name,fx [N],fy [N]\n0,lid,1,2\n0,floor,3,4\n1,lid,5,nan\n1,floor,7,8\n";
         let (_folder, store, content) = table("a.walls.csv", text);
         let info = describe(&store, &content, "a.walls.csv").unwrap().unwrap();
         assert_eq!(
