@@ -152,7 +152,8 @@ pub enum SlabRadius {
 /// The pebbles come in the frame of the mesh with radii that do not increase, and depend on mesh and request only, not on the
 /// number of threads. `progress` is called with the number of pebbles so far and the requested number (0 if there is none).
 ///
-/// # Errors If the surface is not closed or not oriented outward, a parameter is outside its range, no pebble fits, or the
+/// # Errors
+/// If the surface is not closed or not oriented outward, a parameter is outside its range, no pebble fits, or the
 /// requested volume error (without number of pebbles) cannot be reached.
 pub fn generate(
     mesh: &TriangleMesh,

@@ -97,7 +97,7 @@ impl Named {
         }
     }
 
-    /// What its numbers measure; nothing for words, factors and orientations.
+    /// Quantity of its numbers; nothing for words, factors and orientations.
     fn dimension(self) -> Option<Dimension> {
         match self {
             Self::Fixed(0..=RADIUS) => Some(Dimension::LENGTH),

@@ -68,7 +68,7 @@ fn default_name(path: &str) -> Option<String> {
     Some(format!("{one}-{}", index + 1))
 }
 
-/// What is wrong with a text that [is not one line](Context::is_one_line).
+/// Message for a text that [is not one line](Context::is_one_line).
 pub(super) const ONE_LINE: &str = "must not hold line breaks or other control characters";
 
 impl Context {

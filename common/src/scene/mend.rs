@@ -51,7 +51,7 @@ impl Mended {
     }
 }
 
-/// What is tried at a key.
+/// Candidates for a key.
 enum Candidate {
     Put(Value),
     LeaveOut,
@@ -115,7 +115,7 @@ fn is_better(before: &[SceneError], key: &str, after: Option<Vec<SceneError>>) -
             .all(|error| error.path() != key && is_known(error))
 }
 
-/// What may be put at a path, and at how many of its steps.
+/// Candidates for the value at a path, and at how many of its steps.
 fn candidates(
     draft: &Draft<'_>,
     document: &Node,

@@ -370,7 +370,7 @@ struct Draft<'a> {
     path: &'a Path,
     place: Place,
     document: Node,
-    /// What the command line sets, with the path of each.
+    /// Values that the command line sets, with the path of each.
     given: Vec<(&'a str, String)>,
     files: Files,
 }

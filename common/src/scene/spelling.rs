@@ -106,7 +106,7 @@ pub(super) fn decimal_comma(text: &str) -> Option<&str> {
     (is_number && behind.len() < rest.len() && !behind.starts_with([',', '.'])).then_some(text)
 }
 
-/// What is wrong with a number that has a comma, and what to write.
+/// Message for a number with a comma, and help with the number to write.
 pub(super) fn with_comma(text: &str) -> (String, String) {
     let point = text.replacen(',', ".", 1);
     (

@@ -88,7 +88,7 @@ const NOT_TOML: &str = "not valid TOML: ";
 /// Of paths as Windows writes them.
 pub(super) const BACKSLASHES: &str = "write `/` between folders, also on Windows; a `\\` begins an escape in double quotes, such as `\\t` for a tab, and none in single quotes";
 
-/// What to do about a mistake of TOML that a path of Windows in double quotes makes, by the parser's message.
+/// Help for a mistake of TOML that a path of Windows in double quotes makes, by the parser's message.
 #[must_use]
 pub fn help_with_backslashes(message: &str) -> Option<&'static str> {
     // A path may go on as two to eight digits of an escape do: C:\Users, D:\xyz.

@@ -116,7 +116,7 @@ impl Plain for Gate {
 pub struct Passage {
     /// Time, s.
     pub time: f64,
-    /// What it passed.
+    /// The plane or face that it passed.
     pub gate: Gate,
     /// Its id; of a body that of the body.
     pub id: u32,

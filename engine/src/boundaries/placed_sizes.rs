@@ -5,7 +5,7 @@ use mercury_common::sizes::SizeDistribution;
 use crate::state::Plain;
 
 /// This many diameters are kept as they are, and this many classes of equal probability are counted beyond: an insertion without
-/// end must not fill the memory. an insertion that never ends shall not fill the memory. With N sizes the largest distance of
+/// end must not fill the memory. With N sizes the largest distance of
 /// their cumulative numbers is 0.87 / sqrt(N) on the mean (Kolmogorov 1933), so the width of a class, 1.5e-5, is a twentieth of
 /// it at 1e7 sizes, and half of it at 1e9.
 const MOST: usize = 1 << 16;

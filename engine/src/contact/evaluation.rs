@@ -198,7 +198,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T
         }
     }
 
-    /// What friction does in a contact after an evaluation of it.
+    /// State of friction in a contact after an evaluation of it.
     #[must_use]
     pub fn friction_now(
         &self,
@@ -214,7 +214,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T
     }
 }
 
-/// What friction does in a contact at the time of an evaluation: what sliding dissipates in the next step begins with it.
+/// State of friction in a contact at the time of an evaluation: what sliding dissipates in the next step begins with it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FrictionNow {
     /// Normal force without adhesion, N; positive where it presses.
@@ -232,7 +232,7 @@ impl FrictionNow {
         0.5 * (self.load.abs() + next.load.abs())
     }
 
-    /// What sliding and the tangential dashpot dissipate in the step of `dt` (s) from these forces to those of `next`, J: the work of the mean
+    /// Energy that sliding and the tangential dashpot dissipate in the step of `dt` (s) from these forces to those of `next`, J: the work of the mean
     /// tangential force less what the tangential spring gains. `sliding`: tangential velocity of A in that step, m/s.
     ///
     /// Each force acts over half of the step before it and half of the step behind it, as in the energy audit. So the sum over a contact is of second

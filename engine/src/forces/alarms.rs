@@ -15,7 +15,7 @@ pub enum AlarmKind {
     Behind,
 }
 
-/// What is beyond a limit.
+/// Event beyond a limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Subject {
     /// A particle.

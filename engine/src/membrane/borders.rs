@@ -1,4 +1,4 @@
-//! What a sheet answers to a wall that holds vertices of it: for the servo of that wall.
+//! Stiffness and damping of a sheet against the motion of a wall that holds vertices of it: for the servo of that wall.
 //!
 //! The held vertices move as one, along the axis of the servo. So only what joins a held vertex to another one answers: triangles, edges and hinges on
 //! the border of the held part. Their stiffness is the second derivative of their energy along the axis, at the present shape.
@@ -10,7 +10,7 @@ use super::pressure::Load;
 use super::sheet::{Elasticity, Sheet};
 use crate::walls::WallStiffness;
 
-/// What joins some vertices of a sheet to the others.
+/// Border of some vertices of a sheet: all that joins them to the others.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Border {
     /// Whether each vertex is one of them.
@@ -171,7 +171,7 @@ impl Sheet {
         }
     }
 
-    /// What the enclosed fluid answers: -dp/dV times the volume that the held vertices sweep, times the area that it presses on at them.
+    /// Stiffness of the enclosed fluid: -dp/dV times the volume that the held vertices sweep, times the area that it presses on at them.
     fn fluid_along(
         &self,
         border: &Border,

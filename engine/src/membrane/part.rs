@@ -177,7 +177,7 @@ impl Part for Membranes {
         Ok(())
     }
 
-    /// What sheets do to walls that hold their vertices is part of the loads of these walls, and of what servos meet.
+    /// The load of sheets on walls that hold their vertices is part of the loads of these walls, and of what servos meet.
     fn observe(&self, core: &Core, observation: &mut Observation) {
         let plans = core.physics.membranes.iter().zip(&core.surfaces);
         for ((plan, surface), membrane) in plans.zip(&self.all) {

@@ -66,7 +66,7 @@ impl Flight {
     }
 }
 
-/// What the gas does to a droplet of one size.
+/// Drag of the gas on a droplet of one size.
 struct Air {
     /// Rate of Stokes' drag, 1/s.
     stokes: f64,

@@ -150,7 +150,7 @@ pub struct Surroundings<'a> {
     pub gravity: DVec3,
     /// Walls where they stand at the end of the step.
     pub walls: &'a [WallNow],
-    /// The same walls as the plan has them.
+    /// The walls as the plan has them.
     pub planned_walls: &'a [Wall],
     /// The domain and its periodic images.
     pub images: &'a Images,

@@ -241,7 +241,7 @@ impl Guard {
         self.crossed.take_from(&mut alarms);
     }
 
-    /// The same for vertices of sheets that touch walls.
+    /// Bound for vertices of sheets that touch walls.
     pub(super) fn look_for_crossing_vertices(&mut self, core: &Core) {
         let physics = &core.physics;
         if physics.guard.policy == GuardPolicy::Off {

@@ -141,7 +141,7 @@ impl Followed {
     }
 }
 
-/// What the contacts of a wall, and sheets that it holds, answer to its motion: the sums from which a servo takes its coefficient.
+/// Stiffness and damping of the contacts of a wall, and of sheets that it holds, against its motion: the sums from which a servo takes its coefficient.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct WallStiffness {
     /// Sum of the normal stiffnesses k, N/m.

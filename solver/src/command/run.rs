@@ -127,7 +127,8 @@ pub(crate) enum Ran {
 
 /// Runs it.
 ///
-/// # Errors Every reason that ends a run early, with advice.
+/// # Errors
+/// Every reason that ends a run early, with advice.
 pub(crate) fn run_plan(
     how: &How,
     plan: Plan,

@@ -79,7 +79,7 @@ pub struct ResultValue {
     /// Why there is no value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub problem: Option<String>,
-    /// What should be known of the value.
+    /// Remark on the value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
 }

@@ -13,7 +13,7 @@ const SCALES: [f64; 2] = [1.0, 1.0 / 16.0];
 /// Bytes of a scene that is read again and again for that: more than a scene has that was typed.
 const LONGEST: usize = 1_000_000;
 
-/// What the plan finds wrong with a scene beside `errors`, which the reader has found. Of a scene whose mistakes cannot be put right
+/// Mistakes that the plan finds in a scene beside `errors`, which the reader has found. Of a scene whose mistakes cannot be put right
 /// one by one, or that is longer than a megabyte, `errors` alone.
 #[must_use]
 pub fn all_mistakes(

@@ -121,7 +121,7 @@ impl LiquidLeft {
         Ok(left)
     }
 
-    /// What to say of it, if there is any.
+    /// Warning of it, if there is any.
     fn warning(&self, key: &str) -> Option<String> {
         let Self {
             on_walls,
@@ -462,7 +462,7 @@ fn warn_of_damaged(folder: &Located<PathBuf>, damaged: &[String], warnings: &mut
     );
 }
 
-/// What the names of the checkpoints in a folder begin with; `None` if there are none.
+/// Prefix of the checkpoints in a folder; `None` if there are none.
 fn prefix(folder: &Located<PathBuf>) -> Result<Option<String>, SceneError> {
     let failed = |error: std::io::Error| folder.error(format!("cannot be read: {error}"));
     let mut prefixes = BTreeSet::new();

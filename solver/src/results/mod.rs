@@ -348,7 +348,7 @@ impl NamedResult {
         }
     }
 
-    /// What should be known of its value in a run.
+    /// Remark on its value in a run.
     #[must_use]
     pub fn note(&self, folder: &Path, prefix: &str) -> Option<String> {
         match self.function {

@@ -191,7 +191,7 @@ pub(super) fn slope(folder: &Path, prefix: &str) -> Result<f64, String> {
 /// Largest kinetic energy of translation of a heap at rest, over m g d: ten times that with which `until_at_rest` ends a run.
 const STILL: f64 = 1e-5;
 
-/// What should be known of the slope of a heap: that it still moves, or that no grain has come to the rim of what it lies on.
+/// Remark on the slope of a heap: that it still moves, or that no grain has come to the rim of what it lies on.
 pub(super) fn slope_note(folder: &Path, prefix: &str) -> Option<String> {
     let names = ["x", "y", "z", "radius", "vx", "vy", "vz"];
     let columns = last_frame(folder, prefix, &names).ok()?;

@@ -52,7 +52,7 @@ use mercury_engine::step::{Engine, RunError, StartOptions};
 /// (`benches/busy.py`).
 const ALONE_BELOW: usize = 1_500;
 
-/// What the warning of a run begins with that was to come to rest and did not.
+/// Beginning of the warning of a run that was to come to rest and did not.
 const NOT_AT_REST: &str = "not at rest";
 
 /// From so many on a checkpoint takes tens of megabytes.

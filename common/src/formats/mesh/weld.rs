@@ -14,7 +14,7 @@ pub(super) fn weld(surface: &Surface, tolerance: f64) -> TriangleMesh {
     weld_and_count(surface, tolerance).0
 }
 
-/// The same with the vertices in the order of the file: each stands where the first of those merged into it does.
+/// Merges vertices and keeps the order of the file: each stands where the first of those merged into it does.
 pub(super) fn weld_in_order(surface: &Surface, tolerance: f64) -> TriangleMesh {
     let (mut mesh, merged) = weld_and_count(surface, tolerance);
     let mut number = vec![u32::MAX; mesh.vertices.len()];

@@ -21,9 +21,9 @@ pub enum ValueKind {
     Cumulative,
     /// The share between the size of the row before and that of the row.
     Fraction,
-    /// What stays on the sieve of the row: between it and the next larger one.
+    /// Share that stays on the sieve of the row: between it and the next larger one.
     Retained,
-    /// What stays on the sieve of the row and on all larger ones: one minus what passes.
+    /// Share that stays on the sieve of the row and on all larger ones: one minus what passes.
     CumulativeRetained,
 }
 
@@ -118,7 +118,7 @@ impl<'a> Head<'a> {
         Self { words, unit }
     }
 
-    /// What the sizes of the column are; nothing for a column without such a word.
+    /// Meaning of the sizes of the column; nothing for a column without such a word.
     ///
     /// # Errors
     /// If two of its words contradict each other.

@@ -5,7 +5,7 @@ use crate::contact::{
 };
 
 /// The columns that hold the histories of all contacts. Laws with the same numbers share columns; the numbers of other laws are
-/// zero. those of other laws are zero.
+/// zero.
 #[derive(Debug)]
 pub(super) struct Memory {
     /// Unit and meaning of each.

@@ -29,7 +29,7 @@ const PATIENCE: [Duration; 2] = [Duration::from_micros(20), Duration::from_micro
 const PAUSES: u32 = 4;
 
 /// A block and its rows. No thread ever waits for a lock: nothing reads a block that is being computed, or records that are being
-/// changed. nothing reads a block that is being computed, or records that are being changed. The locks only prove this to the
+/// changed. The locks only prove this to the
 /// compiler.
 struct Station<'a, H> {
     block: RwLock<&'a mut Block<H>>,

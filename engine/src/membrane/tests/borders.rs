@@ -1,4 +1,4 @@
-//! What a sheet answers to a wall that holds vertices of it, against differences of the forces on these vertices.
+//! Stiffness and damping of a sheet against a wall that holds vertices of it, beside differences of the forces on these vertices.
 
 use glam::DVec3;
 
@@ -12,7 +12,7 @@ const LAWS: [Elasticity; 2] = [
     Elasticity::Continuum { poisson_ratio: 0.3 },
 ];
 
-/// What the sheet answers.
+/// Stiffness and damping of the sheet.
 fn answer(
     sheet: &Sheet,
     is_held: &[bool],

@@ -204,7 +204,7 @@ fn plan_one(
     })
 }
 
-/// What an insertion ends with; `own`: its region.
+/// Total at which an insertion ends; `own`: its region.
 fn total_of(
     scene: &Scene,
     target: &Target,
