@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Cost of a step against the ratio of the largest size to the smallest, with levels of sizes and with a single grid.
 
-    cargo build --release --bin mercury-solve && cargo build --release -p mercury-solver --example size_levels
+    cargo build --release --bin mercury-solve && cargo build --release -p solver --example size_levels
     pip install numpy matplotlib && apt-get install valgrind
     benches/sizes.py make                        # packings into target/sizes; `--folder` puts them elsewhere
     benches/sizes.py count                       # instructions, which do not depend on other programs on the machine

@@ -1,6 +1,6 @@
 //! How fast frames of a million particles are written and read.
 //!
-//! `cargo run --release -p mercury-common --example frames_speed -- [FILE] [PARTICLES] [FRAMES]`; a file that is named
+//! `cargo run --release -p common --example frames_speed -- [FILE] [PARTICLES] [FRAMES]`; a file that is named
 //! stays.
 
 use std::path::PathBuf;

@@ -1,6 +1,6 @@
 //! Writes a frame of particles as VTU with every compression and prints the time of each, beside that of the bytes alone.
 //!
-//! `cargo run --release -p mercury-common --example vtu_speed -- FOLDER [PARTICLES]`
+//! `cargo run --release -p common --example vtu_speed -- FOLDER [PARTICLES]`
 
 use std::error::Error;
 use std::path::PathBuf;

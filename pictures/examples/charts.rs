@@ -1,4 +1,4 @@
-//! Charts of every kind, to look at: `cargo run -p mercury-pictures --example charts -- FOLDER`.
+//! Charts of every kind, to look at: `cargo run -p pictures --example charts -- FOLDER`.
 
 use std::path::PathBuf;
 

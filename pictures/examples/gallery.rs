@@ -1,4 +1,4 @@
-//! Pictures of many kinds, to be looked at: `cargo run --release -p mercury-pictures --example gallery -- FOLDER`.
+//! Pictures of many kinds, to be looked at: `cargo run --release -p pictures --example gallery -- FOLDER`.
 
 use std::path::Path;
 use std::time::Instant;

@@ -1,7 +1,7 @@
 //! How long it takes to find what is near walls when a candidate list is built: through the cells, and by asking every particle for
 //! every wall; in one run, alternating.
 //!
-//!     cargo run --release -p mercury-solver --example many_walls
+//!     cargo run --release -p solver --example many_walls
 
 use std::hint::black_box;
 use std::sync::Arc;

@@ -1,6 +1,6 @@
 //! How long a mesh takes to take new places of its corners, and how long to be made of the same triangles.
 //!
-//!     cargo run --release -p mercury-solver --example reshape_speed
+//!     cargo run --release -p solver --example reshape_speed
 
 use std::time::Instant;
 

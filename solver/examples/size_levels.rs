@@ -1,10 +1,10 @@
 //! The candidate list of a packing of wide sizes: how long it takes to build with the levels of sizes that are chosen and with a single grid, what it
 //! holds, and whether it holds the pairs that comparing all particles with all finds.
 //!
-//!     cargo run --release -p mercury-solver --example size_levels -- SCENE.toml            # both ways, alternating, least of seven; what is in the packing
-//!     cargo run --release -p mercury-solver --example size_levels -- SCENE.toml --check    # and all pairs, compared one by one
-//!     cargo run --release -p mercury-solver --example size_levels -- SCENE.toml --threads 2    # lists made by two threads
-//!     cargo run --release -p mercury-solver --example size_levels -- SCENE.toml --levels   # without the single grid, which takes minutes where sizes are wide
+//!     cargo run --release -p solver --example size_levels -- SCENE.toml            # both ways, alternating, least of seven; what is in the packing
+//!     cargo run --release -p solver --example size_levels -- SCENE.toml --check    # and all pairs, compared one by one
+//!     cargo run --release -p solver --example size_levels -- SCENE.toml --threads 2    # lists made by two threads
+//!     cargo run --release -p solver --example size_levels -- SCENE.toml --levels   # without the single grid, which takes minutes where sizes are wide
 //!     valgrind --tool=callgrind target/release/examples/size_levels SCENE.toml single 3    # builds three lists with a single grid, for tools that count
 //!
 //! `benches/sizes.py` makes such scenes.

@@ -24,8 +24,8 @@
 //!
 //! Tables that grow (time series, frames) are written by a [`ParquetWriter`], batch after batch, with the memory of one batch.
 //!
-//! Parquet is read and written by the crate `parquet`, compressed and with statistics. It is long to compile: `mercury-common`,
-//! `mercury-coarse-grain`, `mclump` and the solver never depend on this crate (`docs/decisions/0029-libraries.md`).
+//! Parquet is read and written by the crate `parquet`, compressed and with statistics. It is long to compile: `common`,
+//! `coarse-grain`, `mclump` and the solver never depend on this crate (`docs/decisions/0029-libraries.md`).
 
 mod column;
 mod element;

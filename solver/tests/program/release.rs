@@ -1,7 +1,7 @@
 //! Checkpoints are readable within a minor version: a run of version 0.1 that was stopped halfway is kept, and goes on.
 //!
-//! A checkpoint that cannot be read any more needs a new minor version. Before the release `MERCURY_BLESS=release cargo test -p
-//! mercury-solver --test program release` makes the run anew.
+//! A checkpoint that cannot be read any more needs a new minor version. Before the release
+//! `MERCURY_BLESS=release cargo test -p solver --test program release` makes the run anew.
 
 use std::fs;
 use std::path::Path;

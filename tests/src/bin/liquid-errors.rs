@@ -109,7 +109,7 @@ fn span(errors: &[f64]) -> String {
 fn page() -> Result<String> {
     let mut text = String::from(
         "# Errors of the laws of liquid bridges\n\n\
-         This page is written by `cargo run --release -p mercury-tests --bin liquid-errors`; do not edit it. It compares the solver's laws with its own solution of the\n\
+         This page is written by `cargo run --release -p tests --bin liquid-errors`; do not edit it. It compares the solver's laws with its own solution of the\n\
          [Young-Laplace equation](liquid-young-laplace.md). Errors of the force in per cent, least and largest over V/R_D^3 = 1e-4, 1e-3, 1e-2 and 0.1, at shares of the\n\
          exact end; the end itself, and the work from the touch to it. -100: the law has no bridge there any more. What to choose: [liquid bridges](liquid.md#capillary-force).\n",
     );

@@ -20,7 +20,7 @@ fn main() -> Result<()> {
     let pictures = docs.join("pictures");
     let mut text = String::from(
         "# Wet grains: slopes and mixing\n\n\
-         This page is written by `cargo run --release -p mercury-tests --bin wet-grains` from real runs; do not edit it.\n\n",
+         This page is written by `cargo run --release -p tests --bin wet-grains` from real runs; do not edit it.\n\n",
     );
     text += &piles(&pictures.join("wet-piles-slope.svg"))?;
     text += &drum(

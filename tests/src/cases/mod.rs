@@ -2,7 +2,7 @@
 //!
 //! A row names its case (T1 to T24, by the physics it tests), what is measured, the expected value, how near the solver must
 //! come and why that is fair (the tolerances are derived beside the rows). *law* in a name: one law was evaluated on its own;
-//! *engine*: the whole engine ran the scene. Each row is a test of its own (`cargo test -p mercury-tests --test validation`); the validation page prints them.
+//! *engine*: the whole engine ran the scene. Each row is a test of its own (`cargo test -p tests --test validation`); the validation page prints them.
 
 mod collision;
 mod decay;

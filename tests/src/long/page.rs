@@ -11,8 +11,8 @@ const HEAD: &str = "# Validation: long scenes
 Scenes of minutes, written by a program from real runs; do not edit this page. The other checks: [validation](validation.md).
 
 ```sh
-cargo run --release -p mercury-tests --bin validation-long -- /tmp/long                # all of them
-cargo run --release -p mercury-tests --bin validation-long -- /tmp/long haff janssen   # some: the sections of the others stay as they are
+cargo run --release -p tests --bin validation-long -- /tmp/long                # all of them
+cargo run --release -p tests --bin validation-long -- /tmp/long haff janssen   # some: the sections of the others stay as they are
 ```
 
 The folder gets the runs of the larger scenes; a finished run of the same plan that is there already is taken as it is. `penetration-25k` and `drum-soft` are scenes of the open-source DEM benchmark (Dosta et al. 2024, *Comput. Phys. Commun.* 296, 109066), which are not part of the \\

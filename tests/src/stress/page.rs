@@ -9,12 +9,12 @@ const HEAD: &str = "# Numerical stability
 This page is written from runs of the scenes in [`scenes/stress/`](../scenes/stress/README.md) but for its last section; do not edit it:
 
 ```sh
-cargo run --release -p mercury-tests --bin stress              # all of it
-cargo run --release -p mercury-tests --bin stress -- spin      # the cases whose names hold a word; nothing is written
+cargo run --release -p tests --bin stress              # all of it
+cargo run --release -p tests --bin stress -- spin      # the cases whose names hold a word; nothing is written
 ```
 
 Each expectation follows from theory, as the last column says, none from what came out; failures are shown. A check that is on the frozen list and no longer runs makes the command fail. Shorter runs of the same cases are
-among the tests (`cargo test -p mercury-tests --test scenes stress`). ε is 2.2e-16, ulp(x) the distance to the next number.
+among the tests (`cargo test -p tests --test scenes stress`). ε is 2.2e-16, ulp(x) the distance to the next number.
 ";
 
 /// What stands in a cell of a table.

@@ -15,7 +15,7 @@ const OTHERS: &str = "Others";
 
 const HEAD: &str = "# Validation
 
-This page is written by `cargo run --release -p mercury-tests --bin validation` from real runs of the solver; do not edit it. Each expected value comes from theory, from measurements or from another program, as \
+This page is written by `cargo run --release -p tests --bin validation` from real runs of the solver; do not edit it. Each expected value comes from theory, from measurements or from another program, as \
 the last column says; failures are shown. A check that is on the frozen list and no longer runs makes the command fail.
 
 Checks that differ in a parameter alone share a row, which shows the worst of them; [validation.csv](validation.csv) has every check in a row of its own. *Worst* is the difference between measured and expected value over the largest \

@@ -26,23 +26,17 @@ fn lock_file() -> HashMap<String, Vec<String>> {
 #[test]
 fn solver_and_clump_maker_build_without_parquet() {
     let packages = lock_file();
-    for root in [
-        "mercury-coarse-grain",
-        "mercury-common",
-        "mercury-pictures",
-        "mercury-solver",
-        "mclump",
-    ] {
+    for root in ["coarse-grain", "common", "pictures", "solver", "mclump"] {
         let (mut open, mut seen) = (vec![root.to_owned()], BTreeSet::new());
         while let Some(name) = open.pop() {
             if seen.insert(name.clone()) {
                 open.extend(packages[&name].iter().cloned());
             }
         }
-        let heavy = |name: &&String| ["parquet", "mercury-tables"].contains(&name.as_str());
+        let heavy = |name: &&String| ["parquet", "tables"].contains(&name.as_str());
         let found: Vec<&String> = seen.iter().filter(heavy).collect();
         assert!(found.is_empty(), "{root} depends on {found:?}");
     }
-    let tables = &packages["mercury-tables"];
+    let tables = &packages["tables"];
     assert!(tables.iter().any(|name| name == "parquet"));
 }

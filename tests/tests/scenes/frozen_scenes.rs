@@ -1,6 +1,6 @@
 //! Scenes under `tests/scenes`: the good ones run to their end, the bad ones are refused in exactly the words beside them.
 //!
-//! `MERCURY_BLESS=1 cargo test -p mercury-tests --test scenes frozen_scenes` writes the words anew. Read what it wrote.
+//! `MERCURY_BLESS=1 cargo test -p tests --test scenes frozen_scenes` writes the words anew. Read what it wrote.
 
 use std::path::{Path, PathBuf};
 

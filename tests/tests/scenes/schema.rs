@@ -1,6 +1,6 @@
 //! The JSON schema of scenes: every scene fits it, and what the reader refuses of single keys does not.
 //!
-//! `MERCURY_BLESS=1 cargo test -p mercury-tests --test scenes schema` writes `docs/formats/scene.schema.json` anew.
+//! `MERCURY_BLESS=1 cargo test -p tests --test scenes schema` writes `docs/formats/scene.schema.json` anew.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -67,7 +67,7 @@ fn the_committed_schema_is_that_of_the_tables() {
         .unwrap_or_default();
     assert!(
         committed == schema(),
-        "docs/formats/scene.schema.json is behind the tables of keys; MERCURY_BLESS=1 cargo test -p mercury-tests --test scenes schema writes it"
+        "docs/formats/scene.schema.json is behind the tables of keys; MERCURY_BLESS=1 cargo test -p tests --test scenes schema writes it"
     );
 }
 

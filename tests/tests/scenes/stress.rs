@@ -1,6 +1,6 @@
 //! The stress cases, short. The long ones, and what stands behind each expectation: `docs/stability.md`.
 //!
-//! `MERCURY_BLESS=1 cargo test -p mercury-tests --test scenes stress` writes the list of checks anew. Read what it wrote.
+//! `MERCURY_BLESS=1 cargo test -p tests --test scenes stress` writes the list of checks anew. Read what it wrote.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! The checks of the validation page that are quick, each a test of its own: `cargo test -p mercury-tests --test validation oblique`
+//! The checks of the validation page that are quick, each a test of its own: `cargo test -p tests --test validation oblique`
 //! runs those with this word in their names. Checks of many runs are made with the page itself.
 
 use std::collections::BTreeSet;

@@ -1,6 +1,6 @@
 //! The page of the scene format has the tables of keys that the reader has, and the scene of all keys has each of them.
 //!
-//! `MERCURY_BLESS=1 cargo test -p mercury-common --lib scene::tests::page` writes the tables of the page anew, and adds keys to the sections of
+//! `MERCURY_BLESS=1 cargo test -p common --lib scene::tests::page` writes the tables of the page anew, and adds keys to the sections of
 //! that scene.
 
 use std::collections::BTreeSet;
@@ -239,7 +239,7 @@ fn the_page_has_the_tables_of_keys() {
     let is_same = fs::read_to_string(&path).unwrap() == written;
     assert!(
         is_same,
-        "{} is behind the tables of keys; MERCURY_BLESS=1 cargo test -p mercury-common --lib scene::tests::page writes them",
+        "{} is behind the tables of keys; MERCURY_BLESS=1 cargo test -p common --lib scene::tests::page writes them",
         path.display()
     );
 }
@@ -321,7 +321,7 @@ fn the_scene_of_all_keys_has_each_of_them() {
     assert!(lacks.is_empty(), "scenes/keys.toml lacks {lacks:?}");
     assert!(
         text == whole,
-        "a section of scenes/keys.toml lacks a key; MERCURY_BLESS=1 cargo test -p mercury-common --lib scene::tests::page adds it"
+        "a section of scenes/keys.toml lacks a key; MERCURY_BLESS=1 cargo test -p common --lib scene::tests::page adds it"
     );
 }
 

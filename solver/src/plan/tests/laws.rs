@@ -264,7 +264,7 @@ fn assert_written(name: &str, (begin, end): (&str, &str), text: &str) {
     } else {
         assert!(
             whole[from..to] == *text,
-            "{} is behind the laws' tables of keys; MERCURY_BLESS=1 cargo test -p mercury-solver --lib laws:: writes\n{text}",
+            "{} is behind the laws' tables of keys; MERCURY_BLESS=1 cargo test -p solver --lib laws:: writes\n{text}",
             path.display()
         );
     }

@@ -1,7 +1,7 @@
 //! Pictures and films of a run: PNG, SVG, film strips, GIF and APNG.
 //!
 //! The input is read twice: once to find one camera and one range of colours for all frames, once to draw. `quantity` says
-//! what colours show, `scene` makes a frame of `mercury-pictures` from a snapshot and what the run has beside it.
+//! what colours show, `scene` makes a frame of `mercury_pictures` from a snapshot and what the run has beside it.
 
 mod quantity;
 mod scene;

@@ -1,7 +1,7 @@
 //! How often the 95 % intervals of fits hold the true parameters: 1000 synthetic measurements of each law, as single sizes and as
 //! counts in classes. Writes the table of docs/theory/size-distributions.md.
 //!
-//!     cargo run --release -p mercury-psd --example coverage
+//!     cargo run --release -p psd-tools --example coverage
 
 use std::path::Path;
 

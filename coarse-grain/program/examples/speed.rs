@@ -1,4 +1,4 @@
-//! What evaluation costs: `cargo run --release -p mercury-cg --example speed [-- precision | sizes | frame]`.
+//! What evaluation costs: `cargo run --release -p coarse-grain-program --example speed [-- precision | sizes | frame]`.
 //!
 //! Without a word: a settled packing of 20,000 spheres (`scenes/bench/dense-20k.csv`) with its contacts onto 20x20x20 and 50x50x50 points,
 //! Gaussian of one diameter cut at three widths, on one and two threads: what MercuryCG's standard fields cost per frame, without reading and
@@ -27,7 +27,10 @@ const DENSITY: f64 = 2500.0;
 
 /// Spheres of a table, and contacts where they overlap; forces as a spring gives them.
 fn packing(copies: usize) -> State {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/bench/dense-20k.csv");
+    let path = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../scenes/bench/dense-20k.csv"
+    );
     let text = std::fs::read_to_string(path).expect("scenes/bench/dense-20k.csv");
     let mut lines = text.lines().filter(|line| !line.starts_with('#'));
     let names: Vec<&str> = lines.next().expect("a heading").split(',').collect();
@@ -403,7 +406,7 @@ fn precision() {
     let grids = grids(&state, d, &layout);
     let path = concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/../docs/pictures/cg-precision.svg"
+        "/../../docs/pictures/cg-precision.svg"
     );
     let page = ChartPage::new("", 2, vec![chart, grids]).size(1000.0, 420.0);
     page.write_svg(Path::new(path)).expect("the picture");

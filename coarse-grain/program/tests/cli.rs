@@ -11,7 +11,7 @@ use tempfile::TempDir;
 
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../coarse-grain/tests/data/dense2k")
+        .join("../tests/data/dense2k")
         .join(name)
 }
 

@@ -1,7 +1,7 @@
 //! Whether the p-values of `check` are uniform: 1000 unbiased samples, their Kolmogorov test. Writes the table of
 //! docs/theory/size-distributions.md.
 //!
-//!     cargo run --release -p mercury-psd --example p_values
+//!     cargo run --release -p psd-tools --example p_values
 
 use mercury_common::scene::parse_psd;
 use mercury_common::sizes::SizeDistribution;
