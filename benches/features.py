@@ -104,6 +104,21 @@ velocity = {{ mean = [0, 0, 0] }}
 
 """
 PROBE = '[[particles]]\nname = "probe"\nmaterial = "bead"\nradius = 0.002\nposition = [0.024, 0.024, 0.074]\nfixed = true\n\n'
+SPRAY = """[[sprays]]
+name = "nozzle"
+position = [0.024, 0.024, {place}]
+axis = [0, 0, -1]
+orifice = 0.02
+pattern = {{ kind = "full-cone", half_angle_degrees = 3.0 }}
+flow_rate = 2.094e-6   # 2,400 droplets until step 20
+speed = {speed}
+droplets = {{ kind = "monodisperse", diameter = 1e-4 }}
+liquid_density = 1000.0
+until = 6e-4
+{more}
+
+"""
+DRAG = 'drag = { law = "schiller-naumann", gas_density = 1.2, gas_viscosity = 1.8e-5 }'
 FIELDS = '[[fields]]\nname = "profile"\ncoordinates = "Z"\ngrid = [20]\nwidth = "1d"\n{when}\naverage = true\n\n'
 TEN = f"interval = {10 * STEP}"
 REGION = '[[regions]]\nname = "upper"\nregion = { shape = "box", min = [0.0, 0.0, 0.03], max = [0.048, 0.048, 0.07] }\n\n'
@@ -145,6 +160,17 @@ def groups(folder):
         ("liquid bridges", "`lian-seville`", wet("lian-seville", 1e-3)),
         ("liquid bridges", "`willett`", wet("willett", 1e-3)),
         ("liquid bridges", "`young-laplace`", wet("young-laplace", 1e-3)),
+    ]
+    # Droplets above the bed (0.054 m) for all steps, and droplets that reach it within them.
+    falling = lambda more: SPRAY.format(place=0.076, speed=0.5, more=more)
+    arriving = lambda more: SPRAY.format(place=0.058, speed=2.0, more=more)
+    bed = wet("bagheri", 1e-3)
+    yield [
+        ("sprays", "absent, wet bed", bed),
+        ("sprays", "2,400 droplets fall", both(bed, add(falling("")))),
+        ("sprays", "2,400 droplets fall with drag", both(bed, add(falling(DRAG)))),
+        ("sprays", "2,400 droplets reach the bed", both(bed, add(arriving("")))),
+        ("sprays", "2,400 droplets reach the bed with drag", both(bed, add(arriving(DRAG)))),
     ]
     rolling = 'rolling = {{ law = "luding", friction = {0} }}\ntorsion = {{ law = "luding", friction = {0} }}'.format
     yield [
