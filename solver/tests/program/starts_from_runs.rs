@@ -561,6 +561,44 @@ fn liquid_of_bridges_that_do_not_go_on_goes_to_films() {
     }
 }
 
+/// A frame has no bridges, but what they hold: all of it is in the films of a run that starts there.
+#[test]
+fn liquid_of_a_frame_goes_on_in_films() {
+    let longer = WET.replace("end = 1e-4", "end = 3e-4");
+    let from_frame = "[[particles]]\nrun = \"first\"\nat = 1e-4\n";
+    let folder = folder_with(&[
+        ("first.toml", format!("{longer}{WET_GRAINS}")),
+        ("next.toml", format!("{longer}{from_frame}")),
+    ]);
+    let path = folder.path();
+    must_run(path, &["first.toml"]);
+    let mut first = Engine::new(Arc::new(planned(path, "first.toml")), 1).unwrap();
+    while first.steps() < 10 {
+        first.step(None).unwrap();
+    }
+    let then = first.liquid().unwrap();
+    assert!(then.bridges > 0.5 * then.films, "{then:?}");
+    let on_grains = then.films + then.bridges;
+
+    let plan = planned(path, "next.toml");
+    assert!(
+        plan.notes()
+            .warnings()
+            .iter()
+            .all(|warning| !warning.contains("is left out"))
+    );
+    let start = Engine::new(Arc::new(plan), 1).unwrap();
+    let now = start.liquid().unwrap();
+    // The section of the domain, 0.02 m squared, with the film of the scene.
+    let of_wall = 1e-8 * 4e-4;
+    let there = now.films + now.bridges + now.wall_films - of_wall;
+    // Some ten additions and halvings.
+    assert!(
+        (there - on_grains).abs() < 1e-14 * on_grains,
+        "{there:e} m3, not {on_grains:e}"
+    );
+}
+
 /// A ball flies freely past a plate that is pushed and a disc that turns; a second ball is in contact with the floor.
 const MOVING: &str = r#"
 [time]
