@@ -316,6 +316,6 @@ fn words_of(fault: &Fault, surface: &Surface) -> String {
             "triangle {triangle}, at {}, turned over within a step",
             at(surface.triangles()[triangle as usize][0])
         ),
-        Fault::NotFinite { vertex } => format!("vertex {vertex} has left the numbers"),
+        Fault::NotFinite { vertex } => format!("the position of vertex {vertex} is not finite"),
     }
 }

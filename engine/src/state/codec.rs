@@ -535,7 +535,7 @@ impl<'a> Decoder<'a> {
         if found != name {
             return Err(DecodeError::Wrong {
                 section: section(),
-                reason: format!("`{found}` stands in its place"),
+                reason: format!("expected `{name}`, found `{found}`"),
             });
         }
         let length = usize::take(&mut self.rest).map_err(cut)?;

@@ -118,7 +118,9 @@ impl RunError {
             section: expected.to_owned(),
             reason: match found {
                 Some(found) => {
-                    format!("`{found}` stands in its place: the two scenes have different features")
+                    format!(
+                        "expected `{expected}`, found `{found}`: the two scenes have different features"
+                    )
                 }
                 None => "it is missing".to_owned(),
             },

@@ -43,7 +43,7 @@ impl Lists {
     /// What is wrong.
     pub(super) fn check(&self, rows: usize) -> Result<(), String> {
         if !self.skin.is_possible() {
-            return Err("a skin that cannot be".to_owned());
+            return Err("invalid skin thickness".to_owned());
         }
         if self.rebuilds.max(self.validity.steps) > MOST_STEPS {
             return Err("more steps than a run can make".to_owned());

@@ -25,7 +25,8 @@ pub(crate) fn lasts(text: &str) -> Result<Duration, String> {
 
 /// Makes the trial. Nothing is written, and no folder is read.
 ///
-/// # Errors If its steps fail, or it is stopped before it has a result.
+/// # Errors
+/// If its steps fail, or it is stopped before it has a result.
 pub(crate) fn execute(
     plan: Plan,
     how: &How,

@@ -94,7 +94,7 @@ pub enum FolderError {
 const ENDINGS: &[&str] = &[
     "scene.toml",
     "scene.json",
-    // Earlier versions wrote these two.
+    // Beside the streams of walls and bodies: the surfaces that their rows refer to.
     "surfaces.arrow",
     "clumps.arrow",
     "0.restart",
@@ -211,8 +211,8 @@ pub enum Found {
 /// Makes a folder ready for a run: existing, writable, without a run or with one to be resumed. It belongs to this run until the
 /// lock is dropped.
 ///
-/// # Errors If another run is writing into the folder, whatever is requested; if the folder holds a run that is not to be
-/// touched, or one of another scene that is to be continued; if it is no folder, or cannot be made, emptied or written.
+/// # Errors
+/// If another run is writing into the folder, whatever is requested; if the folder holds a run that is not to be touched, or one of another scene that is to be continued; if it is no folder, or cannot be made, emptied or written.
 pub fn prepare(
     folder: &Path,
     prefix: &str,

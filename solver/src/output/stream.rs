@@ -52,8 +52,8 @@ pub enum OutputError {
         /// Bytes that it should have at least.
         expected: u64,
     },
-    /// The thread that writes ended without a word.
-    #[error("the thread that writes the outputs has failed; this is a defect of the program")]
+    /// The writer thread ended unexpectedly.
+    #[error("the writer thread ended unexpectedly; this is a defect of the program")]
     Lost,
 }
 

@@ -72,8 +72,7 @@ const MOST_EACH: f64 = 1e4;
 const LEAST_EACH: f64 = 1e3;
 
 /// The plan of a scene and the memory that its run is expected to take. Lattices that cannot fit into the machine's memory are
-/// refused before they are made; inserted particles are left to [`check_fit`]. Without `machine` there is no limit. whatever the
-/// system gives.
+/// refused before they are made; inserted particles are left to [`check_fit`]. Without `machine` there is no limit.
 ///
 /// # Errors
 /// Those of [`plan`](crate::plan::plan), and of [`check_fit`].
@@ -105,7 +104,8 @@ pub fn plan_within(
 /// Refuses a run that takes more memory than the machine has. The present free memory does not count, as it may change while the
 /// run goes on.
 ///
-/// # Errors The memory needed, the memory of the machine, the largest parts, and advice.
+/// # Errors
+/// The memory needed, the memory of the machine, the largest parts, and advice.
 pub fn check_fit(
     scene: &Scene,
     plan: &Plan,

@@ -218,7 +218,8 @@ pub fn run(
 
 /// The same from a checkpoint, which must [fit](Checkpoint::fits) the plan.
 ///
-/// # Errors Also if the files of the run are missing or were changed.
+/// # Errors
+/// Also if the files of the run are missing or were changed.
 pub fn run_from(
     checkpoint: Option<Checkpoint>,
     plan: Plan,
@@ -351,7 +352,8 @@ impl Run {
 
     /// Resumes an interrupted run of this plan, which [`Checkpoint::fits`]: truncates its files to their positions at that time.
     ///
-    /// # Errors Also if its files are missing or were changed.
+    /// # Errors
+    /// Also if its files are missing or were changed.
     pub fn resume(
         plan: Plan,
         options: RunOptions,

@@ -192,8 +192,8 @@ fn summary_unit(column: &str) -> &'static str {
 
 /// The runs of a grid: every value of each key with every value of the others, the last key fastest.
 ///
-/// # Errors For no value, a key or a value that is given twice, and more than [`MOST_RUNS`] runs. `place` says where the sweeps
-/// are given.
+/// # Errors
+/// For no value, a key or a value that is given twice, and more than [`MOST_RUNS`] runs. `place` says where the sweeps are given.
 pub fn grid(sweeps: &[Sweep], place: &str) -> Result<(Vec<String>, Vec<StudyRun>), StudyError> {
     let keys: Vec<String> = sweeps.iter().map(|sweep| dotted(&sweep.key)).collect();
     let count = (sweeps.iter()).fold(1usize, |n, sweep| n.saturating_mul(sweep.values.len()));

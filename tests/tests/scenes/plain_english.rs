@@ -212,6 +212,102 @@ fn things_are_not_spoken_of_as_persons() {
     );
 }
 
+/// Words that stand twice in a comment from which on this is a half sentence that was left over.
+const TWICE: usize = 7;
+
+/// Scars of edits in the comments of Rust code, with their lines: a heading that runs into its text, a sentence that goes on behind its end, and
+/// half a sentence that stands twice.
+fn scars(code: &str) -> Vec<(usize, String)> {
+    let mut found = Vec::new();
+    let mut words: Vec<(String, usize)> = Vec::new();
+    let mut is_code = false;
+    for (index, line) in code.lines().chain([""]).enumerate() {
+        let Some(text) = line.trim_start().strip_prefix("//") else {
+            let runs = words.windows(TWICE).enumerate();
+            for (k, run) in runs {
+                let is_same =
+                    |other: &[(String, usize)]| other.iter().zip(run).all(|(a, b)| a.0 == b.0);
+                if words[k + 1..].windows(TWICE).any(is_same) {
+                    let run: Vec<&str> = run.iter().map(|(word, _)| word.as_str()).collect();
+                    found.push((words[k].1, format!("stands twice: {}", run.join(" "))));
+                    break;
+                }
+            }
+            words.clear();
+            continue;
+        };
+        let text = text.trim_start_matches(['/', '!']);
+        let heading = ["# Errors ", "# Panics ", "# Safety "];
+        if heading
+            .iter()
+            .any(|heading| text.trim_start().starts_with(heading))
+        {
+            found.push((index + 1, text.trim().to_owned()));
+        }
+        // Indented code, and code between backticks, is no prose.
+        is_code ^= text.trim_start().starts_with("```");
+        if is_code || text.starts_with("    ") {
+            continue;
+        }
+        let prose: String = text.split('`').step_by(2).collect::<Vec<_>>().join("`");
+        let is_word = |word: &str| word.len() > 2 && word.chars().all(|c| c.is_ascii_lowercase());
+        let all: Vec<&str> = prose.split(' ').filter(|word| !word.is_empty()).collect();
+        for pair in all.windows(2) {
+            if pair[0].strip_suffix('.').is_some_and(is_word) && is_word(pair[1]) {
+                found.push((
+                    index + 1,
+                    format!("goes on behind its end: {} {}", pair[0], pair[1]),
+                ));
+            }
+        }
+        let letters = |word: &str| {
+            word.to_lowercase()
+                .trim_matches(|c: char| !c.is_alphabetic())
+                .to_owned()
+        };
+        let spoken = all
+            .iter()
+            .map(|word| letters(word))
+            .filter(|word| !word.is_empty());
+        words.extend(spoken.map(|word| (word, index + 1)));
+    }
+    found
+}
+
+#[test]
+fn comments_have_no_scars_of_edits() {
+    let half = "// One for all blocks of a thread, as it is large. It is\n// one for all blocks of a thread.\nlet a = 1;";
+    assert_eq!(scars(half).len(), 1);
+    assert_eq!(scars("/// # Errors If it fails.\n").len(), 1);
+    assert_eq!(scars("// There is no limit. whatever\n").len(), 1);
+    assert_eq!(
+        scars("/// # Errors\n/// If it fails. It may, e.g. at `a. b`.\n"),
+        []
+    );
+    let root = repository();
+    let mut all = Vec::new();
+    for folder in fs::read_dir(&root).unwrap() {
+        let folder = folder.unwrap().path();
+        if folder.is_dir() && !folder.ends_with("target") && !folder.ends_with(".git") {
+            files(&folder, &root, &[], &mut all);
+        }
+    }
+    let mut wrong = String::new();
+    for path in all
+        .iter()
+        .filter(|path| path.extension().is_some_and(|ending| ending == "rs"))
+    {
+        for (line, scar) in scars(&fs::read_to_string(path).unwrap()) {
+            let _ = writeln!(
+                wrong,
+                "{}:{line}: {scar}",
+                path.strip_prefix(&root).unwrap().display()
+            );
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong}");
+}
+
 #[test]
 fn words_of_prose_are_found_and_those_of_code_are_not() {
     let found = |code: &str| found_in(&prose(code));

@@ -30,16 +30,17 @@ impl Mesh {
 fn leads_through(corners: [DVec3; 3], from: DVec3, to: DVec3) -> bool {
     let [a, b, c] = corners.map(|corner| corner - from);
     let way = to - from;
+    // Of most triangles nearby both ends are on one side.
+    let normal = (b - a).cross(c - a);
+    if a.dot(normal) * (a - way).dot(normal) > 0.0 {
+        return false;
+    }
     let sense = |one: DVec3, other: DVec3| way.dot(one.cross(other));
     let senses = [sense(a, b), sense(b, c), sense(c, a)];
     let is_inside =
         senses.iter().all(|&sense| sense >= 0.0) || senses.iter().all(|&sense| sense <= 0.0);
     // All are zero where the line lies in the plane of the triangle.
-    if !is_inside || senses == [0.0; 3] {
-        return false;
-    }
-    let normal = (b - a).cross(c - a);
-    a.dot(normal) * (a - way).dot(normal) <= 0.0
+    is_inside && senses != [0.0; 3]
 }
 
 #[cfg(test)]

@@ -44,7 +44,8 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
 /// The plan of a scene with two sites of each lattice: cheap whatever their number, and sufficient for the memory of the whole.
 /// What it leaves out is counted in [`Counted::left_out`](super::Counted::left_out).
 ///
-/// # Errors As [`plan`], except for errors of other sites.
+/// # Errors
+/// As [`plan`], except for errors of other sites.
 pub fn sketch(scene: &Scene) -> Result<Plan, SceneErrors> {
     // Two particles of a material need the law just as many do.
     planned(scene, 2)
