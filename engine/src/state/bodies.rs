@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use super::{BodyIndex, FIXED, Id, Load, MaterialIndex, PebbleIndex, Pieces, Plain, Row};
+use super::{BodyIndex, FIXED, Id, Load, MaterialIndex, PebbleIndex, Row};
 
 /// A rigid body.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -210,24 +210,6 @@ crate::state::plain!(PrescribedBody {
     velocity,
     angular_velocity
 });
-impl Bodies {
-    /// Appends what [`Plain::put`] does, with the threads of a pool.
-    pub(super) fn put_pieces(&self, pieces: &mut Pieces, pool: Option<&rayon::ThreadPool>) {
-        let Self {
-            all,
-            pebbles,
-            of_row,
-            prescribed,
-            extra_ids,
-        } = self;
-        pieces.column(all, pool);
-        pieces.column(pebbles, pool);
-        pieces.column(of_row, pool);
-        prescribed.put(pieces.end());
-        extra_ids.put(pieces.end());
-    }
-}
-
 crate::state::plain!(Bodies {
     all,
     pebbles,

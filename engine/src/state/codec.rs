@@ -63,9 +63,13 @@ pub enum DecodeError {
 }
 
 /// A value that can be written as bytes and read back, the same to the bit.
-pub trait Plain: Sized {
+pub trait Plain: Sized + Sync {
     /// Appends the value.
     fn put(&self, bytes: &mut Vec<u8>);
+    /// Appends the same bytes; what holds long columns does it with the threads of a pool.
+    fn put_pieces(&self, pieces: &mut Pieces, _pool: Option<&rayon::ThreadPool>) {
+        self.put(pieces.end());
+    }
     /// Takes a value from the front.
     ///
     /// # Errors
@@ -162,6 +166,13 @@ impl<T: Plain> Plain for Option<T> {
         }
     }
 
+    fn put_pieces(&self, pieces: &mut Pieces, pool: Option<&rayon::ThreadPool>) {
+        self.is_some().put(pieces.end());
+        if let Some(value) = self {
+            value.put_pieces(pieces, pool);
+        }
+    }
+
     fn take(bytes: &mut &[u8]) -> Result<Self, String> {
         bool::take(bytes)?.then(|| T::take(bytes)).transpose()
     }
@@ -173,6 +184,10 @@ impl<T: Plain> Plain for Vec<T> {
         for value in self {
             value.put(bytes);
         }
+    }
+
+    fn put_pieces(&self, pieces: &mut Pieces, pool: Option<&rayon::ThreadPool>) {
+        pieces.column(self, pool);
     }
 
     fn take(bytes: &mut &[u8]) -> Result<Self, String> {
@@ -278,6 +293,14 @@ macro_rules! plain {
                 $($crate::state::Plain::put(&self.$field, bytes);)*
             }
 
+            fn put_pieces(
+                &self,
+                pieces: &mut $crate::state::Pieces,
+                pool: Option<&$crate::state::ThreadPool>,
+            ) {
+                $($crate::state::Plain::put_pieces(&self.$field, pieces, pool);)*
+            }
+
             fn take(bytes: &mut &[u8]) -> Result<Self, String> {
                 Ok(Self { $($field: $crate::state::Plain::take(bytes)?,)* })
             }
@@ -334,7 +357,7 @@ impl Pieces {
     }
 
     /// Appends what [`Plain::put`] of a vector of these values would, with the threads of a pool.
-    pub fn column<T: Plain + Sync>(&mut self, values: &[T], pool: Option<&rayon::ThreadPool>) {
+    fn column<T: Plain>(&mut self, values: &[T], pool: Option<&rayon::ThreadPool>) {
         values.len().put(self.end());
         if size_of_val(values) < PIECE {
             values.iter().for_each(|value| value.put(self.end()));

@@ -20,5 +20,6 @@ pub use columns::{Column, Columns, PERIODS, StartValues, TRACK};
 pub use index::{BodyIndex, Id, MaterialIndex, PebbleIndex, Row, WallIndex};
 pub use new_particle::{Material, NewParticle, PrescribedMotion};
 pub use particles::{Particles, Prescribed};
+pub use rayon::ThreadPool;
 pub use record::{FIXED, Load, PEBBLE, PRESCRIBED, Particle, inverse_inertia_factor, volume};
 pub use sections::Sections;

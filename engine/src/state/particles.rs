@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::{
     Bodies, Body, BodyIndex, BodyPebble, Columns, FIXED, Id, Load, PEBBLE, PRESCRIBED, Particle,
-    PebbleIndex, Pieces, Plain, PrescribedBody, Row,
+    PebbleIndex, PrescribedBody, Row,
 };
 
 /// Components of motion that a scene prescribes for one particle; `None` is free.
@@ -19,30 +19,88 @@ pub struct Prescribed {
     pub angular_velocity: [Option<f64>; 3],
 }
 
-/// All particles of a run. Every column that is present has one entry per row.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Particles {
+/// A new row, from which its columns take their values.
+struct NewRow {
+    record: Particle,
+    /// kg
+    mass: f64,
+    id: u32,
+}
+
+/// Makes [`Particles`] from the table of its columns. Of each: name, type, the value of a new row, and whether a sort of the rows gathers it or leaves it
+/// to the list that is made for the new order. All that happens to every column is made from this table.
+macro_rules! row_columns {
+    ($($(#[$doc:meta])* $name:ident: $value:ty, $new:expr, gathered: $gathered:literal;)*) => {
+        /// All particles of a run. Every column that is present has one entry per row.
+        #[derive(Debug, Clone, PartialEq, Default)]
+        pub struct Particles {
+            $($(#[$doc])* pub $name: Vec<$value>,)*
+            /// Rotation since creation, only when an output needs it.
+            pub orientations: Option<Vec<DQuat>>,
+            /// Further numbers of each particle, where the plan has any.
+            pub columns: Columns,
+            /// Particles with prescribed components, in no particular order; few.
+            pub prescribed: Vec<Prescribed>,
+            /// Rigid bodies, whose pebbles are rows; only in scenes with clumps.
+            pub bodies: Option<Bodies>,
+            /// The id of the next particle.
+            pub next_id: u32,
+        }
+
+        impl Particles {
+            /// Bytes of a row in the columns that all scenes have.
+            const ROW: usize = 0 $(+ size_of::<$value>())*;
+
+            fn push_row(&mut self, row: &NewRow) {
+                $(self.$name.push(($new)(row));)*
+                if let Some(orientations) = &mut self.orientations {
+                    orientations.push(DQuat::IDENTITY);
+                }
+                self.columns.push();
+            }
+
+            /// Row `order[k]` becomes row `k`. `all`: also in the columns that a sort leaves to the new list.
+            fn gather_rows(&mut self, order: &[u32], all: bool, parallel: bool) {
+                $(if all || $gathered {
+                    gather(&mut self.$name, order, parallel);
+                })*
+                if let Some(orientations) = &mut self.orientations {
+                    gather(orientations, order, parallel);
+                }
+                self.columns.for_each(|column| gather(column, order, parallel));
+            }
+
+            /// Whether every column has so many entries.
+            fn columns_have(&self, rows: usize) -> bool {
+                $(self.$name.len() == rows &&)*
+                    self.orientations.as_ref().is_none_or(|column| column.len() == rows)
+                    && self.columns.have(rows)
+            }
+        }
+
+        crate::state::plain!(Particles {
+            $($name,)*
+            orientations,
+            columns,
+            prescribed,
+            bodies,
+            next_id
+        });
+    };
+}
+
+row_columns! {
     /// The records that the contact loop reads.
-    pub records: Vec<Particle>,
+    records: Particle, |row: &NewRow| row.record, gathered: true;
     /// The loads of the contacts in the last force evaluation.
-    pub loads: Vec<Load>,
+    loads: Load, |_| Load::default(), gathered: false;
     /// The number by which users identify the particle: 0, 1, 2 ... in order of creation, never reused.
-    pub ids: Vec<Id>,
+    ids: Id, |row: &NewRow| Id::new(row.id), gathered: true;
     /// Mass, kg (per unit length in 2D); also of fixed particles. A pebble has its share of the body's mass here
     /// ([`crate::bodies::Clump::shares`]), so that sums over rows are right; contacts take the mass from the record.
-    pub masses: Vec<f64>,
+    masses: f64, |row: &NewRow| row.mass, gathered: true;
     /// Position when the neighbour list was built, m.
-    pub listed_at: Vec<DVec3>,
-    /// Rotation since creation, only when an output needs it.
-    pub orientations: Option<Vec<DQuat>>,
-    /// Further numbers of each particle, where the plan has any.
-    pub columns: Columns,
-    /// Particles with prescribed components, in no particular order; few.
-    pub prescribed: Vec<Prescribed>,
-    /// Rigid bodies, whose pebbles are rows; only in scenes with clumps.
-    pub bodies: Option<Bodies>,
-    /// The id of the next particle.
-    pub next_id: u32,
+    listed_at: DVec3, |row: &NewRow| row.record.position, gathered: false;
 }
 
 impl Particles {
@@ -63,12 +121,7 @@ impl Particles {
         } else {
             0
         };
-        size_of::<Particle>()
-            + size_of::<Load>()
-            + size_of::<u32>()
-            + size_of::<f64>()
-            + size_of::<DVec3>()
-            + orientation
+        Self::ROW + orientation
     }
 
     /// Bytes of all columns and bodies.
@@ -104,18 +157,10 @@ impl Particles {
                 ..prescribed
             });
         }
-        self.records.push(record);
-        self.loads.push(Load::default());
-        self.ids.push(Id::new(id));
-        self.masses.push(mass);
-        self.listed_at.push(record.position);
         if let Some(bodies) = &mut self.bodies {
             bodies.of_row.push(None);
         }
-        if let Some(orientations) = &mut self.orientations {
-            orientations.push(DQuat::IDENTITY);
-        }
-        self.columns.push();
+        self.push_row(&NewRow { record, mass, id });
         id
     }
 
@@ -166,14 +211,19 @@ impl Particles {
 
     /// Keeps the rows that `stay` names, in that order.
     pub fn keep(&mut self, stay: &[u32]) {
-        gather(&mut self.loads, stay, false);
-        gather(&mut self.listed_at, stay, false);
-        self.reorder(stay, false);
+        self.follow(stay);
+        self.gather_rows(stay, true, false);
     }
 
     /// Puts the row `order[k]` into row `k`, but for the loads and the listed positions: the list that is made for the new order
     /// brings new ones. `parallel`: with the threads of the pool from within which it is called.
     pub(crate) fn reorder(&mut self, order: &[u32], parallel: bool) {
+        self.follow(order);
+        self.gather_rows(order, false, parallel);
+    }
+
+    /// Lets what names rows follow them to their new places.
+    fn follow(&mut self, order: &[u32]) {
         if !self.prescribed.is_empty() || self.bodies.is_some() {
             let mut new_row = vec![None; self.len()];
             for (new, &old) in order.iter().enumerate() {
@@ -189,14 +239,6 @@ impl Particles {
                 })
                 .collect();
         }
-        gather(&mut self.records, order, parallel);
-        gather(&mut self.ids, order, parallel);
-        gather(&mut self.masses, order, parallel);
-        if let Some(orientations) = &mut self.orientations {
-            gather(orientations, order, parallel);
-        }
-        self.columns
-            .for_each(|column| gather(column, order, parallel));
     }
 
     /// Whether the particle in `row` is fixed.
@@ -245,16 +287,8 @@ impl Particles {
     #[must_use]
     pub fn is_consistent(&self) -> bool {
         let rows = self.len();
-        let columns = [
-            self.loads.len(),
-            self.ids.len(),
-            self.masses.len(),
-            self.listed_at.len(),
-            self.orientations.as_ref().map_or(rows, Vec::len),
-        ];
         let mut prescribed = self.prescribed.iter();
-        columns == [rows; 5]
-            && self.columns.have(rows)
+        self.columns_have(rows)
             && prescribed.all(|prescribed| prescribed.row.index() < rows)
             && (self.bodies.as_ref()).is_none_or(|bodies| bodies.is_consistent(rows))
     }
@@ -303,50 +337,4 @@ crate::state::plain!(Prescribed {
     row,
     velocity,
     angular_velocity
-});
-impl Particles {
-    /// Appends what [`Plain::put`] does, with the threads of a pool.
-    pub fn put_pieces(&self, pieces: &mut Pieces, pool: Option<&rayon::ThreadPool>) {
-        let Self {
-            records,
-            loads,
-            ids,
-            masses,
-            listed_at,
-            orientations,
-            columns,
-            prescribed,
-            bodies,
-            next_id,
-        } = self;
-        pieces.column(records, pool);
-        pieces.column(loads, pool);
-        pieces.column(ids, pool);
-        pieces.column(masses, pool);
-        pieces.column(listed_at, pool);
-        orientations.is_some().put(pieces.end());
-        if let Some(orientations) = orientations {
-            pieces.column(orientations, pool);
-        }
-        columns.put(pieces.end());
-        prescribed.put(pieces.end());
-        bodies.is_some().put(pieces.end());
-        if let Some(bodies) = bodies {
-            bodies.put_pieces(pieces, pool);
-        }
-        next_id.put(pieces.end());
-    }
-}
-
-crate::state::plain!(Particles {
-    records,
-    loads,
-    ids,
-    masses,
-    listed_at,
-    orientations,
-    columns,
-    prescribed,
-    bodies,
-    next_id
 });
