@@ -8,7 +8,6 @@ mod input;
 mod machine;
 mod progress;
 mod prospects;
-mod release;
 mod resume;
 mod starters;
 mod starts_from_runs;

@@ -49,7 +49,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 self.hand_over(a, wall, of_wall, first, &mut block.wall_slots);
             }
             let near = &mut block.near_walls[index];
-            let centre = a.position + context.images.any_shift(near.image);
+            let centre = a.position + context.cell.any_shift(near.image);
             let side = WallSide {
                 near: *near,
                 wall,
@@ -146,7 +146,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         if side.wall.may_join() {
             let mut others = Touches::default();
             let by = (near.image, reach);
-            (side.wall).keep_own(self.context.images, a.position, by, touches, &mut others);
+            (side.wall).keep_own(self.context.cell, a.position, by, touches, &mut others);
         }
         if A::ACTIVE {
             // A centre deeper than its radius is on the other side, however far adhesion reaches.
