@@ -16,10 +16,10 @@ impl Bodies {
         for body in &self.all {
             for pebble in &mut self.pebbles[body.pebbles()] {
                 let placed = body.position + body.orientation * pebble.offset;
-                let off = (records[pebble.row.index()].position - placed) / cell.size();
+                let off = records[pebble.row.index()].position - placed;
                 for axis in 0..3 {
                     pebble.shift[axis] = if cell.is_periodic(axis) {
-                        off[axis].round() * cell.size()[axis]
+                        cell.whole_periods(axis, off[axis]) * cell.size()[axis]
                     } else {
                         0.0
                     };
