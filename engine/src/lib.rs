@@ -8,6 +8,7 @@
 
 pub mod bodies;
 pub mod boundaries;
+pub mod cell;
 pub mod contact;
 pub mod forces;
 pub mod lanes;

@@ -10,8 +10,9 @@ use std::time::Instant;
 use glam::DVec3;
 use mercury_common::formats::mesh::TriangleMesh;
 use mercury_common::random::Stream;
+use mercury_engine::cell::Cell;
 use mercury_engine::forces::find_near_walls;
-use mercury_engine::neighbours::{Built, Images, Levels, Margin, build};
+use mercury_engine::neighbours::{Built, Levels, Margin, build};
 use mercury_engine::state::{MaterialIndex, Particle, Particles};
 use mercury_engine::walls::{
     Cylinder, Disc, Mesh, Motion, Plane, Scratch, Shape, Side, Touches, Wall, WallError, WallNow,
@@ -90,14 +91,14 @@ fn shape(kind: &str, k: usize, size: f64, random: &mut Stream) -> Result<Shape, 
 }
 
 /// As before there were blocks: every wall tests every particle.
-fn by_testing_all(particles: &Particles, walls: &[WallNow], images: &Images) -> usize {
+fn by_testing_all(particles: &Particles, walls: &[WallNow], cell: &Cell) -> usize {
     let (mut touches, mut scratch) = (Touches::default(), Scratch::default());
     let mut found = 0;
     for wall in walls {
         for &code in wall.met_by() {
             for record in &particles.records {
                 let image = wall.image_of(record.position, code);
-                let centre = (wall.state).into_wall(record.position + images.shift(image));
+                let centre = (wall.state).into_wall(record.position + cell.shift(image));
                 let reach = record.radius + MARGIN;
                 found += usize::from(match wall.shape() {
                     Shape::Plane(plane) => plane.touch(centre, reach).is_some(),
@@ -137,7 +138,7 @@ fn main() -> Result<(), WallError> {
         "walls", "count", "near", "the pairs", "asking all", "cells"
     );
     for periodic in [false, true] {
-        let images = Images::new(DVec3::ZERO, DVec3::splat(size), [periodic; 3]);
+        let cell = Cell::new(DVec3::ZERO, DVec3::splat(size), [periodic; 3]);
         for kind in ["planes", "discs", "rods", "tubes", "blocks"] {
             for count in [1, 6, 10, 100, 1000] {
                 if (kind == "planes" && count > 10)
@@ -156,7 +157,7 @@ fn main() -> Result<(), WallError> {
                         until: f64::INFINITY,
                         reference: DVec3::ZERO,
                     };
-                    walls.push(WallNow::new(&wall, 1.0, &images));
+                    walls.push(WallNow::new(&wall, 1.0, &cell));
                 }
                 let (mut pairs, mut plain, mut cells) = (Vec::new(), Vec::new(), Vec::new());
                 let mut near = 0;
@@ -169,18 +170,18 @@ fn main() -> Result<(), WallError> {
                             &mut extra,
                             &levels,
                             &Margin::of_skin(MARGIN),
-                            &images,
+                            &cell,
                             false,
                         )
                     });
-                    let (of_plain, found) = time(|| by_testing_all(&particles, &walls, &images));
+                    let (of_plain, found) = time(|| by_testing_all(&particles, &walls, &cell));
                     let (of_cells, listed) = time(|| {
                         find_near_walls(
                             &particles,
                             &[],
                             &grid,
                             &walls,
-                            &images,
+                            &cell,
                             &Margin::of_skin(MARGIN),
                             false,
                         )

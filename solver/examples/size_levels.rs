@@ -14,7 +14,8 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use mercury_engine::neighbours::{Built, Images, Levels, Margin, Skin, build};
+use mercury_engine::cell::Cell;
+use mercury_engine::neighbours::{Built, Levels, Margin, Skin, build};
 use mercury_engine::state::{Particle, Particles};
 use mercury_engine::step::Engine;
 use mercury_solver::plan::{plan, read_scene};
@@ -25,7 +26,7 @@ const HELD_BY: usize = 4;
 
 struct Case {
     particles: Particles,
-    images: Images,
+    cell: Cell,
     skin: f64,
     pool: Option<rayon::ThreadPool>,
 }
@@ -34,12 +35,12 @@ impl Case {
     fn read(path: &str) -> Result<Self, String> {
         let scene = read_scene(Path::new(path), &[]).map_err(|error| error.to_string())?;
         let plan = plan(&scene).map_err(|error| error.to_string())?;
-        let images = plan.physics().images();
-        let skin = Skin::first(plan.physics().radii(), 0.0, &images).thickness;
+        let cell = plan.physics().cell;
+        let skin = Skin::first(plan.physics().radii(), 0.0, &cell).thickness;
         let engine = Engine::new(Arc::new(plan), 1).map_err(|error| error.to_string())?;
         Ok(Self {
             particles: engine.particles.clone(),
-            images,
+            cell,
             skin,
             pool: None,
         })
@@ -60,17 +61,15 @@ impl Case {
     fn build(&mut self, levels: &Levels) -> Built {
         let Self {
             particles,
-            images,
+            cell,
             skin,
             pool,
         } = self;
         let mut none = Vec::new();
         let margin = Margin::of_skin(*skin);
         match pool {
-            Some(pool) => {
-                pool.install(|| build(particles, &mut none, levels, &margin, images, true))
-            }
-            None => build(particles, &mut none, levels, &margin, images, false),
+            Some(pool) => pool.install(|| build(particles, &mut none, levels, &margin, cell, true)),
+            None => build(particles, &mut none, levels, &margin, cell, false),
         }
     }
 
@@ -78,8 +77,8 @@ impl Case {
     fn are_near(&self, a: &Particle, b: &Particle, gap: f64) -> bool {
         let mut apart = a.position - b.position;
         for axis in 0..3 {
-            if self.images.periodic[axis] {
-                let period = self.images.size[axis];
+            if self.cell.is_periodic(axis) {
+                let period = self.cell.size()[axis];
                 apart[axis] -= period * (apart[axis] / period).round();
             }
         }
@@ -177,7 +176,7 @@ fn main() -> Result<(), String> {
     println!("particles {count}");
     println!(
         "solid_fraction {:.4}",
-        solid / case.images.size.element_product()
+        solid / case.cell.size().element_product()
     );
     println!(
         "contacts_per_particle {:.3}",

@@ -180,10 +180,10 @@ pub fn reference_of(plan: &mut Draft, walls: &[TwinWall]) -> Simulation {
     };
     simulation.pair_parameters = Box::new(move |a, b| laws[a * count + b].0);
     simulation.gravity = plan.gravity;
-    let period = plan.domain_max - plan.domain_min;
+    let period = plan.cell.size();
     simulation.periodic_box = PeriodicBox {
-        min: plan.domain_min,
-        period: [0, 1, 2].map(|axis| plan.periodic[axis].then_some(period[axis])),
+        min: plan.cell.low(),
+        period: [0, 1, 2].map(|axis| plan.cell.is_periodic(axis).then_some(period[axis])),
     };
     simulation.walls = walls.iter().map(|wall| wall.plain.clone()).collect();
     simulation.particles = plan

@@ -6,7 +6,6 @@ use mercury_common::random::Stream;
 use super::Region;
 use super::behind::is_behind_a_wall;
 use super::placement::{Room, Space, of_sphere, overlaps_wall};
-use crate::neighbours::Images;
 use crate::walls::WallNow;
 
 /// The number of random positions after which a region counts as blocked: a region of which a ten-thousandth is free is missed
@@ -27,12 +26,16 @@ pub struct Blocked {
 
 /// The blocked part of a region for spheres of this radius (m) among these walls; `None` without walls, or where the region
 /// itself has no position.
-pub fn blocked(region: &Region, radius: f64, space: Space, walls: &[WallNow]) -> Option<Blocked> {
-    let (low, high) = space.domain;
-    let images = Images::new(low, high, space.periodic);
+pub fn blocked(
+    region: &Region,
+    radius: f64,
+    space: Space<'_>,
+    walls: &[WallNow],
+) -> Option<Blocked> {
+    let cell = space.cell;
     let room = Room::new(region, space);
     let (sphere, extent) = ([(DVec3::ZERO, radius)], of_sphere(radius));
-    if walls.is_empty() || !room.has_space(extent) {
+    if walls.is_empty() || !room.has_space(extent, cell) {
         return None;
     }
     let mut stream = Stream::new(0, "places between walls", 0);
@@ -40,9 +43,9 @@ pub fn blocked(region: &Region, radius: f64, space: Space, walls: &[WallNow]) ->
     let (mut tried, mut free) = (0, 0);
     while tried < if free > 0 { FEW } else { PLACES } {
         // If the region itself is missed, nothing is known about walls.
-        let place = room.draw(&sphere, extent, &mut stream, &images)?;
+        let place = room.draw(&sphere, extent, &mut stream, cell)?;
         let wall = walls.iter().map(std::slice::from_ref).position(|wall| {
-            overlaps_wall(wall, &images, place, radius) || is_behind_a_wall(wall, &images, place)
+            overlaps_wall(wall, cell, place, radius) || is_behind_a_wall(wall, cell, place)
         });
         tried += 1;
         match wall {
@@ -56,15 +59,14 @@ pub fn blocked(region: &Region, radius: f64, space: Space, walls: &[WallNow]) ->
 }
 
 /// At most this many random positions (m) in a region for spheres of this radius (m).
-pub fn places(region: &Region, radius: f64, space: Space, number: usize) -> Vec<DVec3> {
-    let (low, high) = space.domain;
-    let images = Images::new(low, high, space.periodic);
+pub fn places(region: &Region, radius: f64, space: Space<'_>, number: usize) -> Vec<DVec3> {
+    let cell = space.cell;
     let room = Room::new(region, space);
     let (sphere, extent) = ([(DVec3::ZERO, radius)], of_sphere(radius));
-    if !room.has_space(extent) {
+    if !room.has_space(extent, cell) {
         return Vec::new();
     }
     let mut stream = Stream::new(0, "places in a region", 0);
-    let draws = (0..number).filter_map(|_| room.draw(&sphere, extent, &mut stream, &images));
+    let draws = (0..number).filter_map(|_| room.draw(&sphere, extent, &mut stream, cell));
     draws.collect()
 }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::passage::Grain;
 use super::{DeletionPlan, Region, Setting};
-use crate::neighbours::{Images, NO_SHIFT};
+use crate::cell::{Cell, NO_SHIFT};
 use crate::state::{FIXED, PEBBLE, Particles};
 
 /// The way by which a particle left.
@@ -25,23 +25,20 @@ pub(super) struct Deletion {
     regions: Vec<Region>,
     /// Axes along which particles can leave: not periodic, and not the third of a two-dimensional scene.
     open: [bool; 3],
-    low: [f64; 3],
-    high: [f64; 3],
     /// Rows that may reach an exit before the next list, ascending; `None`: not known, so all may.
     near: Option<Vec<u32>>,
 }
 
 impl Deletion {
     pub(super) fn new(deletions: &[DeletionPlan], setting: &Setting<'_>) -> Self {
-        let open = |axis: usize| !setting.periodic[axis] && (axis < 2 || setting.dimensions == 3);
+        let open =
+            |axis: usize| !setting.cell.is_periodic(axis) && (axis < 2 || setting.dimensions == 3);
         Self {
             regions: deletions
                 .iter()
                 .map(|DeletionPlan { region, .. }| region.clone())
                 .collect(),
             open: [open(0), open(1), open(2)],
-            low: setting.domain.0.to_array(),
-            high: setting.domain.1.to_array(),
             near: None,
         }
     }
@@ -52,9 +49,9 @@ impl Deletion {
     }
 
     /// Collects the rows whose centre is within `margin` (m) of an exit.
-    pub(super) fn listed(&mut self, particles: &Particles, images: &Images, margin: f64) {
-        let codes: Vec<u32> = images.neighbours().collect();
-        let end = images.min + images.size;
+    pub(super) fn listed(&mut self, particles: &Particles, cell: &Cell, margin: f64) {
+        let codes: Vec<u32> = cell.images().collect();
+        let ((low, high), (start, end)) = (cell.corners(), cell.faces());
         let mut near = self.near.take().unwrap_or_default();
         near.clear();
         for (row, record) in particles.records.iter().enumerate() {
@@ -63,15 +60,15 @@ impl Deletion {
             }
             let at_face = (0..3).any(|axis| {
                 let x = record.position[axis];
-                self.open[axis] && (x < self.low[axis] + margin || x > self.high[axis] - margin)
+                self.open[axis] && (x < low[axis] + margin || x > high[axis] - margin)
             });
             let reaches = |code: u32| {
-                let position = record.position + images.shift(code);
+                let position = record.position + cell.shift(code);
                 // Only an image that may replace the particle itself: one that is about to cross a periodic face.
                 let crosses = code == NO_SHIFT
                     || (0..3).all(|axis| {
-                        images.shift(code)[axis] == 0.0
-                            || (position[axis] > images.min[axis] - margin
+                        cell.shift(code)[axis] == 0.0
+                            || (position[axis] > start[axis] - margin
                                 && position[axis] < end[axis] + margin)
                     });
                 crosses
@@ -91,13 +88,13 @@ impl Deletion {
     }
 
     /// The particles and bodies that have left, with their way: particles by ascending rows, then bodies.
-    pub(super) fn find(&self, particles: &Particles, images: &Images) -> Vec<(Grain, Exit)> {
+    pub(super) fn find(&self, particles: &Particles, cell: &Cell) -> Vec<(Grain, Exit)> {
         let exit = |row: u32| {
             let record = &particles.records[row as usize];
             if record.flags & (FIXED | PEBBLE) != 0 {
                 return None;
             }
-            Some((Grain::Row(row), self.exit(record.position, images)?))
+            Some((Grain::Row(row), self.exit(record.position, cell)?))
         };
         let mut gone: Vec<_> = match &self.near {
             Some(near) => near.iter().filter_map(|&row| exit(row)).collect(),
@@ -105,7 +102,7 @@ impl Deletion {
         };
         for (index, body) in particles.bodies().iter().enumerate() {
             if !body.is_fixed()
-                && let Some(exit) = self.exit(body.position, images)
+                && let Some(exit) = self.exit(body.position, cell)
             {
                 gone.push((Grain::Body(index as u32), exit));
             }
@@ -114,9 +111,9 @@ impl Deletion {
     }
 
     /// The way by which a centre has left, if it has: the first region that holds it, else the first face that it is beyond.
-    fn exit(&self, position: DVec3, images: &Images) -> Option<Exit> {
+    fn exit(&self, position: DVec3, cell: &Cell) -> Option<Exit> {
         if !self.regions.is_empty() {
-            let inside = images.wrap(position);
+            let inside = cell.wrap(position);
             if let Some(index) = self
                 .regions
                 .iter()
@@ -125,10 +122,11 @@ impl Deletion {
                 return Some(Exit::Region(index));
             }
         }
+        let (low, high) = cell.corners();
         (0..3).filter(|&axis| self.open[axis]).find_map(|axis| {
-            if position[axis] < self.low[axis] {
+            if position[axis] < low[axis] {
                 Some(Exit::Face(2 * axis))
-            } else if position[axis] > self.high[axis] {
+            } else if position[axis] > high[axis] {
                 Some(Exit::Face(2 * axis + 1))
             } else {
                 None

@@ -12,7 +12,7 @@ use glam::DVec3;
 
 use super::passage::{Grain, Look, Passages};
 use super::{FluxPart, FluxPlan, Gate};
-use crate::neighbours::{Images, NO_SHIFT};
+use crate::cell::{Cell, NO_SHIFT};
 use crate::state::{FIXED, PEBBLE, Particles};
 
 /// What crossed a plane, of one material, since the last reading. Sums over those that crossed along the normal less those that
@@ -108,19 +108,14 @@ pub(super) struct Fluxes {
 }
 
 impl Fluxes {
-    pub(super) fn new(
-        planes: &[FluxPlan],
-        materials: usize,
-        dimensions: u8,
-        images: &Images,
-    ) -> Self {
+    pub(super) fn new(planes: &[FluxPlan], materials: usize, dimensions: u8, cell: &Cell) -> Self {
         let planes: Vec<FluxPlan> = planes.iter().map(FluxPlan::straight).collect();
         let codes = planes.iter().map(|plane| {
             let is_across = |code: &u32| {
-                (0..3).all(|axis| images.shift(*code)[axis] == 0.0 || plane.normal[axis] != 0.0)
+                (0..3).all(|axis| cell.shift(*code)[axis] == 0.0 || plane.normal[axis] != 0.0)
             };
             std::iter::once(NO_SHIFT)
-                .chain(images.neighbours().filter(is_across))
+                .chain(cell.images().filter(is_across))
                 .collect()
         });
         Self {
@@ -134,12 +129,12 @@ impl Fluxes {
     }
 
     /// Finds the candidates for a crossing before the next list: particles within `margin` (m) of a plane, and all bodies.
-    pub(super) fn listed(&mut self, particles: &Particles, images: &Images, margin: f64) {
+    pub(super) fn listed(&mut self, particles: &Particles, cell: &Cell, margin: f64) {
         self.watched.clear();
         for (index, plane) in self.planes.iter().enumerate() {
             let mut watch = |grain: Grain, position: DVec3, margin: f64| {
                 for &image in &self.codes[index] {
-                    let distance = plane.ahead(position + images.shift(image));
+                    let distance = plane.ahead(position + cell.shift(image));
                     if distance.abs() <= margin {
                         self.watched.push(Watched {
                             grain,
@@ -167,27 +162,27 @@ impl Fluxes {
     pub(super) fn count(
         &mut self,
         particles: &Particles,
-        images: &Images,
+        cell: &Cell,
         time: f64,
         passages: &mut Passages,
     ) {
         for watched in &mut self.watched {
             let plane = &self.planes[watched.plane as usize];
-            let position = watched.grain.position(particles) + images.shift(watched.image);
+            let position = watched.grain.position(particles) + cell.shift(watched.image);
             let ahead = plane.ahead(position) >= 0.0;
             if ahead == watched.ahead {
                 continue;
             }
             watched.ahead = ahead;
             let what = watched.grain.look(particles, self.dimensions);
-            if plane.is_crossed_at(position, what.velocity, images) {
+            if plane.is_crossed_at(position, what.velocity, cell) {
                 let place = watched.plane as usize * self.materials + what.material.index();
                 self.crossed[place].count(&what, ahead);
                 let gate = Gate::Plane {
                     index: watched.plane,
                     forward: ahead,
                 };
-                passages.add(time, gate, &what, images);
+                passages.add(time, gate, &what, cell);
             }
         }
     }
@@ -204,10 +199,10 @@ impl Fluxes {
     }
 
     /// Continues from earlier counts, with the present particles.
-    pub(super) fn restore(&mut self, crossed: &[Crossed], particles: &Particles, images: &Images) {
+    pub(super) fn restore(&mut self, crossed: &[Crossed], particles: &Particles, cell: &Cell) {
         self.crossed = crossed.to_vec();
         if !self.planes.is_empty() {
-            self.listed(particles, images, f64::INFINITY);
+            self.listed(particles, cell, f64::INFINITY);
         }
     }
 }
@@ -233,16 +228,16 @@ impl FluxPlan {
     }
 
     /// Whether a particle that has just come to `position` (m) with this velocity (m/s) has passed through the part that counts.
-    fn is_crossed_at(&self, position: DVec3, velocity: DVec3, images: &Images) -> bool {
+    fn is_crossed_at(&self, position: DVec3, velocity: DVec3, cell: &Cell) -> bool {
         let Some(place) = self.crossing(position, velocity) else {
             return self.part == FluxPart::All;
         };
-        let is_across = |axis: usize| images.periodic[axis] && self.normal[axis] != 0.0;
+        let is_across = |axis: usize| cell.is_periodic(axis) && self.normal[axis] != 0.0;
         // An oblique plane does not continue in the next period: it ends at the faces.
         let is_oblique = self.normal.abs().max_element() < 1.0;
         let beyond = |axis: usize| {
-            let along = place[axis] - images.min[axis];
-            is_oblique && is_across(axis) && !(0.0..images.size[axis]).contains(&along)
+            let along = place[axis] - cell.low()[axis];
+            is_oblique && is_across(axis) && !(0.0..cell.size()[axis]).contains(&along)
         };
         if (0..3).any(beyond) {
             return false;
@@ -252,8 +247,8 @@ impl FluxPlan {
         }
         // The nearest image along the plane.
         std::iter::once(NO_SHIFT)
-            .chain(images.neighbours())
-            .map(|code| images.shift(code))
+            .chain(cell.images())
+            .map(|code| cell.shift(code))
             .filter(|shift| shift.dot(self.normal) == 0.0)
             .any(|shift| self.part.holds(place + shift - self.point))
     }

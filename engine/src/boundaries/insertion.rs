@@ -11,7 +11,6 @@ use super::quota::Quota;
 use super::wait::Wait;
 use super::{InsertionPlan, Setting, Tally, Total};
 use crate::bodies::{Clump, NewBody};
-use crate::neighbours::Images;
 use crate::stage::Stage;
 use crate::state::{MaterialIndex, NewParticle, Particles, Plain};
 use crate::walls::WallNow;
@@ -101,7 +100,6 @@ pub(super) struct Insertion {
 /// The surroundings of an insertion beside the particles.
 pub(super) struct Surroundings<'a> {
     pub(super) setting: &'a Setting<'a>,
-    pub(super) images: &'a Images,
     pub(super) walls: &'a [WallNow],
     /// The largest distance of particles from their listed positions, m.
     pub(super) margin: f64,
@@ -241,7 +239,7 @@ impl Insertion {
             return true;
         };
         let (mut probe, mut occupied) = (self.clone(), Occupied::default());
-        occupied.take_in(particles, around.images);
+        occupied.take_in(particles, around.setting.cell);
         (0..insertion.attempts).any(|_| {
             let place = probe.find_place(pending, particles, &occupied, around);
             place.is_some()
@@ -302,7 +300,7 @@ impl Insertion {
                 clump.pebble_radii().1 * scale(&pending, clump)
             }
         };
-        self.room.has_space(of_sphere(radius))
+        self.room.has_space(of_sphere(radius), setting.cell)
     }
 
     /// Tries one position, and for a body one orientation; on success the particle is placed.
@@ -315,7 +313,7 @@ impl Insertion {
         around: &Surroundings<'_>,
     ) -> bool {
         let setting = around.setting;
-        occupied.take_in(particles, around.images);
+        occupied.take_in(particles, around.setting.cell);
         let Some(new) = self.find_place(pending, particles, occupied, around) else {
             return false;
         };
@@ -333,7 +331,7 @@ impl Insertion {
             New::Body(new) => new.position,
         };
         for (number, &wall) in insertion.closing.iter().enumerate() {
-            if is_in_wake(&around.walls[wall], around.images, place) {
+            if is_in_wake(&around.walls[wall], around.setting.cell, place) {
                 let known = self.state.behind.len().max(number + 1);
                 self.state.behind.resize(known, 0);
                 self.state.behind[number] += 1;
@@ -408,15 +406,15 @@ impl Insertion {
         occupied: &Occupied,
         around: &Surroundings<'_>,
     ) -> Option<DVec3> {
-        let images = around.images;
-        let centre = (self.room).draw(spheres, extent, &mut self.places, images)?;
-        let at = |offset: DVec3| images.wrap(centre + offset);
+        let cell = around.setting.cell;
+        let centre = (self.room).draw(spheres, extent, &mut self.places, cell)?;
+        let at = |offset: DVec3| cell.wrap(centre + offset);
         // Particles before walls: walls take longer to test and seldom block a position that is free of particles.
         let is_free = spheres.iter().all(|&(offset, radius)| {
-            !occupied.overlaps(particles, images, (at(offset), radius), around.margin)
+            !occupied.overlaps(particles, cell, (at(offset), radius), around.margin)
         }) && spheres.iter().all(|&(offset, radius)| {
-            !overlaps_wall(around.walls, images, at(offset), radius)
-                && !is_behind_a_wall(around.walls, images, at(offset))
+            !overlaps_wall(around.walls, cell, at(offset), radius)
+                && !is_behind_a_wall(around.walls, cell, at(offset))
         });
         is_free.then_some(centre)
     }

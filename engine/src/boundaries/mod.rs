@@ -60,7 +60,8 @@ use occupied::Occupied;
 use passage::{Grain, Passages};
 use row_map::RowMap;
 
-use crate::neighbours::{Cells, Images};
+use crate::cell::Cell;
+use crate::neighbours::Cells;
 use crate::stage::Stage;
 use crate::state::{Id, Particle, Particles, Row};
 use crate::walls::WallNow;
@@ -111,7 +112,6 @@ pub struct Boundaries {
     /// The largest distance of a particle from its listed position, m.
     margin: f64,
     time_step: f64,
-    images: Images,
     /// The stage to which long insertions report, and which says whether they should go on.
     stage: Arc<Stage>,
 }
@@ -125,10 +125,9 @@ impl Boundaries {
         fluxes: &[FluxPlan],
         setting: &Setting<'_>,
     ) -> Self {
-        let images = Images::new(setting.domain.0, setting.domain.1, setting.periodic);
         let materials = setting.materials.len();
         Self {
-            fluxes: Fluxes::new(fluxes, materials, setting.dimensions, &images),
+            fluxes: Fluxes::new(fluxes, materials, setting.dimensions, setting.cell),
             insertions: insertions
                 .iter()
                 .map(|insertion| Insertion::new(insertion, setting))
@@ -142,7 +141,6 @@ impl Boundaries {
             rows: RowMap::default(),
             margin: 0.0,
             time_step: setting.time_step,
-            images,
             stage: Arc::default(),
         }
     }
@@ -152,25 +150,23 @@ impl Boundaries {
         self.stage = stage;
     }
 
-    /// Counts, removes and inserts particles at this time (s); returns whether rows changed. Inserted ones are appended. `insertions` and
-    /// `setting` are those of [`Boundaries::new`]. `leaving` is called before anything is removed.
+    /// Counts, removes and inserts particles at this time (s); returns whether rows changed. Inserted ones are appended. `insertions` are
+    /// those of [`Boundaries::new`], `setting` is the present one. `leaving` is called before anything is removed.
     pub fn exchange(
         &mut self,
         particles: &mut Particles,
         insertions: &[InsertionPlan],
         setting: &Setting<'_>,
-        images: &Images,
         walls: &[WallNow],
         time: f64,
         leaving: &mut Leaving<'_>,
         brought: &mut Brought<'_>,
     ) -> bool {
         self.fluxes
-            .count(particles, images, time, &mut self.passages);
-        let mut changed = self.delete(particles, setting.dimensions, images, time, leaving);
+            .count(particles, setting.cell, time, &mut self.passages);
+        let mut changed = self.delete(particles, setting, time, leaving);
         let around = Surroundings {
             setting,
-            images,
             walls,
             margin: self.margin,
             time,
@@ -195,13 +191,15 @@ impl Boundaries {
     fn delete(
         &mut self,
         particles: &mut Particles,
-        dimensions: u8,
-        images: &Images,
+        setting: &Setting<'_>,
         time: f64,
         leaving: &mut Leaving<'_>,
     ) -> bool {
+        let Setting {
+            cell, dimensions, ..
+        } = *setting;
         self.left_by_face.clear();
-        let gone = self.deletion.find(particles, images);
+        let gone = self.deletion.find(particles, cell);
         if gone.is_empty() {
             return false;
         }
@@ -211,7 +209,7 @@ impl Boundaries {
                 Exit::Face(face) => Gate::Face(face as u32),
             };
             let grain = leaver.look(particles, dimensions);
-            self.passages.add(time, gate, &grain, images);
+            self.passages.add(time, gate, &grain, cell);
             let tally = match exit {
                 Exit::Region(index) => &mut self.deleted[index],
                 Exit::Face(face) => &mut self.faces[face],
@@ -306,7 +304,7 @@ impl Boundaries {
     }
 
     /// The list was built with this skin (m), the particles sorted: finds those that may reach an exit before the next build.
-    pub fn listed(&mut self, particles: &Particles, skin: f64) {
+    pub fn listed(&mut self, particles: &Particles, cell: &Cell, skin: f64) {
         self.occupied.forget();
         // Particles move up to half a skin while the list is valid, and then make the step that ends its validity: at most twice
         // as fast as now, as a particle that accelerates more is slow now.
@@ -318,8 +316,8 @@ impl Boundaries {
             })
             .sqrt();
         self.margin = skin.max(0.5 * skin + 2.0 * fastest * self.time_step);
-        self.deletion.listed(particles, &self.images, self.margin);
-        self.fluxes.listed(particles, &self.images, self.margin);
+        self.deletion.listed(particles, cell, self.margin);
+        self.fluxes.listed(particles, cell, self.margin);
     }
 
     /// The particles in the cells of the list that was just built, where insertions find them until the next one.
@@ -340,7 +338,6 @@ impl Boundaries {
     ) -> Vec<bool> {
         let around = Surroundings {
             setting,
-            images: &self.images,
             walls,
             margin: self.margin,
             time,
@@ -368,7 +365,12 @@ impl Boundaries {
     ///
     /// # Errors
     /// If the plan has another number of insertions, deletions or flux planes.
-    pub fn restore(&mut self, state: &BoundaryState, particles: &Particles) -> Result<(), String> {
+    pub fn restore(
+        &mut self,
+        state: &BoundaryState,
+        particles: &Particles,
+        cell: &Cell,
+    ) -> Result<(), String> {
         let (found, planned) = (state, self.state());
         let counts = [
             (
@@ -397,7 +399,7 @@ impl Boundaries {
         self.rows = RowMap::of_list(particles.len());
         self.margin = state.margin;
         self.deletion.forget_near();
-        self.fluxes.restore(&state.crossed, particles, &self.images);
+        self.fluxes.restore(&state.crossed, particles, cell);
         Ok(())
     }
 

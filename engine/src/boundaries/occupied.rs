@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use crate::neighbours::{Cells, Images};
+use crate::cell::Cell;
+use crate::neighbours::Cells;
 use crate::state::Particles;
 
 /// Rows that are compared one by one before they are sorted into cells.
@@ -43,7 +44,7 @@ impl Occupied {
     }
 
     /// Sorts the rows that were appended, but for the last few.
-    pub(super) fn take_in(&mut self, particles: &Particles, images: &Images) {
+    pub(super) fn take_in(&mut self, particles: &Particles, cell: &Cell) {
         let end = particles.len();
         let mut rows = self.end()..end;
         if rows.len() < FEW {
@@ -56,7 +57,7 @@ impl Occupied {
             rows.start = last.rows.start;
             self.blocks.pop();
         }
-        let cells = Cells::sort(rows.clone(), particles, images);
+        let cells = Cells::sort(rows.clone(), particles, cell);
         self.blocks.push(Block { rows, cells });
     }
 
@@ -66,19 +67,19 @@ impl Occupied {
     pub(super) fn overlaps(
         &self,
         particles: &Particles,
-        images: &Images,
+        cell: &Cell,
         (centre, radius): (DVec3, f64),
         margin: f64,
     ) -> bool {
         let meets = |row: usize| {
             let record = &particles.records[row];
-            let branch = images.nearest(record.position - centre);
+            let branch = cell.min_image(record.position - centre, DVec3::ZERO).0;
             let contact = record.radius + radius;
             branch.length_squared() < contact * contact
         };
         let reach = radius + margin;
         let mut blocks = self.blocks.iter();
-        blocks.any(|block| block.cells.any_near(centre, reach, images, meets))
+        blocks.any(|block| block.cells.any_near(centre, reach, cell, meets))
             || (self.end()..particles.len()).any(meets)
     }
 

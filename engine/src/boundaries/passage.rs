@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::neighbours::Images;
+use crate::cell::Cell;
 use crate::state::{Id, MaterialIndex, Particles, Plain, volume};
 
 /// A particle or a body, as boundaries see it.
@@ -152,7 +152,7 @@ pub(super) struct Passages {
 
 impl Passages {
     /// Notes a grain that passes at this time (s).
-    pub(super) fn add(&mut self, time: f64, gate: Gate, grain: &Look, images: &Images) {
+    pub(super) fn add(&mut self, time: f64, gate: Gate, grain: &Look, cell: &Cell) {
         if self.are_listed {
             self.all.push(Passage {
                 time,
@@ -161,7 +161,7 @@ impl Passages {
                 clump: grain.clump,
                 material: grain.material.number(),
                 diameter: grain.diameter,
-                position: images.wrap(grain.position),
+                position: cell.wrap(grain.position),
                 velocity: grain.velocity,
             });
         }

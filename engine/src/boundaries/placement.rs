@@ -4,7 +4,7 @@ use glam::DVec3;
 use mercury_common::random::Stream;
 
 use super::Region;
-use crate::neighbours::Images;
+use crate::cell::Cell;
 use crate::walls::{Touches, WallNow};
 
 /// Trials to hit the region from its bounding box before an attempt counts as failed: a region that fills a tenth of its box
@@ -16,18 +16,16 @@ const MOST_LOOKS: u32 = 1_000_000;
 
 /// The space in which regions lie.
 #[derive(Debug, Clone, Copy)]
-pub struct Space {
-    /// Lowest and highest corner of the domain, m.
-    pub domain: (DVec3, DVec3),
-    /// Periodic axes.
-    pub periodic: [bool; 3],
+pub struct Space<'a> {
+    /// The cell.
+    pub cell: &'a Cell,
     /// 3, or 2 for discs.
     pub dimensions: u8,
 }
 
 /// Whether a sphere of this radius (m) may have a place in the region and the domain: `false` only where it certainly has none.
-pub fn may_hold(region: &Region, radius: f64, space: Space) -> bool {
-    Room::new(region, space).may_hold(radius)
+pub fn may_hold(region: &Region, radius: f64, space: Space<'_>) -> bool {
+    Room::new(region, space).may_hold(radius, space.cell)
 }
 
 /// The extent below and above a centre along x, y, z, m.
@@ -44,26 +42,22 @@ pub(super) struct Room {
     region: Region,
     /// Bounds of the region, m; infinite where it is unbounded.
     bounds: (DVec3, DVec3),
-    domain: (DVec3, DVec3),
-    periodic: [bool; 3],
     /// The plane of two-dimensional scenes, m.
     plane: Option<f64>,
 }
 
 impl Room {
     /// For a region in the domain of a plan. Discs lie in the plane z = 0, or where the domain does not have it, in the nearest.
-    pub(super) fn new(region: &Region, space: Space) -> Self {
-        let (domain_min, domain_max) = space.domain;
+    pub(super) fn new(region: &Region, space: Space<'_>) -> Self {
+        let (low, high) = space.cell.corners();
         let plane = (space.dimensions == 2).then(|| {
             // Not `clamp`, which panics if the domain's corners are swapped.
-            0.0f64.max(domain_min.z).min(domain_max.z)
+            0.0f64.max(low.z).min(high.z)
         });
         let region = plane.map_or_else(|| region.clone(), |plane| region.in_plane(plane));
         Self {
             bounds: region.bounds(),
             region,
-            domain: space.domain,
-            periodic: space.periodic,
             plane,
         }
     }
@@ -72,14 +66,14 @@ impl Room {
     /// domains.
     ///
     /// At the bounds of the region the whole object must be inside; where the domain ends first, only the centre must be.
-    fn centres(&self, (below, above): Extent) -> (DVec3, DVec3) {
+    fn centres(&self, (below, above): Extent, cell: &Cell) -> (DVec3, DVec3) {
         let (mut low, mut high) = (self.bounds.0 + below, self.bounds.1 - above);
         for axis in 0..3 {
-            if !self.periodic[axis] || low[axis] == f64::NEG_INFINITY {
-                low[axis] = low[axis].max(self.domain.0[axis]);
+            if !cell.is_periodic(axis) || low[axis] == f64::NEG_INFINITY {
+                low[axis] = low[axis].max(cell.low()[axis]);
             }
-            if !self.periodic[axis] || high[axis] == f64::INFINITY {
-                high[axis] = high[axis].min(self.domain.1[axis]);
+            if !cell.is_periodic(axis) || high[axis] == f64::INFINITY {
+                high[axis] = high[axis].min(cell.high()[axis]);
             }
         }
         if let Some(plane) = self.plane {
@@ -89,23 +83,23 @@ impl Room {
     }
 
     /// Lowest and highest centre as above, if something of this extent fits between the bounds at all, which must be finite.
-    fn space(&self, extent: Extent) -> Option<(DVec3, DVec3)> {
-        let (low, high) = self.centres(extent);
+    fn space(&self, extent: Extent, cell: &Cell) -> Option<(DVec3, DVec3)> {
+        let (low, high) = self.centres(extent, cell);
         (low.is_finite() && high.is_finite() && low.cmple(high).all()).then_some((low, high))
     }
 
     /// Whether something of this extent fits between the bounds at all.
-    pub(super) fn has_space(&self, extent: Extent) -> bool {
-        self.space(extent).is_some()
+    pub(super) fn has_space(&self, extent: Extent, cell: &Cell) -> bool {
+        self.space(extent, cell).is_some()
     }
 
     /// Whether there may be a place for a sphere of this radius (m): `false` only where it is certain that there is none.
     ///
     /// Boxes of centres are halved until one has its middle where the sphere fits. As the signed distance changes at most as
     /// fast as the place, a box whose middle misses by more than its half diagonal holds no place and is dropped.
-    pub(super) fn may_hold(&self, radius: f64) -> bool {
+    pub(super) fn may_hold(&self, radius: f64, cell: &Cell) -> bool {
         let extent = of_sphere(radius);
-        let Some((low, high)) = self.space(extent) else {
+        let Some((low, high)) = self.space(extent, cell) else {
             return false;
         };
         let mut boxes = vec![(0.5 * (low + high), 0.5 * (high - low))];
@@ -131,7 +125,7 @@ impl Room {
             boxes.extend([(centre - step, half), (centre + step, half)]);
         }
         // Across the joints of a union there may be more space than its distance shows.
-        radius > 0.0 && self.region.has_union() && self.may_hold(0.0)
+        radius > 0.0 && self.region.has_union() && self.may_hold(0.0, cell)
     }
 
     /// A centre uniform among those whose spheres, `offset` (m) from it, lie wholly inside the region, wrapped into the domain;
@@ -141,9 +135,9 @@ impl Room {
         spheres: &[(DVec3, f64)],
         extent: Extent,
         stream: &mut Stream,
-        images: &Images,
+        cell: &Cell,
     ) -> Option<DVec3> {
-        let (low, high) = self.space(extent)?;
+        let (low, high) = self.space(extent, cell)?;
         for _ in 0..DRAWS {
             let x = stream.uniform_in(low.x, high.x);
             let y = stream.uniform_in(low.y, high.y);
@@ -154,7 +148,7 @@ impl Room {
             let centre = DVec3::new(x, y, z);
             let holds = |&(offset, radius)| self.region.holds_sphere(centre + offset, radius);
             if spheres.iter().all(holds) {
-                return Some(images.wrap(centre));
+                return Some(cell.wrap(centre));
             }
         }
         None
@@ -162,12 +156,12 @@ impl Room {
 }
 
 /// Whether a sphere would overlap a wall or sheet that is there; touching is not overlapping.
-pub fn overlaps_wall(walls: &[WallNow], images: &Images, centre: DVec3, radius: f64) -> bool {
+pub fn overlaps_wall(walls: &[WallNow], cell: &Cell, centre: DVec3, radius: f64) -> bool {
     let mut touches = Touches::new();
     walls.iter().filter(|wall| wall.state.present).any(|wall| {
         wall.met_by().iter().any(|&code| {
             let code = wall.image_of(centre, code);
-            let centre = wall.state.into_wall(centre + images.any_shift(code));
+            let centre = wall.state.into_wall(centre + cell.any_shift(code));
             let reach = radius + wall.half_thickness();
             wall.shape().touches(centre, reach, &mut touches);
             !touches.is_empty()

@@ -1,18 +1,15 @@
 //! The setting of a run's boundaries, beside the insertions and deletions.
 
-use glam::DVec3;
-
 use super::Space;
 use crate::bodies::Clump;
+use crate::cell::Cell;
 use crate::state::Material;
 
-/// Where insertions and deletions take place: the same from the start of a run to its end.
+/// Where insertions and deletions take place.
 #[derive(Debug, Clone, Copy)]
 pub struct Setting<'a> {
-    /// Lower and upper corner of the domain, m.
-    pub domain: (DVec3, DVec3),
-    /// Periodic axes.
-    pub periodic: [bool; 3],
+    /// The present cell.
+    pub cell: &'a Cell,
     /// 3, or 2 for discs.
     pub dimensions: u8,
     /// All materials.
@@ -25,12 +22,11 @@ pub struct Setting<'a> {
     pub seed: u64,
 }
 
-impl Setting<'_> {
+impl<'a> Setting<'a> {
     /// The space that regions lie in.
-    pub fn space(&self) -> Space {
+    pub fn space(&self) -> Space<'a> {
         Space {
-            domain: self.domain,
-            periodic: self.periodic,
+            cell: self.cell,
             dimensions: self.dimensions,
         }
     }

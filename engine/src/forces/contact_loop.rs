@@ -18,6 +18,7 @@ mod sharing;
 mod sheets;
 mod sides;
 mod slots;
+mod touch_wall;
 mod vertices;
 mod walls;
 mod watching;

@@ -31,9 +31,9 @@ pub use observation::{ContactRecord, Exchange, Observation, Partner, SpringEnerg
 pub use rubs::{Impact, Rub};
 pub use saved::{SavedSlot, SavedSlots};
 
+use crate::cell::Cell;
 use crate::contact::SlidingNormal;
 use crate::lanes::Width;
-use crate::neighbours::Images;
 use crate::state::{Load, Particle};
 use crate::surface::Surface;
 use crate::walls::{WallFilms, WallNow};
@@ -48,7 +48,7 @@ pub struct StepContext<'a> {
     /// The normal for the velocities of sliding, rolling and torsion.
     pub sliding_normal: SlidingNormal,
     /// Periodic images.
-    pub images: &'a Images,
+    pub cell: &'a Cell,
     /// Walls as they are now.
     pub walls: &'a [WallNow],
     /// Sheets as they are now.

@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 
 use super::contact_loop::held_depth;
-use crate::neighbours::{Block, Boxes, Grid, Images, Margin};
+use crate::cell::Cell;
+use crate::neighbours::{Block, Boxes, Grid, Margin};
 use crate::state::{Particle, Particles, WallIndex};
 use crate::walls::{Scratch, Shape, Touches, WallNow};
 
@@ -34,7 +35,7 @@ pub fn find_near_walls(
     extra_skin: &[f64],
     grid: &Grid,
     walls: &[WallNow],
-    images: &Images,
+    cell: &Cell,
     margin: &Margin,
     parallel: bool,
 ) -> Vec<NearWall> {
@@ -50,7 +51,7 @@ pub fn find_near_walls(
         let outer = wall.outer_box();
         for &code in wall.met_by() {
             let may_matter =
-                |block: &Block| wall.may_be_near(&outer, block, most, (images, code), &mut scratch);
+                |block: &Block| wall.may_be_near(&outer, block, most, (cell, code), &mut scratch);
             blocks.clear();
             boxes.find(may_matter, &mut blocks);
             near.extend(blocks.iter().map(|&block| (index as u16, code, block)));
@@ -61,7 +62,7 @@ pub fn find_near_walls(
         let mut tests = Tests {
             records,
             extra_skin,
-            images,
+            cell,
             margin,
             touches: Touches::default(),
             scratch: Scratch::default(),
@@ -97,13 +98,13 @@ pub fn find_near_walls(
 pub fn near_walls_of_vertices(
     vertices: &[Particle],
     walls: &[WallNow],
-    images: &Images,
+    cell: &Cell,
     margin: &Margin,
 ) -> Vec<NearWall> {
     let mut tests = Tests {
         records: vertices,
         extra_skin: &[],
-        images,
+        cell,
         margin,
         touches: Touches::default(),
         scratch: Scratch::default(),
@@ -134,7 +135,7 @@ const CHUNK: usize = 64;
 struct Tests<'a> {
     records: &'a [Particle],
     extra_skin: &'a [f64],
-    images: &'a Images,
+    cell: &'a Cell,
     margin: &'a Margin,
     touches: Touches,
     scratch: Scratch,
@@ -156,7 +157,7 @@ impl Tests<'_> {
             return None;
         }
         let image = wall.image_of(record.position, met_by);
-        let centre = (wall.state).into_wall(record.position + self.images.any_shift(image));
+        let centre = (wall.state).into_wall(record.position + self.cell.any_shift(image));
         let extra_skin = self.extra_skin.get(row).copied().unwrap_or_default();
         let margin = extra_skin + self.margin.to_walls(record);
         let reach = record.radius + depth + margin + wall.half_thickness();

@@ -2,7 +2,7 @@
 
 use super::SlotState;
 use super::contact_loop::FREE;
-use crate::neighbours::{Images, NO_SHIFT};
+use crate::cell::{NO_SHIFT, image};
 use crate::state::{Pieces, Plain, announced};
 
 /// One slot of [`SavedSlots`].
@@ -290,7 +290,7 @@ impl SavedSlots {
         if !(self.heads.iter()).all(|head| is_row(head.row) && is_row(head.partner)) {
             return Err("a listed pair names a missing particle".to_owned());
         }
-        if !(self.heads.iter()).all(|head| head.image < Images::NEIGHBOURS) {
+        if !(self.heads.iter()).all(|head| head.image < image::NEIGHBOURS) {
             return Err("a listed pair names a missing image".to_owned());
         }
         Ok(())

@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use mercury_common::particle_properties::FILM_VOLUME;
 
 use super::{BridgesForm, EVAPORATES_EVERY, LiquidRow, Liquids, Surroundings};
+use crate::cell::opposite;
 use crate::forces::{Needs, Observation, Partner, StepContext};
-use crate::neighbours::opposite;
 use crate::physics::Setup;
 use crate::spray::Sprays;
 use crate::state::{Id, Pieces, Plain};

@@ -9,8 +9,8 @@ use super::borders::{Border, Shape};
 use super::forces::{Evaluation, Powers, Workspace};
 use super::pressure::Load;
 use super::sheet::Sheet;
+use crate::cell::Cell;
 use crate::lanes::Width;
-use crate::neighbours::Images;
 use crate::parallel::map_parts;
 use crate::surface::{CHUNK, LARGE, Surface};
 use crate::walls::{Motion, Pose, Touches, WallNow, WallStiffness};
@@ -199,7 +199,7 @@ pub struct Moment<'a> {
     /// Walls as they are at that time.
     pub walls: &'a [WallNow],
     /// Periodic images of the domain.
-    pub images: &'a Images,
+    pub cell: &'a Cell,
     /// Whether a pool of threads is there.
     pub has_pool: bool,
     /// Lanes in which elements of sheets are taken.
@@ -425,7 +425,7 @@ impl MembraneNow {
                         }
                         HoldCourse::Motion(_) | HoldCourse::Wall(_) => {
                             let way = pose.to_global(self.place[k]) - surface.positions[k];
-                            nearest(way, at.images) / drift
+                            at.cell.min_image(way, DVec3::ZERO).0 / drift
                         }
                     };
                     for axis in 0..3 {
@@ -645,7 +645,7 @@ fn gap(
     let mut farthest: Option<Gap> = None;
     for &vertex in &hold.vertices {
         let place = surface.positions[vertex as usize];
-        let distance = wall.distance(at.images, place, &mut touches);
+        let distance = wall.distance(at.cell, place, &mut touches);
         if distance > edge && farthest.is_none_or(|gap| distance > gap.distance) {
             farthest = Some(Gap {
                 hold: number as u32,
@@ -676,19 +676,4 @@ fn drag(sheet: &Sheet, surface: &mut Surface, is_parallel: bool) -> f64 {
         lost
     });
     lost.into_iter().sum()
-}
-
-/// The shortest way between images of the ends: a wall that goes on for ever is set back by whole periods.
-fn nearest(mut way: DVec3, images: &Images) -> DVec3 {
-    for axis in 0..3 {
-        if images.periodic[axis] {
-            let size = images.size[axis];
-            // Exactly as it is where it is no period.
-            let periods = (way[axis] / size).round();
-            if periods != 0.0 {
-                way[axis] -= periods * size;
-            }
-        }
-    }
-    way
 }

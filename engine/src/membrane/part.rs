@@ -27,7 +27,7 @@ fn sheets(core: &mut Core) -> (&[MembranePlan], &mut [Surface], Moment<'_>) {
         physics,
         surfaces,
         walls,
-        images,
+        cell,
         ..
     } = core;
     let at = Moment {
@@ -35,7 +35,7 @@ fn sheets(core: &mut Core) -> (&[MembranePlan], &mut [Surface], Moment<'_>) {
         dt: physics.time_step,
         gravity: physics.gravity,
         walls,
-        images,
+        cell,
         has_pool,
         width,
     };
@@ -256,12 +256,12 @@ impl Membranes {
         let (corners, way) = (surface.corners(), surface.way_since_listed());
         // Triangles that were left behind for many steps may have turned.
         let is_stale = std::mem::take(&mut self.stale[number]);
-        let images = &core.images;
+        let cell = &core.cell;
         let mut follow = || {
             if is_stale {
-                wall.follow_anew(&corners, way, images)
+                wall.follow_anew(&corners, way, cell)
             } else {
-                wall.follow(&corners, way, images)
+                wall.follow(&corners, way, cell)
             }
         };
         let followed = match core.pool.as_deref() {

@@ -186,8 +186,8 @@ mod tests {
     use mercury_common::random::Stream;
     use proptest::prelude::*;
 
-    use super::super::Images;
     use super::*;
+    use crate::cell::Cell;
     use crate::state::MaterialIndex;
 
     proptest! {
@@ -205,10 +205,10 @@ mod tests {
         ) {
             let mut random = Stream::new(seed, "boxes", 0);
             let size = DVec3::from(size) + 0.1;
-            let images = Images::new(DVec3::ZERO, size, periodic);
+            let domain = Cell::new(DVec3::ZERO, size, periodic);
             let mut draw = || DVec3::new(random.uniform(), random.uniform(), random.uniform());
             let places: Vec<DVec3> = (0..count).map(|_| draw() * size).collect();
-            let (grid, order) = Grid::sort(count, |k| places[k], edge, &images, parallel);
+            let (grid, order) = Grid::sort(count, |k| places[k], edge, &domain, parallel);
             let records: Vec<Particle> = order.iter().map(|&k| Particle {
                 position: places[k as usize],
                 radius: 0.01 * f64::from(k % 7 + 1),

@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::{Grid, Images, Levels};
+use super::{Grid, Levels};
+use crate::cell::Cell;
 use crate::state::Particles;
 
 /// Particles in the cells of their levels, at the places at which they were listed.
@@ -32,9 +33,9 @@ enum Rows {
 
 impl Level {
     /// Rows whose radii are at most `largest` (m), in cells of their own.
-    fn sort(rows: Vec<u32>, largest: f64, particles: &Particles, images: &Images) -> Self {
-        let position = |k: usize| images.wrap(particles.listed_at[rows[k] as usize]);
-        let (grid, order) = Grid::sort(rows.len(), position, 2.0 * largest, images, false);
+    fn sort(rows: Vec<u32>, largest: f64, particles: &Particles, domain: &Cell) -> Self {
+        let position = |k: usize| domain.wrap(particles.listed_at[rows[k] as usize]);
+        let (grid, order) = Grid::sort(rows.len(), position, 2.0 * largest, domain, false);
         let rows = order.iter().map(|&k| rows[k as usize]).collect();
         Self {
             grid,
@@ -47,22 +48,22 @@ impl Level {
 impl Cells {
     /// The rows of a candidate list that was just built: `grid` holds all rows, sorted.
     #[must_use]
-    pub fn of_list(grid: Grid, levels: &Levels, particles: &Particles, images: &Images) -> Self {
+    pub fn of_list(grid: Grid, levels: &Levels, particles: &Particles, domain: &Cell) -> Self {
         let mut all = vec![Level {
             grid,
             rows: Rows::Listed,
             largest: levels.largest[0],
         }];
-        all.extend(above(1, 0..particles.len(), levels, particles, images));
+        all.extend(above(1, 0..particles.len(), levels, particles, domain));
         Self { levels: all }
     }
 
     /// Some rows, which need not be sorted, at their listed positions.
     #[must_use]
-    pub fn sort(rows: Range<usize>, particles: &Particles, images: &Images) -> Self {
+    pub fn sort(rows: Range<usize>, particles: &Particles, domain: &Cell) -> Self {
         let levels = Levels::choose(&particles.records[rows.clone()], 0.0);
         Self {
-            levels: above(0, rows, &levels, particles, images).collect(),
+            levels: above(0, rows, &levels, particles, domain).collect(),
         }
     }
 
@@ -72,10 +73,10 @@ impl Cells {
         &self,
         place: DVec3,
         reach: f64,
-        images: &Images,
+        domain: &Cell,
         mut test: impl FnMut(usize) -> bool,
     ) -> bool {
-        let (low, high) = (images.min, images.min + images.size);
+        let (low, high) = domain.faces();
         self.levels.iter().any(|level| {
             let reach = reach + level.largest;
             let mut any_at = |position: DVec3, reach: f64| {
@@ -86,19 +87,19 @@ impl Cells {
             };
             // Only images of the place that are within reach of a periodic face have neighbours behind it.
             let is_at = |axis: usize, position: DVec3| {
-                !images.periodic[axis]
+                !domain.is_periodic(axis)
                     || (position[axis] >= low[axis] - reach && position[axis] <= high[axis] + reach)
             };
             let is_near_face = |axis: usize| {
-                images.periodic[axis]
+                domain.is_periodic(axis)
                     && (place[axis] - low[axis]).min(high[axis] - place[axis]) <= reach
             };
             // First in the cell of the position itself: where particles are dense, a hit is most likely there.
             any_at(place, 0.0)
                 || any_at(place, reach)
                 || ((0..3).any(is_near_face)
-                    && images.neighbours().any(|image| {
-                        let position = place + images.shift(image);
+                    && domain.images().any(|image| {
+                        let position = place + domain.shift(image);
                         (0..3).all(|axis| is_at(axis, position)) && any_at(position, reach)
                     }))
         })
@@ -111,12 +112,12 @@ fn above<'a>(
     rows: Range<usize>,
     levels: &'a Levels,
     particles: &'a Particles,
-    images: &'a Images,
+    domain: &'a Cell,
 ) -> impl Iterator<Item = Level> + 'a {
     (first..levels.largest.len()).map(move |level| {
         let is_of_level = |&row: &usize| levels.of(particles.records[row].radius) == level;
         let rows = rows.clone().filter(is_of_level).map(|row| row as u32);
-        Level::sort(rows.collect(), levels.largest[level], particles, images)
+        Level::sort(rows.collect(), levels.largest[level], particles, domain)
     })
 }
 
@@ -126,7 +127,8 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::neighbours::{Margin, NO_SHIFT, build};
+    use crate::cell::NO_SHIFT;
+    use crate::neighbours::{Margin, build};
     use crate::state::{MaterialIndex, Particle};
 
     proptest! {
@@ -144,7 +146,7 @@ mod tests {
         ) {
             let mut random = Stream::new(seed, "cells", 0);
             let size = DVec3::from(size);
-            let images = Images::new(-0.5 * size, 0.5 * size, periodic);
+            let domain = Cell::new(-0.5 * size, 0.5 * size, periodic);
             let mut particles = Particles::new(false);
             for k in 0..count {
                 let at = DVec3::new(random.uniform(), random.uniform(), random.uniform()) - 0.5;
@@ -162,27 +164,27 @@ mod tests {
             let place = (DVec3::new(random.uniform(), random.uniform(), random.uniform()) - 0.5) * size;
             let check = |cells: &Cells, particles: &Particles, first: usize| {
                 let mut tested = std::collections::HashSet::new();
-                let found = cells.any_near(place, reach, &images, |row| {
+                let found = cells.any_near(place, reach, &domain, |row| {
                     tested.insert(row);
                     false
                 });
                 assert!(!found);
-                let codes: Vec<u32> = std::iter::once(NO_SHIFT).chain(images.neighbours()).collect();
+                let codes: Vec<u32> = std::iter::once(NO_SHIFT).chain(domain.images()).collect();
                 for row in first..particles.len() {
                     let record = &particles.records[row];
                     let is_near = codes.iter().any(|&image| {
-                        let distance = (place + images.shift(image)).distance(record.position);
+                        let distance = (place + domain.shift(image)).distance(record.position);
                         distance < reach + record.radius
                     });
                     assert!(!is_near || tested.contains(&row), "{row}");
                 }
             };
             let first = count / 3;
-            check(&Cells::sort(first..count, &particles, &images), &particles, first);
+            check(&Cells::sort(first..count, &particles, &domain), &particles, first);
             let levels = Levels::choose(&particles.records, 0.0);
             let mut extra = Vec::new();
-            let built = build(&mut particles, &mut extra, &levels, &Margin::of_skin(0.01 * largest), &images, false);
-            check(&Cells::of_list(built.grid, &levels, &particles, &images), &particles, 0);
+            let built = build(&mut particles, &mut extra, &levels, &Margin::of_skin(0.01 * largest), &domain, false);
+            check(&Cells::of_list(built.grid, &levels, &particles, &domain), &particles, 0);
         }
     }
 }

@@ -5,8 +5,8 @@ use std::ops::Range;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::Images;
 use super::lines::Lines;
+use crate::cell::Cell;
 use crate::parallel::{each, each_part};
 
 /// A grid of cells over the particles; rows are sorted by cell, line by line along the fastest axis, the lines brick by brick (`lines.rs`).
@@ -36,17 +36,17 @@ impl Grid {
         particles: usize,
         position: impl Fn(usize) -> DVec3 + Sync,
         edge: f64,
-        images: &Images,
+        domain: &Cell,
         parallel: bool,
     ) -> (Self, Vec<u32>) {
         let [mut min, mut max] = bounds(particles, &position, parallel);
         if particles == 0 {
             (min, max) = (DVec3::ZERO, DVec3::ZERO);
         }
+        let (low, high) = domain.faces();
         for axis in 0..3 {
-            if images.periodic[axis] {
-                min[axis] = images.min[axis];
-                max[axis] = images.min[axis] + images.size[axis];
+            if domain.is_periodic(axis) {
+                (min[axis], max[axis]) = (low[axis], high[axis]);
             }
         }
         let extent = max - min;
@@ -275,14 +275,14 @@ mod tests {
     /// However many parts there are, also more than cells, and with all particles in one corner.
     #[test]
     fn parts_do_not_change_the_order() {
-        let images = Images::new(DVec3::ZERO, DVec3::ONE, [false, true, false]);
+        let domain = Cell::new(DVec3::ZERO, DVec3::ONE, [false, true, false]);
         let mut stream = Stream::new(5, "grid", 0);
         for (count, power, edge) in [(2000, 1, 0.07), (2000, 8, 0.11), (3, 1, 0.5), (0, 1, 0.1)] {
             let mut number = || stream.uniform().powi(power);
             let places: Vec<DVec3> = (0..count)
                 .map(|_| DVec3::new(number(), number(), number()))
                 .collect();
-            let (mut grid, order) = Grid::sort(count, |k| places[k], edge, &images, false);
+            let (mut grid, order) = Grid::sort(count, |k| places[k], edge, &domain, false);
             let cells: Vec<u32> = (places.iter().map(|&x| grid.cell(x) as u32)).collect();
             let mut expected: Vec<u32> = (0..count as u32).collect();
             expected.sort_by_key(|&row| cells[row as usize]);

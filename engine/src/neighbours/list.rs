@@ -7,7 +7,8 @@ use bytemuck::allocation::zeroed_vec;
 
 use super::grid::MOST_LATER;
 use super::other_pairs::OtherPairs;
-use super::{Grid, Images, Levels, Margin, NO_SHIFT};
+use super::{Grid, Levels, Margin};
+use crate::cell::{Cell, NO_SHIFT};
 use crate::memory::GROWTH;
 use crate::parallel::{change_each, each, each_part, map_parts};
 use crate::state::{Bodies, Particle, Particles, Row};
@@ -17,7 +18,7 @@ use crate::state::{Bodies, Particle, Particles, Row};
 pub struct Candidate {
     /// Row of the partner; larger than the row that owns the entry.
     pub partner: u32,
-    /// Code of the partner's image that is near ([`Images::shift`]).
+    /// Code of the partner's image that is near ([`Cell::shift`]).
     pub image: u32,
 }
 
@@ -73,17 +74,17 @@ pub fn build(
     extra: &mut Vec<f64>,
     levels: &Levels,
     margin: &Margin,
-    images: &Images,
+    domain: &Cell,
     parallel: bool,
 ) -> Built {
     change_each(&mut particles.records, parallel, |_, record| {
-        record.position = images.wrap(record.position);
+        record.position = domain.wrap(record.position);
     });
     let most = 0.5 * margin.largest();
     let cell = 2.0 * (levels.largest[0] + most);
     let records = &particles.records;
     let position = |row: usize| records[row].position;
-    let (grid, order) = Grid::sort(records.len(), position, cell, images, parallel);
+    let (grid, order) = Grid::sort(records.len(), position, cell, domain, parallel);
     particles.reorder(&order, parallel);
     let mut new_row = vec![Row::new(0); order.len()];
     for (new, &old) in order.iter().enumerate() {
@@ -97,7 +98,7 @@ pub fn build(
         *extra = each(order.len(), parallel, |new| extra[order[new] as usize]);
     }
     let members = Members::new(&particles.records, extra, levels, margin, parallel);
-    let mut list = list(&members, &grid, images, parallel);
+    let mut list = list(&members, &grid, domain, parallel);
     if let Some(bodies) = &particles.bodies {
         list.drop_inner_pairs(bodies);
     }
@@ -180,7 +181,7 @@ impl Members {
 ///
 /// The partners of a row in later cells lie in a few runs of rows: the rest of its own cell with the next one, and three
 /// neighbouring cells in each later one of the neighbouring lines of cells. That is for particles of the lowest level; the others are few.
-fn list(members: &Members, grid: &Grid, images: &Images, parallel: bool) -> CandidateList {
+fn list(members: &Members, grid: &Grid, domain: &Cell, parallel: bool) -> CandidateList {
     let count = members.all.len();
     // Those of higher levels are near nothing here: NaN compares false.
     let spots = each(count, parallel, |row| Spot {
@@ -191,7 +192,7 @@ fn list(members: &Members, grid: &Grid, images: &Images, parallel: bool) -> Cand
         },
         ..members.all[row]
     });
-    let through = OtherPairs::find(members, grid, images, parallel);
+    let through = OtherPairs::find(members, grid, domain, parallel);
     let layers = grid.layers();
     let layer =
         |(lines, c): &(Range<usize>, usize)| layer(&spots, grid, lines.clone(), *c, &through);
@@ -381,7 +382,7 @@ mod tests {
     /// periodic face: the search distance beyond it follows from the largest of all.
     #[test]
     fn a_small_fast_particle_is_near_a_large_slow_one_across_a_face() {
-        let images = Images::new(DVec3::ZERO, DVec3::ONE, [true, false, false]);
+        let domain = Cell::new(DVec3::ZERO, DVec3::ONE, [true, false, false]);
         let (large, small, extra, skin) = (0.1, 0.001, 0.002, 0.005);
         for (x_small, x_large, gap) in [(0.06, 0.98, 0.08), (0.94, 0.02, 0.08), (0.06, 0.94, 0.12)]
         {
@@ -398,7 +399,7 @@ mod tests {
                 &mut extra_skins,
                 &levels,
                 &Margin::of_skin(skin),
-                &images,
+                &domain,
                 false,
             );
             let is_near = gap < large + small + extra + skin;
@@ -438,7 +439,7 @@ mod tests {
             for (k, record) in particles.records.iter_mut().enumerate() {
                 record.material = MaterialIndex::new((k % 2) as u32);
             }
-            let images = Images::new(DVec3::ZERO, size, periodic);
+            let domain = Cell::new(DVec3::ZERO, size, periodic);
             // As much as the periodic domain leaves; also for small ones alone, which are then beside larger ones without.
             let largest = particles.records.iter().fold(0.0f64, |r, p| r.max(p.radius));
             let ahead = |k: usize| {
@@ -462,7 +463,7 @@ mod tests {
             let mut extra = given.clone();
             let parallel = seed % 2 == 0;
             let Built { list, new_row, .. } =
-                build(&mut particles, &mut extra, &levels, &margin, &images, parallel);
+                build(&mut particles, &mut extra, &levels, &margin, &domain, parallel);
             let extra_skin = extra;
             for (old, extra_skin_then) in given.iter().enumerate() {
                 prop_assert_eq!(extra_skin[new_row[old].index()], *extra_skin_then);
@@ -481,8 +482,8 @@ mod tests {
                         continue;
                     }
                     for image in 0..27 {
-                        let allowed = image == NO_SHIFT || images.neighbours().any(|c| c == image);
-                        let gap = (a.position - b.position - images.shift(image)).length();
+                        let allowed = image == NO_SHIFT || domain.images().any(|c| c == image);
+                        let gap = (a.position - b.position - domain.shift(image)).length();
                         let margins = margin.share(a) + margin.share(b);
                         if allowed && gap < a.radius + b.radius + extra_skin(i) + extra_skin(j) + margins {
                             expected.push((i as u32, j as u32, image));

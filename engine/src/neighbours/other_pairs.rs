@@ -3,8 +3,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::Grid;
 use super::list::{Candidate, Members, near};
-use super::{Grid, Images, NO_SHIFT, opposite};
+use crate::cell::{Cell, NO_SHIFT, opposite};
 
 /// Pairs that are near only through a periodic face, and those of the higher levels, by their lower row.
 pub(super) struct OtherPairs {
@@ -12,17 +13,17 @@ pub(super) struct OtherPairs {
 }
 
 impl OtherPairs {
-    pub(super) fn find(members: &Members, grid: &Grid, images: &Images, parallel: bool) -> Self {
-        if members.largest.len() == 1 && !images.any() {
+    pub(super) fn find(members: &Members, grid: &Grid, domain: &Cell, parallel: bool) -> Self {
+        if members.largest.len() == 1 && !domain.has_images() {
             return Self { pairs: Vec::new() };
         }
         let search = Search {
             members,
             grid,
             above: (1..members.largest.len())
-                .map(|level| Above::new(members, level, images, parallel))
+                .map(|level| Above::new(members, level, domain, parallel))
                 .collect(),
-            images,
+            domain,
         };
         let rows = members.all.len();
         let add = |mut pairs: Vec<_>, row| {
@@ -60,12 +61,12 @@ struct Above {
 }
 
 impl Above {
-    fn new(members: &Members, level: usize, images: &Images, parallel: bool) -> Self {
+    fn new(members: &Members, level: usize, domain: &Cell, parallel: bool) -> Self {
         let of_level = |&row: &u32| usize::from(members.level[row as usize]) == level;
         let rows: Vec<u32> = (0..members.all.len() as u32).filter(of_level).collect();
         let position = |k: usize| DVec3::from_array(members.all[rows[k] as usize].position);
         let cell = 2.0 * members.largest[level];
-        let (grid, order) = Grid::sort(rows.len(), position, cell, images, parallel);
+        let (grid, order) = Grid::sort(rows.len(), position, cell, domain, parallel);
         let rows = order.iter().map(|&k| rows[k as usize]).collect();
         Self { grid, rows }
     }
@@ -78,7 +79,7 @@ struct Search<'a> {
     grid: &'a Grid,
     /// Levels from the second on.
     above: Vec<Above>,
-    images: &'a Images,
+    domain: &'a Cell,
 }
 
 impl Search<'_> {
@@ -93,17 +94,17 @@ impl Search<'_> {
         let own = usize::from(level[row]);
         // In the lowest level those without a shift are known from the cells.
         let here = (own > 0).then_some(NO_SHIFT);
-        let images = self.images;
-        let (low, high) = (images.min, images.min + images.size);
+        let domain = self.domain;
+        let (low, high) = domain.faces();
         // Particles with extra skin need not be the largest.
         let farthest = largest[..=own].iter().copied().fold(0.0, f64::max);
-        for image in here.into_iter().chain(images.neighbours()) {
-            let position = DVec3::from_array(spot.position) + images.shift(image);
+        for image in here.into_iter().chain(domain.images()) {
+            let position = DVec3::from_array(spot.position) + domain.shift(image);
             // Only images that stand within reach of a periodic face can have a neighbour behind it; along the
             // other axes particles may stand outside the domain.
             let reach = spot.radius.abs() + farthest;
             let outside = (low - position).max(position - high);
-            if (0..3).any(|axis| images.periodic[axis] && outside[axis] > reach) {
+            if (0..3).any(|axis| domain.is_periodic(axis) && outside[axis] > reach) {
                 continue;
             }
             for (lower, largest) in largest[..=own].iter().enumerate() {

@@ -1,6 +1,6 @@
 //! The thickness of the skin, adapted from counts.
 
-use super::Images;
+use crate::cell::Cell;
 
 /// Time of building a list, per particle, over the time of testing one listed pair that does not touch
 /// (measured; see `docs/lab/performance.md`), where contacts remember something, which lies beside each listed pair and is carried over to the next list, and where they
@@ -47,12 +47,12 @@ impl Skin {
     /// The skin of a run's first list, limited by the periodic axes. Radii (m): the smallest and the largest that can occur, and
     /// the mean one; `range`: how far beyond contact forces reach, m.
     #[must_use]
-    pub fn first([smallest, mean, largest]: [f64; 3], range: f64, images: &Images) -> Self {
+    pub fn first([smallest, mean, largest]: [f64; 3], range: f64, domain: &Cell) -> Self {
         let mut skin = Self::new([smallest, mean]);
         let mut room = f64::INFINITY;
         for axis in 0..3 {
-            if images.periodic[axis] {
-                room = room.min(0.5 * images.size[axis] - 2.0 * largest - range);
+            if domain.is_periodic(axis) {
+                room = room.min(0.5 * domain.size()[axis] - 2.0 * largest - range);
             }
         }
         skin.limit(0.99 * room);

@@ -10,6 +10,7 @@ use super::sizes::Sizes;
 use super::{Carried, Guard, Physics, Setup};
 use crate::bodies::{Clump, NewBody};
 use crate::boundaries::{DeletionPlan, InsertionPlan};
+use crate::cell::Cell;
 use crate::contact::SlidingNormal;
 use crate::contact::adhesion::liquid::Tables;
 use crate::contact::registry::{AnyPairLaw, LawTable};
@@ -66,12 +67,8 @@ pub struct Inputs {
     pub steps: u64,
     /// Also ends when the particles are at rest.
     pub until_at_rest: bool,
-    /// Lower corner of the domain, m.
-    pub domain_min: DVec3,
-    /// Upper corner of the domain, m.
-    pub domain_max: DVec3,
-    /// Periodic axes.
-    pub periodic: [bool; 3],
+    /// The periodic box at the start.
+    pub cell: Cell,
     /// Materials.
     pub materials: Vec<Material>,
     /// Laws of all pairs of materials.
@@ -132,9 +129,7 @@ impl Inputs {
             time_step,
             steps: 0,
             until_at_rest: false,
-            domain_min: domain.0,
-            domain_max: domain.1,
-            periodic: [false; 3],
+            cell: Cell::new(domain.0, domain.1, [false; 3]),
             materials: vec![Material {
                 name: "material".to_owned(),
                 density,
@@ -254,7 +249,7 @@ impl Inputs {
         if !(2..=3).contains(&self.dimensions) {
             return Err(number("dimensions", "2 or 3", self.dimensions));
         }
-        let (min, max) = (self.domain_min, self.domain_max);
+        let (min, max) = self.cell.corners();
         if !(min.is_finite() && max.is_finite() && min.cmple(max).all()) {
             let found = format!("{min} to {max}");
             return Err(number(

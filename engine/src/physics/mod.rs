@@ -15,8 +15,8 @@ pub use watched::{Setup, ToSetup, Tracking, Watched};
 use std::ops::Deref;
 
 use crate::boundaries::Setting;
+use crate::cell::Cell;
 use crate::forces::SavedSlots;
-use crate::neighbours::Images;
 
 /// Contacts that continue from other runs, by rows in the order of the ids of the start.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,16 +84,6 @@ impl Physics {
         [self.sizes.smallest, self.sizes.mean, self.sizes.largest]
     }
 
-    /// The periodic images of the domain.
-    #[must_use]
-    pub fn images(&self) -> Images {
-        Images::new(
-            self.inputs.domain_min,
-            self.inputs.domain_max,
-            self.inputs.periodic,
-        )
-    }
-
     /// Whether rigid bodies are there or come.
     #[must_use]
     pub fn has_bodies(&self) -> bool {
@@ -101,12 +91,11 @@ impl Physics {
         !self.inputs.bodies.is_empty() || mixtures.any(|part| part.clump.is_some())
     }
 
-    /// The setting of its boundaries, beside the insertions and deletions.
+    /// The setting of its boundaries in the present cell, beside the insertions and deletions.
     #[must_use]
-    pub fn setting(&self) -> Setting<'_> {
+    pub fn setting<'a>(&'a self, cell: &'a Cell) -> Setting<'a> {
         Setting {
-            domain: (self.inputs.domain_min, self.inputs.domain_max),
-            periodic: self.inputs.periodic,
+            cell,
             dimensions: self.inputs.dimensions,
             materials: &self.inputs.materials,
             clumps: &self.inputs.clumps,

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::Droplet;
-use crate::neighbours::{Images, NO_SHIFT};
+use crate::cell::{Cell, NO_SHIFT};
 use crate::state::Particles;
 
 /// Part of an edge of a cell that particles may move by before they are listed anew.
@@ -42,7 +42,7 @@ impl Grains {
         CELLS_PER_GRAIN * (size_of::<u32>() + size_of::<Member>());
 
     /// Of all particles as they are now.
-    pub(super) fn new(particles: &Particles, images: &Images) -> Self {
+    pub(super) fn new(particles: &Particles, domain: &Cell) -> Self {
         let mean = if particles.is_empty() {
             f64::INFINITY
         } else {
@@ -50,30 +50,28 @@ impl Grains {
             radii.sum::<f64>() / particles.len() as f64
         };
         let most = CELLS_PER_GRAIN * particles.len() + 64;
-        let per_cell = images.size.element_product() / most as f64;
+        let per_cell = domain.size().element_product() / most as f64;
         let edge = f64::max(
-            2.0 * mean.min(images.size.max_element()),
+            2.0 * mean.min(domain.size().max_element()),
             libm::cbrt(per_cell),
         );
-        let counts = images
-            .size
+        let counts = domain
+            .size()
             .to_array()
             .map(|size| ((size / edge) as usize).max(1));
         let mut grains = Self {
-            low: images.min,
+            low: domain.low(),
             edge,
             counts,
             starts: vec![0; counts.iter().product::<usize>() + 1],
             members: Vec::new(),
             moved: 0.0,
         };
-        let codes: Vec<u32> = std::iter::once(NO_SHIFT)
-            .chain(images.neighbours())
-            .collect();
+        let codes: Vec<u32> = std::iter::once(NO_SHIFT).chain(domain.images()).collect();
         let near = |visit: &mut dyn FnMut(Member, usize)| {
             for (row, record) in particles.records.iter().enumerate() {
                 for &image in &codes {
-                    let centre = record.position + images.shift(image);
+                    let centre = record.position + domain.shift(image);
                     // One cell more: a path may begin at a face and lead out of the domain.
                     if image != NO_SHIFT && !grains.is_near(centre, record.radius + grains.edge) {
                         continue;
@@ -143,30 +141,25 @@ impl Grains {
         &self,
         place: DVec3,
         reach: f64,
-        images: &Images,
+        domain: &Cell,
         mut visit: impl FnMut(usize, DVec3),
     ) {
         self.cells(place, reach + self.moved, |cell| {
             let members = self.starts[cell] as usize..self.starts[cell + 1] as usize;
             for member in &self.members[members] {
-                visit(member.row as usize, images.shift(member.image));
+                visit(member.row as usize, domain.shift(member.image));
             }
         });
     }
 
     /// A lower bound of the gap between a droplet and the particles, m; an edge at most.
-    pub(super) fn clearance(
-        &self,
-        droplet: &Droplet,
-        particles: &Particles,
-        images: &Images,
-    ) -> f64 {
+    pub(super) fn clearance(&self, droplet: &Droplet, particles: &Particles, domain: &Cell) -> f64 {
         let within = |reach: f64| {
             let mut clear = reach;
             self.near(
                 droplet.position,
                 droplet.radius + reach,
-                images,
+                domain,
                 |row, shift| {
                     let record = &particles.records[row];
                     let distance = (record.position + shift).distance(droplet.position);
@@ -194,8 +187,8 @@ mod tests {
     /// them made anew from time to time.
     #[test]
     fn grains_that_swing_about_are_listed_anew() {
-        let images = Images::new(DVec3::ZERO, DVec3::splat(1.0), [false; 3]);
-        let mut grains = Grains::new(&Particles::default(), &images);
+        let domain = Cell::new(DVec3::ZERO, DVec3::splat(1.0), [false; 3]);
+        let mut grains = Grains::new(&Particles::default(), &domain);
         let way = 0.03 * grains.edge();
         let steps = (1..=100).find(|_| grains.drift(way));
         // A quarter of a cell: 8 steps are 0.24 of it.

@@ -5,7 +5,7 @@ use mercury_common::turns::by_vector;
 
 use super::grains::Grains;
 use super::{Droplet, Surroundings};
-use crate::neighbours::Images;
+use crate::cell::Cell;
 use crate::state::Particles;
 use crate::walls::{Pose, RigidVelocity, Touches, WallNow};
 
@@ -74,8 +74,8 @@ impl<'a> Passing<'a> {
             let end = state.velocity.origin + 0.5 * moved;
             let turn = by_vector(-around.dt * state.velocity.angular_velocity);
             let before = (state.pose).then(&Pose::about(end, turn, -moved));
-            let images = around.images;
-            let (about, reach) = (images.min + 0.5 * images.size, images.size.length());
+            let cell = around.cell;
+            let (about, reach) = (cell.middle(), cell.diagonal());
             passing.way = (wall.shape()).displacement(&before, &state.pose, about, reach);
             passing.motion = RigidVelocity {
                 origin: end,
@@ -99,17 +99,12 @@ impl<'a> Passing<'a> {
     }
 
     /// The share of a path at which it meets the wall first, with the normal and the feature there.
-    fn first(
-        &self,
-        path: &Path,
-        images: &Images,
-        touches: &mut Touches,
-    ) -> Option<(f64, DVec3, u32)> {
+    fn first(&self, path: &Path, cell: &Cell, touches: &mut Touches) -> Option<(f64, DVec3, u32)> {
         let way = path.from.distance(path.to) + self.way * (path.begin - path.end) / self.dt;
         let mut first: Option<(f64, DVec3, u32)> = None;
         for &code in self.wall.met_by() {
             let image = self.wall.image_of(path.from, code);
-            let shift = images.any_shift(image);
+            let shift = cell.any_shift(image);
             let at = |share: f64| {
                 let place = path.from + share * (path.to - path.from) + shift;
                 self.place_in_wall(place, path.begin + share * (path.end - path.begin))
@@ -153,7 +148,7 @@ pub(super) fn first(
     grains: &Grains,
     particles: &Particles,
     passing: &[Passing<'_>],
-    images: &Images,
+    cell: &Cell,
     touches: &mut Touches,
 ) -> Option<Hit> {
     let mut hit: Option<Hit> = None;
@@ -161,7 +156,7 @@ pub(super) fn first(
     let middle = path.from + 0.5 * way;
     let reach = path.radius + 0.5 * way.abs().max_element();
     let time = path.begin - path.end;
-    grains.near(middle, reach, images, |row, shift| {
+    grains.near(middle, reach, cell, |row, shift| {
         let record = &particles.records[row];
         // Against the particle, which stands at the end of the step now.
         let start = path.from - (record.position + shift - path.begin * record.velocity);
@@ -187,7 +182,7 @@ pub(super) fn first(
         }
     });
     for wall in passing {
-        let Some((share, normal, feature)) = wall.first(path, images, touches) else {
+        let Some((share, normal, feature)) = wall.first(path, cell, touches) else {
             continue;
         };
         if hit.as_ref().is_some_and(|known| known.share <= share) {
@@ -228,14 +223,14 @@ pub(super) fn clearance_of_walls(
     droplet: &Droplet,
     passing: &[Passing<'_>],
     most: f64,
-    images: &Images,
+    cell: &Cell,
     touches: &mut Touches,
 ) -> f64 {
     let mut clear = most;
     for wall in passing {
         for &code in wall.wall.met_by() {
             let image = wall.wall.image_of(droplet.position, code);
-            let place = droplet.position + images.any_shift(image);
+            let place = droplet.position + cell.any_shift(image);
             let place = wall.wall.state.into_wall(place);
             (wall.wall.shape()).touches(place, droplet.radius + clear.max(0.0), touches);
             for touch in touches.iter() {

@@ -32,8 +32,8 @@ use flight::Flight;
 use grains::Grains;
 use hits::{Catcher, Passing, Path};
 
+use crate::cell::Cell;
 use crate::memory::GROWTH;
-use crate::neighbours::Images;
 use crate::state::Particles;
 use crate::walls::{Touches, Wall, WallFilms, WallNow};
 use mercury_common::particle_properties::FILM_VOLUME;
@@ -153,7 +153,7 @@ pub struct Surroundings<'a> {
     /// The walls as the plan has them.
     pub planned_walls: &'a [Wall],
     /// The domain and its periodic images.
-    pub images: &'a Images,
+    pub cell: &'a Cell,
     /// Largest speed of a particle in this step, m/s.
     pub fastest: f64,
     /// How often lists were built: rows have not changed since the last call if it is the same.
@@ -334,7 +334,7 @@ impl Sprays {
         let others = f64::max(around.fastest * around.dt, walls_move);
         let is_listed = self.listed == Some(around.rebuilds);
         if !is_listed || self.grains.drift(around.fastest * around.dt) {
-            self.grains = Grains::new(particles, around.images);
+            self.grains = Grains::new(particles, around.cell);
             self.listed = Some(around.rebuilds);
             // Particles or walls may have come.
             if !is_listed {
@@ -377,15 +377,15 @@ impl Sprays {
             }
             let droplet = &self.state.droplets[k];
             self.clearance[k] = (self.grains)
-                .clearance(droplet, particles, around.images)
+                .clearance(droplet, particles, around.cell)
                 .min(hits::clearance_of_walls(
                     droplet,
                     &passing,
                     self.grains.edge(),
-                    around.images,
+                    around.cell,
                     &mut touches,
                 ))
-                .min(distance_to_faces(droplet.position, around.images));
+                .min(around.cell.distance_to_faces(droplet.position));
             self.bound[k] = flight.fastest(droplet.velocity, WINDOW * around.dt);
             // The bound of the speed holds for so many steps only.
             let most = WINDOW * (self.bound[k] * around.dt + others);
@@ -442,20 +442,20 @@ impl Sprays {
                 &self.grains,
                 particles,
                 passing,
-                around.images,
+                around.cell,
                 touches,
             );
             let Some(hit) = hit else {
                 left -= piece;
-                droplet.position = around.images.wrap(droplet.position);
+                droplet.position = around.cell.wrap(droplet.position);
                 self.state.droplets[k] = droplet;
-                if !is_inside(droplet.position, around.images) {
+                if !around.cell.holds(droplet.position) {
                     self.state.balance.left.add(droplet.volume);
                     return true;
                 }
                 continue;
             };
-            if !is_inside(start + hit.share * (path.to - start), around.images) {
+            if !around.cell.holds(start + hit.share * (path.to - start)) {
                 // The domain is convex: the droplet has crossed a face before.
                 self.state.balance.left.add(droplet.volume);
                 return true;
@@ -596,22 +596,6 @@ fn turn(particles: &mut Particles, row: usize, place: DVec3, impulse: DVec3) -> 
     let turned = body.orientation.inverse() * body.angular_momentum;
     body.angular_velocity = body.orientation * (turned / body.moments);
     body.rotational_energy() - before
-}
-
-fn is_inside(position: DVec3, images: &Images) -> bool {
-    let from_corner = position - images.min;
-    (0..3).all(|axis| {
-        images.periodic[axis]
-            || (from_corner[axis] >= 0.0 && from_corner[axis] <= images.size[axis])
-    })
-}
-
-/// Distance to the nearest face of the domain, m.
-fn distance_to_faces(position: DVec3, images: &Images) -> f64 {
-    let from_corner = position - images.min;
-    (0..3)
-        .map(|axis| from_corner[axis].min(images.size[axis] - from_corner[axis]))
-        .fold(f64::INFINITY, f64::min)
 }
 
 /// Volume of a droplet, m^3.

@@ -20,7 +20,7 @@ impl Part for Sprays {
             return 0.0;
         };
         let physics = &setup.physics;
-        let across = (physics.domain_max - physics.domain_min).length();
+        let across = physics.cell.diagonal();
         let droplets = plan.nozzles.iter().map(|nozzle| nozzle.in_flight(across));
         Self::bytes_of(droplets.sum(), crowd.rows)
     }
@@ -49,7 +49,7 @@ impl Part for Sprays {
             gravity: physics.gravity,
             walls: &core.walls,
             planned_walls: &physics.walls,
-            images: &core.images,
+            cell: &core.cell,
             fastest: core.fastest(),
             rebuilds: core.lists.rebuilds,
         };

@@ -14,7 +14,7 @@ use crate::parallel::each_part_by;
 /// The first bytes.
 const MAGIC: &[u8; 8] = b"MERCSTAT";
 /// Of the layout of the head and the sections, and of what is in them. Any other version is refused.
-pub const VERSION: u32 = 20;
+pub const VERSION: u32 = 21;
 
 /// Why bytes are not a valid state.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

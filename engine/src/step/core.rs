@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use crate::boundaries::Boundaries;
+use crate::cell::Cell;
 use crate::contact::HistoryNumber;
 use crate::forces::{ContactForces, MotionBound, Needs};
 use crate::lanes::Width;
-use crate::neighbours::Images;
 use crate::physics::{Physics, Setup, Watched};
 use crate::stage::Stage;
 use crate::state::Particles;
@@ -20,6 +20,8 @@ pub struct Core {
     pub(crate) physics: Arc<Physics>,
     /// What outputs need to be watched in every step.
     pub(crate) watched: Watched,
+    /// The periodic box.
+    pub(crate) cell: Cell,
     /// All particles.
     pub particles: Particles,
     /// The contact loop with what it remembers of contacts.
@@ -46,7 +48,6 @@ pub struct Core {
     /// How far beyond contact forces of each material reach, m; empty if none does.
     pub(super) ranges: Vec<f64>,
     pub(super) law_names: String,
-    pub(crate) images: Images,
     /// Whether a wall has a servo.
     pub(crate) has_servos: bool,
     pub(crate) inverse_inertia: f64,
@@ -98,10 +99,10 @@ impl Core {
         }
     }
 
-    /// Periodic images of the domain.
+    /// The periodic box as it is now.
     #[must_use]
-    pub fn images(&self) -> &Images {
-        &self.images
+    pub fn cell(&self) -> &Cell {
+        &self.cell
     }
 
     /// Insertions and deletions, and what they counted.

@@ -9,8 +9,8 @@ use mercury_common::turns::by_vector;
 
 use super::Core;
 use super::guard::Guard;
+use crate::cell::Cell;
 use crate::forces::{Alarm, AlarmKind, Alarms, Other, Subject};
-use crate::neighbours::Images;
 use crate::physics::GuardPolicy;
 use crate::state::{Particle, WallIndex};
 use crate::surface::Surface;
@@ -32,7 +32,7 @@ struct Passing<'a> {
     /// How far points of the surface go at most, m.
     way: f64,
     dt: f64,
-    images: &'a Images,
+    cell: &'a Cell,
     /// The sheet whose shape it is, if it is one.
     surface: Option<&'a Surface>,
 }
@@ -46,7 +46,7 @@ struct Sample {
 
 impl<'a> Passing<'a> {
     fn new(index: usize, core: &'a Core) -> Self {
-        let (wall, images) = (&core.walls[index], &core.images);
+        let (wall, cell) = (&core.walls[index], &core.cell);
         let dt = core.physics.time_step;
         let surface = wall.surface().map(|k| &core.surfaces[usize::from(k)]);
         let mut passing = Self {
@@ -55,7 +55,7 @@ impl<'a> Passing<'a> {
             motion: RigidVelocity::REST,
             way: 0.0,
             dt,
-            images,
+            cell,
             surface,
         };
         if let Some(surface) = surface {
@@ -68,7 +68,7 @@ impl<'a> Passing<'a> {
             let end = state.velocity.origin + 0.5 * moved;
             let turn = by_vector(-dt * state.velocity.angular_velocity);
             let before = (state.pose).then(&Pose::about(end, turn, -moved));
-            let (about, reach) = (images.min + 0.5 * images.size, images.size.length());
+            let (about, reach) = (cell.middle(), cell.diagonal());
             passing.way = wall
                 .shape()
                 .displacement(&before, &state.pose, about, reach);
@@ -139,7 +139,7 @@ impl<'a> Passing<'a> {
         codes
             .filter_map(|&code| {
                 let image = (self.wall).image_of(particle.position, code);
-                let centre = particle.position + self.images.any_shift(image);
+                let centre = particle.position + self.cell.any_shift(image);
                 (self.carried(particle, centre, touches)?)
                     .crossing_of(of, particle, centre, touches)
             })

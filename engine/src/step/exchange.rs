@@ -15,12 +15,12 @@ impl Engine {
         let time = core.time();
         let Core {
             physics,
+            cell,
             particles,
             contacts,
             boundaries,
             walls,
             wall_films,
-            images,
             ..
         } = core;
         let mut leaving = |particles: &mut Particles, leavers: &[(u32, bool)]| {
@@ -47,8 +47,7 @@ impl Engine {
         let changed = boundaries.exchange(
             particles,
             &physics.insertions,
-            &physics.setting(),
-            images,
+            &physics.setting(cell),
             walls,
             time,
             &mut leaving,
@@ -72,7 +71,7 @@ impl Core {
         self.boundaries.have_places(
             &self.particles,
             &physics.insertions,
-            &physics.setting(),
+            &physics.setting(&self.cell),
             &self.walls,
             self.time(),
         )

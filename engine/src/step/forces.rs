@@ -6,9 +6,9 @@ use glam::DQuat;
 
 use super::motion::turn_orientations;
 use super::{Core, Engine};
+use crate::cell::Cell;
 use crate::forces::{Finish, MotionBound, Observation, StepContext, Watch, block_size};
 use crate::lanes::Width;
-use crate::neighbours::Images;
 use crate::physics::Physics;
 use crate::state::{Load, Particle, Particles};
 use crate::surface::Surface;
@@ -106,7 +106,7 @@ impl Engine {
             walls,
             wall_films,
             surfaces,
-            images,
+            cell,
             pool,
             ..
         } = core;
@@ -116,7 +116,7 @@ impl Engine {
             feature_loads: watched.triangle_loads,
             wall_films: Some(wall_films),
             watch,
-            ..unobserved(physics, images, (walls, surfaces), core.width)
+            ..unobserved(physics, cell, (walls, surfaces), core.width)
         };
         for part in parts.iter() {
             part.inform(&mut context);
@@ -139,7 +139,7 @@ impl Engine {
 /// A force evaluation of which nothing is observed, without liquid, at rest.
 fn unobserved<'a>(
     physics: &Physics,
-    images: &'a Images,
+    cell: &'a Cell,
     (walls, surfaces): (&'a [WallNow], &'a [Surface]),
     width: Width,
 ) -> StepContext<'a> {
@@ -147,7 +147,7 @@ fn unobserved<'a>(
         spring_time: 0.0,
         velocity_lag: 0.0,
         sliding_normal: physics.sliding_normal,
-        images,
+        cell,
         walls,
         surfaces,
         beside_sheets: None,

@@ -302,15 +302,15 @@ impl Guard {
         if core.physics.guard.policy == GuardPolicy::Off {
             return;
         }
-        let images = &core.images;
-        let (min, max) = (images.min, images.min + images.size);
+        let cell = &core.cell;
+        let (min, max) = cell.faces();
         let mut worst: Option<(Subject, DVec3, f64)> = None;
         for (surface, sheet) in (0..).zip(&core.surfaces) {
             for (vertex, &position) in (0..).zip(&sheet.positions) {
                 let beyond = (min - position).max(position - max);
                 for axis in 0..3 {
                     let way = beyond[axis];
-                    if !images.periodic[axis]
+                    if !cell.is_periodic(axis)
                         && way > 0.0
                         && worst.is_none_or(|(.., most)| way > most)
                     {

@@ -93,7 +93,7 @@ impl Engine {
             ranges: core.ranges.clone(),
         };
         if let Some(bodies) = &mut core.particles.bodies {
-            bodies.wrap(&core.images);
+            bodies.wrap(&core.cell);
         }
         let Built {
             list,
@@ -104,24 +104,24 @@ impl Engine {
             &mut extra,
             &levels,
             &margin,
-            &core.images,
+            &core.cell,
             parallel,
         );
         let Particles {
             records, bodies, ..
         } = &mut core.particles;
         if let Some(bodies) = bodies {
-            bodies.note_shifts(records, &core.images);
+            bodies.note_shifts(records, &core.cell);
         }
         for wall in &mut core.walls {
-            wall.note_images(&core.images);
+            wall.note_images(&core.cell);
         }
         let near_walls = find_near_walls(
             &core.particles,
             &extra,
             &grid,
             &core.walls,
-            &core.images,
+            &core.cell,
             &margin,
             parallel,
         );
@@ -139,9 +139,10 @@ impl Engine {
         };
         parts.iter_mut().for_each(|part| part.new_list(&list));
         let most = extra.iter().copied().fold(0.0, f64::max);
-        core.boundaries.listed(&core.particles, skin + 2.0 * most);
+        core.boundaries
+            .listed(&core.particles, &core.cell, skin + 2.0 * most);
         if core.boundaries.expects_more() {
-            let cells = Cells::of_list(grid, &levels, &core.particles, &core.images);
+            let cells = Cells::of_list(grid, &levels, &core.particles, &core.cell);
             core.boundaries.take_cells(core.particles.len(), cells);
         }
         core.lists.validity = Validity::default();
@@ -173,8 +174,7 @@ impl Core {
                 in_pool(),
             );
         }
-        let reach = self.images.size.length();
-        let about = self.images.min + 0.5 * self.images.size;
+        let (about, reach) = (self.cell.middle(), self.cell.diagonal());
         // Sheets stand behind the walls of the plan.
         let rooms = std::iter::repeat_n(0.0, self.physics.walls.len());
         let rooms = rooms.chain(self.surfaces.iter().map(|surface| surface.room));
@@ -191,8 +191,8 @@ impl Core {
     /// Before particles are put back into the domain: contacts with a wall go on by the image that is the same copy of it then.
     /// `present`: where each row of the last list is now.
     fn rename_images(&mut self, present: &[Option<Row>]) {
-        let (images, walls) = (&self.images, &self.walls);
-        if !images.any() || walls.is_empty() {
+        let (cell, walls) = (&self.cell, &self.walls);
+        if !cell.has_images() || walls.is_empty() {
             return;
         }
         let records = &self.particles.records;
@@ -201,8 +201,8 @@ impl Core {
                 return image;
             };
             let position = records[row.index()].position;
-            let way = images.wrap(position) - position;
-            walls[wall.index()].renamed(images, image, way)
+            let way = cell.wrap(position) - position;
+            walls[wall.index()].renamed(cell, image, way)
         });
     }
 }

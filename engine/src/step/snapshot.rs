@@ -1,6 +1,7 @@
 //! The state of a run as sections of bytes: the one list of what a checkpoint holds of the engine.
 
 use super::{Core, Engine, Lists, RunError, StartOptions};
+use crate::cell::Cell;
 use crate::forces::SavedSlots;
 use crate::physics::ToSetup;
 use crate::state::{DecodeError, Decoder, Encoder, Particles, Pieces, Plain, Sections, whole};
@@ -38,6 +39,7 @@ fn has_sliding(core: &Core) -> bool {
 }
 
 const CLOCK: &str = "clock";
+const CELL: &str = "cell";
 const PARTICLES: &str = "particles";
 const PAIRS: &str = "pairs";
 const NEAR_WALLS: &str = "near walls";
@@ -53,6 +55,12 @@ const SECTIONS: &[Section] = &[
         is_there: always,
         put: |core, pieces| (core.step, core.kick_due).put(pieces.end()),
         take: Core::take_clock,
+    },
+    Section {
+        name: CELL,
+        is_there: always,
+        put: |core, pieces| core.cell.put(pieces.end()),
+        take: Core::take_cell,
     },
     Section {
         name: PARTICLES,
@@ -115,7 +123,7 @@ const SECTIONS: &[Section] = &[
         put: |core, pieces| core.boundaries.state().put(pieces.end()),
         take: |core, bytes| {
             let state = Plain::take(bytes)?;
-            core.boundaries.restore(&state, &core.particles)
+            core.boundaries.restore(&state, &core.particles, &core.cell)
         },
     },
     Section {
@@ -325,6 +333,25 @@ impl Core {
         Ok(())
     }
 
+    fn take_cell(&mut self, bytes: &mut &[u8]) -> Result<(), String> {
+        let cell = Cell::take(bytes)?;
+        // It is at rest, so that of the plan is that of every state.
+        if cell != self.physics.cell {
+            let text = |cell: &Cell| {
+                format!(
+                    "{} to {}, periodic {:?}",
+                    cell.low(),
+                    cell.high(),
+                    cell.periodic()
+                )
+            };
+            let (found, planned) = (text(&cell), text(&self.physics.cell));
+            return Err(format!("it is {found}, that of the plan {planned}"));
+        }
+        self.cell = cell;
+        Ok(())
+    }
+
     fn take_particles(&mut self, bytes: &mut &[u8]) -> Result<(), String> {
         let particles = Particles::take(bytes)?;
         particles.check(self.physics.materials.len())?;
@@ -342,7 +369,7 @@ impl Core {
         }
         let (time, dt) = (self.time(), self.physics.time_step);
         for ((wall, now), saved) in planned.iter().zip(&mut self.walls).zip(&saved) {
-            now.restore(wall, saved, (time, dt), &self.images)
+            now.restore(wall, saved, (time, dt), &self.cell)
                 .map_err(|error| format!("walls.{}: {error}", wall.name))?;
         }
         Ok(())

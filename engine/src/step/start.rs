@@ -148,7 +148,7 @@ impl Engine {
         let (contacts, law_names) = named.unwrap_or_else(|| contact_loop(&physics.laws));
         let others = options.parts.iter().map(|part| part.needs());
         let needs = others.fold(contacts.needs(), Needs::and);
-        let images = physics.images();
+        let cell = physics.cell;
         let mut particles = Particles::new(physics.orientations || needs.orientations);
         for new in &physics.particles {
             let (record, mass, prescribed) = new.build(&physics.materials, physics.dimensions);
@@ -171,19 +171,19 @@ impl Engine {
                 ))
             }
         };
-        let mut walls = WallNow::all(&physics.walls, physics.time_step, &images);
-        let (surfaces, borrowing) = surfaces::start(&physics.surfaces, physics.time_step, &images)?;
+        let mut walls = WallNow::all(&physics.walls, physics.time_step, &cell);
+        let (surfaces, borrowing) = surfaces::start(&physics.surfaces, physics.time_step, &cell)?;
         walls.extend(borrowing);
         let has_servos = physics
             .walls
             .iter()
             .any(|wall| wall.motion.all_servos().next().is_some());
-        let skin = Skin::first(physics.radii(), needs.range, &images);
+        let skin = Skin::first(physics.radii(), needs.range, &cell);
         let mut boundaries = Boundaries::new(
             &physics.insertions,
             &physics.deletions,
             &watched.fluxes,
-            &physics.setting(),
+            &physics.setting(&cell),
         );
         boundaries.tell(Arc::clone(&options.stage));
         if watched.passages {
@@ -203,7 +203,7 @@ impl Engine {
             needs,
             ranges: Vec::new(),
             law_names,
-            images,
+            cell,
             walls,
             wall_films: wall_films.unwrap_or_default(),
             surfaces,

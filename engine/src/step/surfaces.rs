@@ -3,8 +3,9 @@
 use glam::DVec3;
 
 use super::{Core, RunError};
+use crate::cell::Cell;
 use crate::forces::{NearWall, near_walls_of_vertices};
-use crate::neighbours::{Images, Margin};
+use crate::neighbours::Margin;
 use crate::state::{Load, Particle};
 use crate::surface::{SavedSurface, Surface, SurfacePlan};
 use crate::walls::{Wall, WallNow};
@@ -13,7 +14,7 @@ use crate::walls::{Wall, WallNow};
 pub(super) fn start(
     plans: &[SurfacePlan],
     dt: f64,
-    images: &Images,
+    cell: &Cell,
 ) -> Result<(Vec<Surface>, Vec<WallNow>), RunError> {
     let mut surfaces = Vec::with_capacity(plans.len());
     let mut walls = Vec::with_capacity(plans.len());
@@ -25,7 +26,7 @@ pub(super) fn start(
             error,
         });
         let (surface, wall): (Surface, Wall) = made?;
-        let mut now = WallNow::new(&wall, dt, images);
+        let mut now = WallNow::new(&wall, dt, cell);
         now.set_surface(number as u16, plan.thickness);
         surfaces.push(surface);
         walls.push(now);
@@ -39,12 +40,12 @@ const LEAST_PART: f64 = 0.1;
 const MOST_BESIDE_WALLS: f64 = 4.0;
 
 /// How far a place is from a box or its nearest image, m.
-fn gap(place: DVec3, (low, high): (DVec3, DVec3), images: &Images) -> f64 {
+fn gap(place: DVec3, (low, high): (DVec3, DVec3), cell: &Cell) -> f64 {
     let mut gap = DVec3::ZERO;
     for axis in 0..3 {
         let (x, from, to) = (place[axis], low[axis], high[axis]);
-        gap[axis] = if images.periodic[axis] {
-            let (size, length) = (images.size[axis], to - from);
+        gap[axis] = if cell.is_periodic(axis) {
+            let (size, length) = (cell.size()[axis], to - from);
             let ahead = (x - from).rem_euclid(size);
             if length >= size || ahead <= length {
                 0.0
@@ -118,11 +119,11 @@ impl Core {
     /// particle that is nearest, less what counts as near. `extra_skin` (m; empty for none).
     pub(super) fn note_rooms(&mut self, extra_skin: &[f64], margin: &Margin) {
         let first = self.physics.walls.len();
-        let images = &self.images;
-        let periods = (0..3).filter(|&axis| images.periodic[axis]);
+        let cell = &self.cell;
+        let periods = (0..3).filter(|&axis| cell.is_periodic(axis));
         // The images by which a sheet is met are those around the place where it was.
-        let most = periods.fold(images.size.length(), |most, axis| {
-            most.min(LEAST_PART * images.size[axis])
+        let most = periods.fold(cell.diagonal(), |most, axis| {
+            most.min(LEAST_PART * cell.size()[axis])
         });
         for (number, surface) in self.surfaces.iter_mut().enumerate() {
             let outer = self.walls[first + number].outer_box();
@@ -133,7 +134,7 @@ impl Core {
             }
             for (row, record) in self.particles.records.iter().enumerate() {
                 let reach = record.radius + extra_skin.get(row).copied().unwrap_or_default();
-                let gap = gap(record.position, outer, images) - reach - margin.to_walls(record);
+                let gap = gap(record.position, outer, cell) - reach - margin.to_walls(record);
                 room = room.min(gap);
                 if room <= 0.0 {
                     break;
@@ -155,7 +156,7 @@ impl Core {
             .map(|number| {
                 let vertices = self.vertex_spheres(number);
                 let margin = Margin::of_skin(2.0 * skin + range + self.surfaces[number].room);
-                near_walls_of_vertices(&vertices, walls, &self.images, &margin)
+                near_walls_of_vertices(&vertices, walls, &self.cell, &margin)
             })
             .collect();
         self.contacts.adopt_vertices(&near);
@@ -184,7 +185,7 @@ impl Core {
         for ((number, saved), (surface, wall)) in saved.iter().enumerate().zip(surfaces) {
             surface.restore(saved)?;
             let way = surface.way_since_listed();
-            let followed = wall.follow_anew(&surface.corners(), way, &self.images);
+            let followed = wall.follow_anew(&surface.corners(), way, &self.cell);
             let name = &self.physics.surfaces[number].name;
             followed.map_err(|error| format!("membranes.{name}: {error}"))?;
         }

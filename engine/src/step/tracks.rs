@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::{Arrival, Core, Crowd, Exchanged, Part, RunError};
-use crate::neighbours::Images;
+use crate::cell::Cell;
 use crate::physics::{Setup, Tracking};
 use crate::state::{PEBBLE, PERIODS, Particles, TRACK};
 
@@ -21,12 +21,12 @@ impl Part for Tracks {
         if tracking.is_empty() {
             return None;
         }
-        begin(tracking, &core.images, &mut core.particles);
+        begin(tracking, &core.cell, &mut core.particles);
         Some(Self)
     }
 
     fn bytes(setup: &Setup, crowd: &Crowd) -> f64 {
-        let columns = match setup.physics.images().any() {
+        let columns = match setup.physics.cell.has_images() {
             _ if setup.watched.tracking.is_empty() => 0,
             true => 1 + PERIODS.len(),
             false => 1,
@@ -49,10 +49,10 @@ impl Part for Tracks {
     }
 }
 
-fn begin(tracking: &Tracking, images: &Images, particles: &mut Particles) {
+fn begin(tracking: &Tracking, cell: &Cell, particles: &mut Particles) {
     let rows = particles.len();
     particles.columns.add(TRACK, 0.0, rows);
-    for name in images.any().then_some(PERIODS).into_iter().flatten() {
+    for name in cell.has_images().then_some(PERIODS).into_iter().flatten() {
         particles.columns.add(name, 0.0, rows);
     }
     let ids: Vec<u32> = particles.ids.iter().map(|id| id.number()).collect();
@@ -115,7 +115,7 @@ impl Core {
             // An axis that is not periodic may have any size.
             let way = DVec3::from_array(std::array::from_fn(|axis| match periods[axis] {
                 0.0 => 0.0,
-                count => count * self.images.size[axis],
+                count => count * self.cell.size()[axis],
             }));
             Tracked {
                 row,
@@ -128,17 +128,17 @@ impl Core {
 
     /// Before particles are put back into the domain: counts the periods.
     fn count_periods(&mut self) {
-        if !self.images.any() || self.particles.columns.get(TRACK).is_none() {
+        if !self.cell.has_images() || self.particles.columns.get(TRACK).is_none() {
             return;
         }
         for Tracked { row, .. } in self.tracked() {
             let place = centre(&self.particles, row);
-            let way = place - self.images.wrap(place);
+            let way = place - self.cell.wrap(place);
             for (axis, name) in PERIODS.into_iter().enumerate() {
-                if self.images.periodic[axis]
+                if self.cell.is_periodic(axis)
                     && let Some(periods) = self.particles.columns.get_mut(name)
                 {
-                    periods[row] += (way[axis] / self.images.size[axis]).round();
+                    periods[row] += self.cell.whole_periods(axis, way[axis]);
                 }
             }
         }

@@ -28,7 +28,7 @@ impl Core {
     pub(super) fn move_walls(&mut self) {
         let (time, dt) = (self.time(), self.physics.time_step);
         for (wall, now) in self.physics.walls.iter().zip(&mut self.walls) {
-            now.advance(wall, time, dt, &self.images);
+            now.advance(wall, time, dt, &self.cell);
         }
     }
 
@@ -41,7 +41,7 @@ impl Core {
         let Some(now) = self.walls.get_mut(wall.index()) else {
             return Err(self.wall_error(wall, WallError::OtherShape));
         };
-        let changed = now.reshape(corners, &self.images);
+        let changed = now.reshape(corners, &self.cell);
         changed.map_err(|error| self.wall_error(wall, error))
     }
 
@@ -53,7 +53,7 @@ impl Core {
         let Some(now) = self.walls.get_mut(wall.index()) else {
             return Err(self.wall_error(wall, WallError::OtherShape));
         };
-        let changed = now.exchange(shape, &self.images);
+        let changed = now.exchange(shape, &self.cell);
         changed.map_err(|error| self.wall_error(wall, error))
     }
 
@@ -61,7 +61,7 @@ impl Core {
     pub(super) fn answer_loads(&mut self, observation: &Observation) {
         let physics = &self.physics;
         let (time, dt) = (self.time(), physics.time_step);
-        let (min, max) = (physics.domain_min, physics.domain_max);
+        let (min, max) = physics.cell.corners();
         let room = Room::new(min, max, physics.dimensions);
         for (index, wall) in self.physics.walls.iter().enumerate() {
             for (number, (motor, axis)) in wall.motion.servos(time).enumerate() {

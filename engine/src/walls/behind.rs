@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::mesh::{Mesh, Scratch};
 use super::touch::{Touch, Touches};
 use super::{Shape, Side, WallNow};
-use crate::neighbours::Images;
+use crate::cell::Cell;
 
 /// Halvings by which the distance to a mesh is bracketed: then few of its triangles are evaluated.
 const HALVINGS: u32 = 6;
@@ -90,14 +90,14 @@ impl WallNow {
     /// Whether a place (m) lies behind the wall where it stands, as it and its images are seen from there: behind the nearest of them, or in any of
     /// them if they are solids, which may cross.
     #[must_use]
-    pub fn is_behind(&self, images: &Images, place: DVec3, scratch: &mut Scratch) -> bool {
+    pub fn is_behind(&self, cell: &Cell, place: DVec3, scratch: &mut Scratch) -> bool {
         if !self.shape().is_one_sided() {
             return false;
         }
         let mut nearest = f64::INFINITY;
         for &code in self.met_by() {
             let code = self.image_of(place, code);
-            let place = self.state.into_wall(place + images.any_shift(code));
+            let place = self.state.into_wall(place + cell.any_shift(code));
             let distance = self.shape().signed_distance(place, scratch);
             if distance < 0.0 && self.shape().is_solid() {
                 return true;
@@ -112,14 +112,14 @@ impl WallNow {
     /// Whether a place (m) lies on the side from which the wall has come: where the way of its nearest point since the start leads away from the
     /// place. Of a wall that acts on one side, which is behind or in front, never.
     #[must_use]
-    pub fn is_in_wake(&self, images: &Images, place: DVec3, scratch: &mut Scratch) -> bool {
+    pub fn is_in_wake(&self, cell: &Cell, place: DVec3, scratch: &mut Scratch) -> bool {
         if self.shape().is_one_sided() {
             return false;
         }
         let mut found: Option<(f64, bool)> = None;
         for &code in self.met_by() {
             let code = self.image_of(place, code);
-            let place = self.state.into_wall(place + images.any_shift(code));
+            let place = self.state.into_wall(place + cell.any_shift(code));
             let Some(touch) = self.shape().nearest(place, scratch) else {
                 continue;
             };

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::near_box::Corners;
 use super::{Pose, Shape, WallState};
-use crate::neighbours::Images;
+use crate::cell::{Cell, image};
 
 /// By this much more than half a period (in periods) places may be away and still count as within it: what is at the very face stays
 /// where it is.
@@ -48,16 +48,16 @@ pub(super) struct MetBy {
 
 impl MetBy {
     /// Before the position of the wall is known. `keeps_axis`: whether the motion leaves the direction of each axis as it is.
-    pub(super) fn new(shape: &Shape, images: &Images, keeps_axis: [bool; 3]) -> Self {
+    pub(super) fn new(shape: &Shape, cell: &Cell, keeps_axis: [bool; 3]) -> Self {
         let (low, high) = shape.bounds();
-        let domain = images.min + 0.5 * images.size;
+        let domain = cell.middle();
         let along = [0, 1, 2].map(|axis| {
             let continued = match shape {
                 Shape::Mesh(mesh) => mesh.periods().iter().any(|period| period.axis == axis),
                 _ => false,
             };
             let extent = high[axis] - low[axis];
-            if !images.periodic[axis] || !extent.is_finite() {
+            if !cell.is_periodic(axis) || !extent.is_finite() {
                 Along::Once
             } else if continued {
                 Along::BetweenFaces
@@ -74,16 +74,16 @@ impl MetBy {
                 } else {
                     low.distance(high)
                 };
-                along[axis] == Along::All && turned >= images.size[axis] * (1.0 - SPANS)
+                along[axis] == Along::All && turned >= cell.size()[axis] * (1.0 - SPANS)
             });
         let (mut middle, mut home) = (domain, DVec3::ZERO);
         for axis in 0..3 {
             if (high[axis] - low[axis]).is_finite() {
                 middle[axis] = 0.5 * (low[axis] + high[axis]);
             }
-            let beside = (middle[axis] - domain[axis]) / images.size[axis];
+            let beside = (middle[axis] - domain[axis]) / cell.size()[axis];
             if beside.abs() > 0.5 + FACE {
-                home[axis] = -beside.round() * images.size[axis];
+                home[axis] = -beside.round() * cell.size()[axis];
             }
         }
         Self {
@@ -97,8 +97,8 @@ impl MetBy {
     }
 
     /// The same for another shape of the wall.
-    pub(super) fn of_shape(&self, shape: &Shape, images: &Images) -> Self {
-        Self::new(shape, images, self.keeps_axis)
+    pub(super) fn of_shape(&self, shape: &Shape, cell: &Cell) -> Self {
+        Self::new(shape, cell, self.keeps_axis)
     }
 
     /// Whether places of the surface may lie on its own images.
@@ -107,11 +107,11 @@ impl MetBy {
     }
 
     /// The code that goes with the same copy of the wall as `code` once the particle is `way` farther and the wall `back`, whole periods, m.
-    pub(super) fn renamed(&self, code: u32, way: DVec3, back: DVec3, images: &Images) -> u32 {
+    pub(super) fn renamed(&self, code: u32, way: DVec3, back: DVec3, cell: &Cell) -> u32 {
         (0..3).fold(code, |code, axis| {
-            let periods = ((back - way)[axis] / images.size[axis]).round();
+            let periods = cell.whole_periods(axis, (back - way)[axis]);
             if self.along[axis].is_set_back() && periods != 0.0 {
-                Images::moved(code, axis, periods)
+                image::moved(code, axis, periods)
             } else {
                 code
             }
@@ -125,7 +125,7 @@ impl MetBy {
 
     /// What must be added to a pose to take whole periods off it, m: zero while the wall is within half a period of where it covers
     /// the domain best.
-    pub(super) fn whole_periods(&self, pose: &Pose, images: &Images) -> DVec3 {
+    pub(super) fn whole_periods(&self, pose: &Pose, cell: &Cell) -> DVec3 {
         let mut back = DVec3::ZERO;
         if !self.along.iter().any(|along| along.is_set_back()) {
             return back;
@@ -133,9 +133,9 @@ impl MetBy {
         let way = pose.to_global(self.middle) - self.middle - self.home;
         for axis in 0..3 {
             if self.along[axis].is_set_back() {
-                let periods = (way[axis] / images.size[axis]).round();
+                let periods = cell.whole_periods(axis, way[axis]);
                 if periods != 0.0 {
-                    back[axis] = -periods * images.size[axis];
+                    back[axis] = -periods * cell.size()[axis];
                 }
             }
         }
@@ -143,28 +143,26 @@ impl MetBy {
     }
 
     /// The wall stands in the box `outer` (m) now.
-    pub(super) fn stand(&mut self, (low, high): Corners, images: &Images) {
+    pub(super) fn stand(&mut self, (low, high): Corners, cell: &Cell) {
         let range = |axis: usize| {
-            let (min, size) = (images.min[axis], images.size[axis]);
-            let (low, high) = (low[axis], high[axis]);
-            if self.along[axis] != Along::All || !(high - low).is_finite() {
+            if self.along[axis] != Along::All || !(high - low)[axis].is_finite() {
                 return 0..=0;
             }
-            let first = ((low - min) / size - 1.0 - REACH).ceil();
-            let last = ((high - min) / size + REACH).floor();
+            let first = (cell.fractional(low)[axis] - 1.0 - REACH).ceil();
+            let last = (cell.fractional(high)[axis] + REACH).floor();
             // Farther images than have codes are refused when the plan is made.
-            let most = Images::MOST_PERIODS;
+            let most = image::MOST_PERIODS;
             first.max(-f64::from(most)) as i32..=last.min(f64::from(most)) as i32
         };
         let [x, y, z] = [range(0), range(1), range(2)];
         self.codes.clear();
         let here = [&x, &y, &z].iter().all(|range| range.contains(&0));
-        self.codes.extend(here.then_some(Images::code([0, 0, 0])));
+        self.codes.extend(here.then_some(image::code([0, 0, 0])));
         for c in z {
             for b in y.clone() {
                 for a in x.clone() {
                     if [a, b, c] != [0, 0, 0] {
-                        self.codes.push(Images::code([a, b, c]));
+                        self.codes.push(image::code([a, b, c]));
                     }
                 }
             }
@@ -186,7 +184,7 @@ impl MetBy {
         let mut code = code;
         for axis in 0..3 {
             let periods = self.periods(axis, shape, state, position);
-            code = Images::moved(code, axis, periods);
+            code = image::moved(code, axis, periods);
         }
         code
     }
@@ -196,13 +194,13 @@ impl MetBy {
         &self,
         shape: &Shape,
         state: &WallState,
-        images: &Images,
+        cell: &Cell,
         (low, high): Corners,
         code: u32,
     ) -> impl Iterator<Item = u32> + use<> {
         let range = |axis: usize| {
             // Round-off must not hide the one at the end.
-            let slack = FACE * images.size;
+            let slack = FACE * cell.size();
             let most = self.periods(axis, shape, state, low - slack);
             let least = self.periods(axis, shape, state, high + slack);
             (least as i32, most as i32)
@@ -215,9 +213,9 @@ impl MetBy {
         (z.0..=z.1).flat_map(move |c| {
             (y.0..=y.1).flat_map(move |b| {
                 (x.0..=x.1).map(move |a| {
-                    let moved = Images::moved(code, 0, f64::from(a));
-                    let moved = Images::moved(moved, 1, f64::from(b));
-                    Images::moved(moved, 2, f64::from(c))
+                    let moved = image::moved(code, 0, f64::from(a));
+                    let moved = image::moved(moved, 1, f64::from(b));
+                    image::moved(moved, 2, f64::from(c))
                 })
             })
         })

@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use super::{Touches, WallNow};
-use crate::neighbours::Images;
+use crate::cell::Cell;
 
 /// Places that are no farther apart than this part of the reach of a particle are one: far above round-off, far below any overlap.
 const SAME: f64 = 1e-9;
@@ -20,19 +20,19 @@ impl WallNow {
     /// `scratch`: any memory.
     pub fn keep_own(
         &self,
-        images: &Images,
+        cell: &Cell,
         position: DVec3,
         (image, reach): (u32, f64),
         touches: &mut Touches,
         scratch: &mut Touches,
     ) {
         let state = &self.state;
-        let centre = state.into_wall(position + images.any_shift(image));
+        let centre = state.into_wall(position + cell.any_shift(image));
         let all = std::mem::take(touches);
         for touch in &all {
             let foot = centre - touch.normal * touch.distance;
             let belongs_to = |other: u32| {
-                let way = images.any_shift(other) - images.any_shift(image);
+                let way = cell.any_shift(other) - cell.any_shift(image);
                 let way = state.turn_into_wall(way);
                 self.shape().touches(foot + way, SAME * reach, scratch);
                 if scratch.is_empty() {
@@ -63,11 +63,11 @@ impl WallNow {
 
     /// Distance of a place (m) from the surface by the nearest image, m; infinite where that is farther than the domain is long. `scratch`: any memory.
     #[must_use]
-    pub fn distance(&self, images: &Images, place: DVec3, scratch: &mut Touches) -> f64 {
-        let reach = images.size.length();
+    pub fn distance(&self, cell: &Cell, place: DVec3, scratch: &mut Touches) -> f64 {
+        let reach = cell.diagonal();
         let mut least = f64::INFINITY;
         for &code in self.met_by() {
-            let shift = images.any_shift(self.image_of(place, code));
+            let shift = cell.any_shift(self.image_of(place, code));
             let place = self.state.into_wall(place + shift);
             self.shape().touches(place, reach, scratch);
             for touch in scratch.iter() {
@@ -81,12 +81,12 @@ impl WallNow {
     #[must_use]
     pub fn is_near_by(
         &self,
-        images: &Images,
+        cell: &Cell,
         place: DVec3,
         (image, reach): (u32, f64),
         scratch: &mut Touches,
     ) -> bool {
-        let place = (self.state).into_wall(place + images.any_shift(image));
+        let place = (self.state).into_wall(place + cell.any_shift(image));
         self.shape().touches(place, reach, scratch);
         !scratch.is_empty()
     }

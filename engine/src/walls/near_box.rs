@@ -3,7 +3,8 @@
 use glam::DVec3;
 
 use super::{Pose, Scratch, Shape, WallNow};
-use crate::neighbours::{Block, Images};
+use crate::cell::Cell;
+use crate::neighbours::Block;
 
 /// What sums of a few products may be off by, over the largest coordinate that is met.
 const ROUND_OFF: f64 = 1e-12;
@@ -42,14 +43,14 @@ impl WallNow {
         outer: &Corners,
         block: &Block,
         margin: f64,
-        (images, met_by): (&Images, u32),
+        (cell, met_by): (&Cell, u32),
         scratch: &mut Scratch,
     ) -> bool {
         let reach = block.radius + margin + self.half_thickness();
         // The period in which a particle lies can differ from that of its box: all images with the code are tested.
         let corners = (block.low, block.high);
-        self.images_of_box(images, corners, met_by).any(|code| {
-            let shift = images.any_shift(code);
+        self.images_of_box(cell, corners, met_by).any(|code| {
+            let shift = cell.any_shift(code);
             let corners = (block.low + shift, block.high + shift);
             self.may_be_near_box(outer, corners, reach, scratch)
         })

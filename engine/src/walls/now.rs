@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::images::MetBy;
 use super::near_box::Corners;
 use super::{Pose, RigidVelocity, ServoState, Shape, Wall, WallError, WallState};
-use crate::neighbours::Images;
+use crate::cell::Cell;
 use crate::state::MaterialIndex;
 
 /// A wall as it is now: its surface, where it stands, how far its servos have come.
@@ -64,13 +64,13 @@ crate::state::plain!(SavedWall {
 impl WallNow {
     /// At the start of a run with steps of `dt` (s), in a domain with these images.
     #[must_use]
-    pub fn new(wall: &Wall, dt: f64, images: &Images) -> Self {
+    pub fn new(wall: &Wall, dt: f64, cell: &Cell) -> Self {
         let mut now = Self {
             material: wall.material,
             state: wall.state(0.0, dt),
             servos: vec![ServoState::default(); wall.motion.all_servos().count()],
             shape: wall.shape.clone(),
-            met_by: MetBy::new(&wall.shape, images, keeps_axes(wall)),
+            met_by: MetBy::new(&wall.shape, cell, keeps_axes(wall)),
             taken_off: [DVec3::ZERO; 2],
             listed_pose: Pose::IDENTITY,
             is_reshaped: false,
@@ -79,18 +79,15 @@ impl WallNow {
             surface: None,
             half_thickness: 0.0,
         };
-        now.set_back(images);
-        now.note_images(images);
+        now.set_back(cell);
+        now.note_images(cell);
         now
     }
 
     /// All walls of a plan at the start.
     #[must_use]
-    pub fn all(walls: &[Wall], dt: f64, images: &Images) -> Vec<Self> {
-        walls
-            .iter()
-            .map(|wall| Self::new(wall, dt, images))
-            .collect()
+    pub fn all(walls: &[Wall], dt: f64, cell: &Cell) -> Vec<Self> {
+        walls.iter().map(|wall| Self::new(wall, dt, cell)).collect()
     }
 
     /// Contacts with it are reported from now on, as it wears.
@@ -134,9 +131,9 @@ impl WallNow {
         &mut self,
         corners: &[DVec3],
         since_listed: f64,
-        images: &Images,
+        cell: &Cell,
     ) -> Result<(), WallError> {
-        self.reshape(corners, images)?;
+        self.reshape(corners, cell)?;
         self.reshaped_by = since_listed;
         Ok(())
     }
@@ -163,11 +160,11 @@ impl WallNow {
         &mut self,
         corners: &[DVec3],
         since_listed: f64,
-        images: &Images,
+        cell: &Cell,
     ) -> Result<(), WallError> {
         let numbers: Vec<f64> = corners.iter().flat_map(|x| x.to_array()).collect();
         self.shape = self.shape.with_numbers(&numbers)?;
-        self.note_reshaped(0.0, images);
+        self.note_reshaped(0.0, cell);
         self.reshaped_by = since_listed;
         Ok(())
     }
@@ -183,13 +180,13 @@ impl WallNow {
     ///
     /// # Errors
     /// If it is no mesh, or the mesh cannot take these places; it stays as it was then.
-    pub fn reshape(&mut self, corners: &[DVec3], images: &Images) -> Result<(), WallError> {
+    pub fn reshape(&mut self, corners: &[DVec3], cell: &Cell) -> Result<(), WallError> {
         let Shape::Mesh(mesh) = &mut self.shape else {
             return Err(WallError::OtherShape);
         };
         // The plan keeps its own.
         let way = Arc::make_mut(mesh).reshape(corners)?;
-        self.note_reshaped(way, images);
+        self.note_reshaped(way, cell);
         Ok(())
     }
 
@@ -197,22 +194,22 @@ impl WallNow {
     ///
     /// # Errors
     /// If it has not the same faces and edges.
-    pub fn exchange(&mut self, shape: Shape, images: &Images) -> Result<(), WallError> {
+    pub fn exchange(&mut self, shape: Shape, cell: &Cell) -> Result<(), WallError> {
         let way = self.shape.way_to(&shape)?;
         self.shape = shape;
-        self.note_reshaped(way, images);
+        self.note_reshaped(way, cell);
         Ok(())
     }
 
-    fn note_reshaped(&mut self, way: f64, images: &Images) {
+    fn note_reshaped(&mut self, way: f64, cell: &Cell) {
         self.is_reshaped = true;
         self.reshaped_by += way;
-        self.met_by = self.met_by.of_shape(&self.shape, images);
-        self.note_images(images);
+        self.met_by = self.met_by.of_shape(&self.shape, cell);
+        self.note_images(cell);
     }
 
     /// Moves on by a step of `dt` (s) that ends at `time` (s), as the plan says, in a domain with these images.
-    pub fn advance(&mut self, wall: &Wall, time: f64, dt: f64, images: &Images) {
+    pub fn advance(&mut self, wall: &Wall, time: f64, dt: f64, cell: &Cell) {
         for (motor, state) in wall.motion.all_servos().zip(&mut self.servos) {
             *state = motor.advance(*state, time, dt);
         }
@@ -221,11 +218,11 @@ impl WallNow {
         } else {
             let before = self.state.pose.translation;
             self.state = wall.driven_state(time, dt, &self.servos);
-            self.set_back(images);
+            self.set_back(cell);
             // Set back by a period it is somewhere else at once, and found by other images before the next list.
             let gone = (self.state.pose.translation - before).abs();
-            if gone.cmpgt(0.25 * images.size).any() {
-                self.note_images(images);
+            if gone.cmpgt(0.25 * cell.size()).any() {
+                self.note_images(cell);
             }
         }
     }
@@ -264,18 +261,18 @@ impl WallNow {
     }
 
     /// Takes whole periods off the way that it has gone along periodic axes.
-    fn set_back(&mut self, images: &Images) {
+    fn set_back(&mut self, cell: &Cell) {
         if self.state.moves {
-            let back = self.met_by.whole_periods(&self.state.pose, images);
+            let back = self.met_by.whole_periods(&self.state.pose, cell);
             self.state.shift(back);
             self.taken_off[0] = back;
         }
     }
 
     /// Finds out by which images it is met where it stands.
-    pub fn note_images(&mut self, images: &Images) {
+    pub fn note_images(&mut self, cell: &Cell) {
         let outer = self.outer_box();
-        self.met_by.stand(outer, images);
+        self.met_by.stand(outer, cell);
     }
 
     /// Codes of the images by which particles meet the wall, where it stood when they were [noted](WallNow::note_images) last and by
@@ -296,12 +293,12 @@ impl WallNow {
     /// The images between which [`WallNow::image_of`] chooses for particles in a box, m.
     pub(super) fn images_of_box(
         &self,
-        images: &Images,
+        cell: &Cell,
         corners: Corners,
         met_by: u32,
     ) -> impl Iterator<Item = u32> + use<> {
         let (shape, state) = (&self.shape, &self.state);
-        (self.met_by).images_of_box(shape, state, images, corners, met_by)
+        (self.met_by).images_of_box(shape, state, cell, corners, met_by)
     }
 
     /// Whether places of the surface may lie on its own images: what touches it is sorted out by [`WallNow::keep_own`] then.
@@ -314,9 +311,9 @@ impl WallNow {
     /// The image by which a particle goes on to meet the same copy of the wall as by `image`, when a list is built and puts it into the
     /// domain `way` farther, whole periods, m.
     #[must_use]
-    pub fn renamed(&self, images: &Images, image: u32, way: DVec3) -> u32 {
+    pub fn renamed(&self, cell: &Cell, image: u32, way: DVec3) -> u32 {
         let [now, listed] = self.taken_off;
-        self.met_by.renamed(image, way, now - listed, images)
+        self.met_by.renamed(image, way, now - listed, cell)
     }
 
     /// The candidate list is built with the wall as it is now.
@@ -372,7 +369,7 @@ impl WallNow {
         wall: &Wall,
         saved: &SavedWall,
         (time, dt): (f64, f64),
-        images: &Images,
+        cell: &Cell,
     ) -> Result<(), WallError> {
         self.is_reshaped = !saved.shape.is_empty();
         self.shape = if self.is_reshaped {
@@ -380,7 +377,7 @@ impl WallNow {
         } else {
             wall.shape.clone()
         };
-        self.met_by = self.met_by.of_shape(&self.shape, images);
+        self.met_by = self.met_by.of_shape(&self.shape, cell);
         self.reshaped_by = saved.reshaped_by;
         if saved.servos.len() != self.servos.len() {
             return Err(WallError::OtherServos);
@@ -388,10 +385,10 @@ impl WallNow {
         self.servos.clone_from(&saved.servos);
         self.listed_pose = saved.listed_pose;
         self.state = wall.driven_state(time, dt, &self.servos);
-        self.set_back(images);
+        self.set_back(cell);
         // A wall that is set back is listed anew in the same step.
         self.taken_off[1] = self.taken_off[0];
-        self.note_images(images);
+        self.note_images(cell);
         Ok(())
     }
 }

@@ -129,7 +129,7 @@ impl Wear {
             if let Some(mesh) = core.walls[index].shape().mesh() {
                 worn.advance(mesh);
             }
-            let changed = core.walls[index].reshape(&worn.corners(), &core.images);
+            let changed = core.walls[index].reshape(&worn.corners(), &core.cell);
             changed.map_err(|error| core.wall_error(WallIndex::new(index as u16), error))?;
             let mesh = core.walls[index].shape().mesh();
             if mesh.is_some_and(|mesh| worn.find_worn_through(mesh)) {

@@ -79,7 +79,8 @@ pub fn is_closed(physics: &Physics) -> bool {
     let mut particles = physics.particles.iter();
     let driven = particles.any(NewParticle::is_prescribed);
     let driven = driven || physics.bodies.iter().any(NewBody::is_prescribed);
-    let falls_for_ever = (0..3).any(|axis| physics.periodic[axis] && physics.gravity[axis] != 0.0);
+    let falls_for_ever =
+        (0..3).any(|axis| physics.cell.is_periodic(axis) && physics.gravity[axis] != 0.0);
     !driven && !falls_for_ever
 }
 

@@ -31,7 +31,7 @@ impl StreamKind for DataFile {
             file: run.text(Self::NAME, b"")?,
             style: plan.outputs().files().number_style(),
             dimensions: plan.physics().dimensions,
-            domain: (plan.physics().domain_min, plan.physics().domain_max),
+            domain: plan.physics().cell.corners(),
             pebbles: plan.outputs().files().pebbles,
         })
     }

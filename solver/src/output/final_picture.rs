@@ -77,7 +77,7 @@ fn frame(plan: &Plan, last: &OrderedFrame) -> (Frame, ColourBy) {
             })
         })
         .collect();
-    let domain = (plan.physics().domain_min, plan.physics().domain_max);
+    let domain = plan.physics().cell.corners();
     let mut shapes = surfaces(plan);
     let mut grains = Vec::new();
     if let Some(wear) = &last.wear {

@@ -29,7 +29,7 @@ impl StreamKind for FstatFile {
         Ok(Self {
             file: run.text(Self::NAME, b"")?,
             style: plan.outputs().files().number_style(),
-            domain: (plan.physics().domain_min, plan.physics().domain_max),
+            domain: plan.physics().cell.corners(),
             pebbles: plan.outputs().files().pebbles,
         })
     }

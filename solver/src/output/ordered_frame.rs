@@ -8,9 +8,9 @@ use super::membrane_files::MembraneState;
 use super::wear_files::WearState;
 use super::{BudgetRow, Due, FrameCopy};
 use mercury_engine::boundaries::{Crossed, Passage};
+use mercury_engine::cell::Cell;
 use mercury_engine::forces::{LoadSums, Observation};
 use mercury_engine::liquid::LiquidRow;
-use mercury_engine::neighbours::Images;
 use mercury_engine::spray::Droplet;
 use mercury_engine::state::{Bodies, Body, BodyIndex, FIXED, Load, PEBBLE, Particle};
 use mercury_engine::walls::WallState;
@@ -71,7 +71,7 @@ pub struct OrderedFrame {
 impl OrderedFrame {
     /// Puts a moment in order.
     #[must_use]
-    pub fn new(moment: FrameCopy, images: &Images) -> Self {
+    pub fn new(moment: FrameCopy, cell: &Cell) -> Self {
         let mut order: Vec<u32> = (0..moment.ids.len() as u32).collect();
         order.sort_unstable_by_key(|&row| moment.ids[row as usize]);
         let mut rank_of_row = vec![0; order.len()];
@@ -81,12 +81,12 @@ impl OrderedFrame {
         // Column by column, so that memory never holds the whole state twice.
         let mut particles = gather(moment.records, &order);
         for particle in &mut particles {
-            particle.position = images.wrap(particle.position);
+            particle.position = cell.wrap(particle.position);
         }
         let mut orientations = moment.orientations.map(|all| gather(all, &order));
         let (bodies, body_of_rank) = match &moment.bodies {
             None => (Vec::new(), Vec::new()),
-            Some(bodies) => by_rank(bodies, &order, images),
+            Some(bodies) => by_rank(bodies, &order, cell),
         };
         if let Some(orientations) = &mut orientations {
             for (orientation, body) in orientations.iter_mut().zip(&body_of_rank) {
@@ -178,9 +178,9 @@ impl OrderedFrame {
 }
 
 /// Bodies with wrapped centres, and the place of each rank's body among them.
-fn by_rank(bodies: &Bodies, order: &[u32], images: &Images) -> (Vec<Body>, Vec<Option<BodyIndex>>) {
+fn by_rank(bodies: &Bodies, order: &[u32], cell: &Cell) -> (Vec<Body>, Vec<Option<BodyIndex>>) {
     let wrapped = bodies.all.iter().map(|body| Body {
-        position: images.wrap(body.position),
+        position: cell.wrap(body.position),
         ..*body
     });
     let of_rank = order.iter().map(|&row| bodies.body_of_row(row as usize));

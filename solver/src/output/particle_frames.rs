@@ -80,8 +80,8 @@ pub(super) fn frames_header(plan: &Plan) -> FramesHeader {
             .iter()
             .map(|wall| wall.name.clone())
             .collect(),
-        domain: Some((plan.physics().domain_min, plan.physics().domain_max)),
-        periodic: plan.physics().periodic,
+        domain: Some(plan.physics().cell.corners()),
+        periodic: plan.physics().cell.periodic(),
         dimensions: Some(plan.physics().dimensions),
         gravity: Some(plan.physics().gravity),
     }

@@ -16,8 +16,8 @@ use mercury_common::frames::ContactColumns;
 use mercury_common::scene::{Files, parse_scene};
 use mercury_engine::bodies::{Clump, NewBody};
 use mercury_engine::boundaries::{CountedRegion, Region};
+use mercury_engine::cell::{Cell, NO_SHIFT};
 use mercury_engine::forces::{ContactRecord, Observation, Partner, Watch};
-use mercury_engine::neighbours::{Images, NO_SHIFT};
 use mercury_engine::state::{FIXED, Load, MaterialIndex, Particle, WallIndex};
 use mercury_engine::step::Engine;
 
@@ -90,8 +90,8 @@ fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> OrderedFrame {
         passages: Vec::new(),
         droplets: Vec::new(),
     };
-    let images = Images::new(DVec3::ZERO, DVec3::splat(10.0), [true, false, false]);
-    OrderedFrame::new(moment, &images)
+    let cell = Cell::new(DVec3::ZERO, DVec3::splat(10.0), [true, false, false]);
+    OrderedFrame::new(moment, &cell)
 }
 
 #[test]

@@ -86,7 +86,7 @@ impl StreamKind for VtkFiles {
                     .map(|wall| wall.name.clone())
                     .collect(),
                 surfaces: surfaces(plan),
-                domain: (plan.physics().domain_min, plan.physics().domain_max),
+                domain: plan.physics().cell.corners(),
                 triangles: TriangleTable::new(plan),
             })
         });

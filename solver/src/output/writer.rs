@@ -17,8 +17,8 @@ use super::field_tables::FieldTable;
 use super::stream::{Beginning, Stream};
 use super::{FrameCopy, OrderedFrame, OutputError, STREAMS, energies};
 use crate::plan::{POSITIONS, Plan};
+use mercury_engine::cell::Cell;
 use mercury_engine::contact::HistoryNumber;
-use mercury_engine::neighbours::Images;
 use mercury_engine::stage::{Event, OutputFile, Stage};
 use mercury_engine::state::{Encoder, Piece, Plain};
 use mercury_engine::step::Losses;
@@ -207,7 +207,7 @@ impl Writer {
     ) -> Result<Self, OutputError> {
         let streams = streams(folder, plan, (history, losses), from.as_ref())?;
         let sums = from.map_or_else(RunningSums::default, |positions| positions.sums);
-        let images = plan.physics().images();
+        let cell = plan.physics().cell;
         let accounting = Accounting {
             gravity: plan.physics().gravity,
             dimensions: plan.physics().dimensions,
@@ -223,11 +223,7 @@ impl Writer {
         };
         let thread = std::thread::Builder::new()
             .name("output".to_owned())
-            .spawn(move || {
-                write_all(
-                    receiver, streams, sums, &images, accounting, &spent, watched,
-                )
-            })
+            .spawn(move || write_all(receiver, streams, sums, &cell, accounting, &spent, watched))
             .map_err(FileError::of(
                 folder,
                 "the thread that writes cannot be started",
@@ -335,7 +331,7 @@ fn write_all(
     receiver: Receiver<Message>,
     mut streams: Vec<Named>,
     mut sums: RunningSums,
-    images: &Images,
+    cell: &Cell,
     accounting: Accounting,
     spent: &Sender<Vec<Piece>>,
     mut watched: Watched,
@@ -347,7 +343,7 @@ fn write_all(
             Message::Write(moment) => {
                 // So that memory holds one state, not the last one beside the next.
                 drop(last.take());
-                let mut state = OrderedFrame::new(*moment, images);
+                let mut state = OrderedFrame::new(*moment, cell);
                 let budget = sums.take_in(&state, &accounting);
                 state.budget = (budget.energies.flows.is_some()).then(|| budget.clone());
                 at_end = Some(budget);

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
+use mercury_engine::cell::Cell;
+
 use super::Plan;
 
 /// The identity of a run, in front of the state itself.
@@ -25,10 +27,8 @@ pub struct Head {
     pub gravity: DVec3,
     /// 2 or 3.
     pub dimensions: u8,
-    /// Lower and upper corner of the domain, m.
-    pub domain: (DVec3, DVec3),
-    /// Periodic axes.
-    pub periodic: [bool; 3],
+    /// The periodic box at the start.
+    pub cell: Cell,
     /// Names of the materials, in the order of their numbers.
     pub materials: Vec<String>,
     /// Names of the clumps, in the order of their numbers.
@@ -49,8 +49,7 @@ mercury_engine::state::plain!(Head {
     step,
     gravity,
     dimensions,
-    domain,
-    periodic,
+    cell,
     materials,
     clumps,
     walls,
@@ -74,8 +73,7 @@ impl Head {
             step,
             gravity: physics.gravity,
             dimensions: physics.dimensions,
-            domain: (physics.domain_min, physics.domain_max),
-            periodic: physics.periodic,
+            cell: physics.cell,
             materials: materials.map(|material| material.name.clone()).collect(),
             clumps: clumps.map(|clump| clump.name.clone()).collect(),
             walls: walls()

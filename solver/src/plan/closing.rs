@@ -7,7 +7,7 @@ use super::insertions::grains_per_unit;
 use mercury_engine::boundaries::{
     InsertionPlan, Quantity, Total, expected_number, overlaps_wall, places, volume_within,
 };
-use mercury_engine::neighbours::Images;
+use mercury_engine::cell::Cell;
 use mercury_engine::physics::Physics;
 use mercury_engine::walls::{Component, ServoState, Target, Wall, WallNow};
 
@@ -72,7 +72,7 @@ fn done_at(physics: &Physics, insertion: &InsertionPlan) -> f64 {
     };
     let Some(rate) = &insertion.rate else {
         let volume = number / grains_per_unit(insertion, Quantity::Volume, physics);
-        let (low, high) = (physics.domain_min, physics.domain_max);
+        let (low, high) = physics.cell.corners();
         let space = if physics.dimensions == 2 {
             let (from, to) = insertion.region.bounds();
             let size = (to.min(high) - from.max(low)).truncate();
@@ -103,7 +103,7 @@ fn done_at(physics: &Physics, insertion: &InsertionPlan) -> f64 {
 
 /// Whether a motion has taken the wall into the region before the insertion is done.
 fn crosses(physics: &Physics, insertion: &InsertionPlan, wall: &Wall) -> bool {
-    let (dt, images) = (physics.time_step, physics.images());
+    let (dt, cell) = (physics.time_step, physics.cell);
     let done = done_at(physics, insertion);
     let sizes = insertion.mixture.iter().filter(|part| part.share > 0.0);
     let diameter = sizes
@@ -113,15 +113,20 @@ fn crosses(physics: &Physics, insertion: &InsertionPlan, wall: &Wall) -> bool {
         return false;
     }
     let radius = 0.5 * diameter;
-    let places = places(&insertion.region, radius, physics.setting().space(), PLACES);
+    let places = places(
+        &insertion.region,
+        radius,
+        physics.setting(&cell).space(),
+        PLACES,
+    );
     let (low, high) = places.iter().fold(
         (DVec3::INFINITY, DVec3::NEG_INFINITY),
         |(low, high), place| (low.min(*place), high.max(*place)),
     );
     let size = (high - low).max_element().max(diameter);
-    let middle = 0.5 * (physics.domain_min + physics.domain_max);
-    let reach = 0.5 * (physics.domain_max - physics.domain_min).length();
-    let mut now = WallNow::new(wall, dt, &images);
+    let middle = 0.5 * (physics.cell.low() + physics.cell.high());
+    let reach = 0.5 * physics.cell.diagonal();
+    let mut now = WallNow::new(wall, dt, &cell);
     wall.motion.windows().any(|[from, until]| {
         // Behind its end the wall stays where it is.
         let (begin, end) = (from.max(0.0), until.min(done));
@@ -133,17 +138,17 @@ fn crosses(physics: &Physics, insertion: &InsertionPlan, wall: &Wall) -> bool {
         (1..=times as u32).any(|k| {
             let time = begin + (end - begin) * f64::from(k) / times;
             // The wall at the start of the insertion; then from time to time.
-            put(&mut now, wall, time.max(insertion.from), dt, &images);
+            put(&mut now, wall, time.max(insertion.from), dt, &cell);
             let wall = std::slice::from_ref(&now);
             places
                 .iter()
-                .any(|&place| overlaps_wall(wall, &images, place, radius))
+                .any(|&place| overlaps_wall(wall, &cell, place, radius))
         })
     })
 }
 
 /// Puts a wall where it is at a time (s); walls with servos where they would be without an obstacle.
-fn put(now: &mut WallNow, wall: &Wall, time: f64, dt: f64, images: &Images) {
+fn put(now: &mut WallNow, wall: &Wall, time: f64, dt: f64, cell: &Cell) {
     for (servo, state) in wall.motion.all_servos().zip(&mut now.servos) {
         let load: f64 = match &servo.target {
             Target::Force(ramp) | Target::Pressure(ramp, _) => {
@@ -161,6 +166,6 @@ fn put(now: &mut WallNow, wall: &Wall, time: f64, dt: f64, images: &Images) {
             ..ServoState::default()
         };
     }
-    now.advance(wall, time, dt, images);
-    now.note_images(images);
+    now.advance(wall, time, dt, cell);
+    now.note_images(cell);
 }

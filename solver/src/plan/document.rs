@@ -300,10 +300,10 @@ impl<'a> Document<'a> {
                 bytes: disk.bytes.round(),
             },
             domain: Domain {
-                min: plan.physics().domain_min.to_array(),
-                max: plan.physics().domain_max.to_array(),
+                min: plan.physics().cell.low().to_array(),
+                max: plan.physics().cell.high().to_array(),
                 periodic: (0..3)
-                    .filter(|&axis| plan.physics().periodic[axis])
+                    .filter(|&axis| plan.physics().cell.is_periodic(axis))
                     .map(|axis| ["x", "y", "z"][axis])
                     .collect(),
                 dimensions: plan.physics().dimensions,

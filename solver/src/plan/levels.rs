@@ -15,8 +15,8 @@ const QUANTILES: u32 = 64;
 #[must_use]
 pub(super) fn levels(plan: &Plan) -> Levels {
     let physics = plan.physics();
-    let images = physics.images();
-    let skin = Skin::first(physics.radii(), 0.0, &images).thickness;
+    let cell = physics.cell;
+    let skin = Skin::first(physics.radii(), 0.0, &cell).thickness;
     let inserted = inserted_sizes(plan);
     let start = radii(&physics.particles, &physics.bodies, &physics.clumps);
     let sizes = start
@@ -28,7 +28,7 @@ pub(super) fn levels(plan: &Plan) -> Levels {
 /// How far the centres of spheres are spread along each axis, m.
 fn extent(plan: &Plan) -> DVec3 {
     if !plan.physics().insertions.is_empty() {
-        return plan.physics().domain_max - plan.physics().domain_min;
+        return plan.physics().cell.size();
     }
     let particles = plan
         .physics()

@@ -74,7 +74,9 @@ pub use workload::{Ahead, Here, Workload};
 
 use std::sync::Arc;
 
+use mercury_common::scene::Domain;
 pub use mercury_engine::bodies::NewBody;
+use mercury_engine::cell::Cell;
 pub use mercury_engine::physics::{Carried, Event, Guard, GuardPolicy, Physics};
 use mercury_engine::physics::{Setup, ToSetup, Watched};
 pub use mercury_engine::state::{Material, NewParticle, PrescribedMotion};
@@ -100,6 +102,11 @@ macro_rules! getters {
     };
 }
 use getters;
+
+/// The periodic box of a scene.
+fn cell_of(domain: &Domain) -> Cell {
+    Cell::new(*domain.min, *domain.max, domain.periodic)
+}
 
 /// A run, resolved and checked: made once, by [`plan`] from a scene or by [`Draft::plan`] by hand, and never changed.
 #[derive(Debug, Clone)]

@@ -10,7 +10,7 @@ use mercury_common::scene::{Located, MaterialIndex, Scene, SceneError, nearest};
 
 use super::particles::{StartingParticles, Typed};
 use super::{NewBody, NewParticle};
-use mercury_engine::neighbours::Images;
+use mercury_engine::cell::Cell;
 
 /// What an entry says of its table.
 pub(super) struct Table<'a> {
@@ -36,11 +36,7 @@ enum Grain {
 
 impl StartingParticles {
     /// Adds the grains of a table, as far as they are right; all that are wrong are reported, and those beyond [`MOST_WRONG`] counted.
-    pub(super) fn read(
-        &mut self,
-        table: &Table<'_>,
-        images: &Images,
-    ) -> Result<(), Vec<SceneError>> {
+    pub(super) fn read(&mut self, table: &Table<'_>, cell: &Cell) -> Result<(), Vec<SceneError>> {
         let file = table.file;
         let of_reader = |mut error: FormatError| {
             // The reader's advice comes behind the line of the scene, as all advice does.
@@ -99,8 +95,8 @@ impl StartingParticles {
                 line: Some(row.line),
             };
             match grain {
-                Grain::Sphere(particle) => self.add(particle, &row.properties, images, typed),
-                Grain::Clump(body) => self.add_body(body, &row.properties, images, typed),
+                Grain::Sphere(particle) => self.add(particle, &row.properties, cell, typed),
+                Grain::Clump(body) => self.add_body(body, &row.properties, cell, typed),
             }
         }
         if more > 0 {

@@ -13,10 +13,10 @@ use super::expected::LeftOut;
 use super::particle_table::Table;
 use super::start_from_frame::EarlierWalls;
 use super::start_from_run::{Earlier, take_up};
-use super::{NewBody, NewParticle, PrescribedMotion};
+use super::{NewBody, NewParticle, PrescribedMotion, cell_of};
 use mercury_engine::bodies::Clump;
+use mercury_engine::cell::Cell;
 use mercury_engine::contact::parameter::short;
-use mercury_engine::neighbours::Images;
 use mercury_engine::state::StartValues;
 
 /// Where a particle of the start was typed.
@@ -59,7 +59,7 @@ impl StartingParticles {
         &mut self,
         particle: NewParticle,
         properties: &[PropertyValue],
-        images: &Images,
+        cell: &Cell,
         typed: Typed,
     ) {
         for &(property, value) in properties {
@@ -67,7 +67,7 @@ impl StartingParticles {
             self.values_of(property).particles.push((number, value));
         }
         self.particles.push(NewParticle {
-            position: images.wrap(particle.position),
+            position: cell.wrap(particle.position),
             ..particle
         });
         self.typed.push(typed);
@@ -78,7 +78,7 @@ impl StartingParticles {
         &mut self,
         body: NewBody,
         properties: &[PropertyValue],
-        images: &Images,
+        cell: &Cell,
         typed: Typed,
     ) {
         for &(property, value) in properties {
@@ -86,7 +86,7 @@ impl StartingParticles {
             self.values_of(property).bodies.push((number, value));
         }
         self.bodies.push(NewBody {
-            position: images.wrap(body.position),
+            position: cell.wrap(body.position),
             ..body
         });
         self.typed_bodies.push(typed);
@@ -128,13 +128,13 @@ impl StartingParticles {
     }
 
     /// Adds what another run left.
-    fn take_up(&mut self, mut earlier: Earlier, images: &Images, typed: Typed) {
+    fn take_up(&mut self, mut earlier: Earlier, cell: &Cell, typed: Typed) {
         earlier.first = (self.particles.len(), self.bodies.len());
         for (particle, properties) in &earlier.particles {
-            self.add(particle.clone(), properties, images, typed);
+            self.add(particle.clone(), properties, cell, typed);
         }
         for (body, properties) in &earlier.bodies {
-            self.add_body(body.clone(), properties, images, typed);
+            self.add_body(body.clone(), properties, cell, typed);
         }
         self.earlier.push(earlier);
     }
@@ -214,7 +214,7 @@ pub(super) fn starting_particles(
     warnings: &mut Vec<String>,
     errors: &mut Vec<SceneError>,
 ) -> StartingParticles {
-    let images = Images::new(*scene.domain.min, *scene.domain.max, scene.domain.periodic);
+    let cell = cell_of(&scene.domain);
     let mut start = StartingParticles::default();
     // Name of a single body, and its place among the bodies.
     let mut named_bodies: Vec<(String, usize)> = Vec::new();
@@ -230,7 +230,7 @@ pub(super) fn starting_particles(
                 start.add(
                     one(particle, **position),
                     &particle.start.properties,
-                    &images,
+                    &cell,
                     Typed { entry, line: None },
                 );
             }
@@ -255,7 +255,7 @@ pub(super) fn starting_particles(
                     start.add(
                         one(particle, position),
                         &particle.start.properties,
-                        &images,
+                        &cell,
                         Typed { entry, line: None },
                     );
                 }
@@ -274,7 +274,7 @@ pub(super) fn starting_particles(
                     fixed: *fixed,
                     scale: scale.as_ref(),
                 };
-                if let Err(wrong) = start.read(&table, &images) {
+                if let Err(wrong) = start.read(&table, &cell) {
                     errors.extend(wrong);
                 }
             }
@@ -299,7 +299,7 @@ pub(super) fn starting_particles(
                         ..moving_body(motion, clump.value.0 as u32)
                     };
                     let typed = Typed { entry, line: None };
-                    start.add_body(body, &motion.properties, &images, typed);
+                    start.add_body(body, &motion.properties, &cell, typed);
                 };
                 match at {
                     ClumpPlace::Position(position) => {
@@ -336,7 +336,7 @@ pub(super) fn starting_particles(
                 let clumps = clumps.unwrap_or_default();
                 match take_up(folder, at.as_ref(), scene, clumps, warnings) {
                     Ok((earlier, walls)) => {
-                        start.take_up(earlier, &images, Typed { entry, line: None });
+                        start.take_up(earlier, &cell, Typed { entry, line: None });
                         start.walls.extend(walls);
                     }
                     Err(error) => errors.push(error),

@@ -133,7 +133,7 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
         },
         pass(
             "periodic images",
-            plan.physics().periodic.contains(&true),
+            plan.physics().cell.has_images(),
             "one contact per pair, with a shift",
             "no axis is periodic",
         ),

@@ -99,12 +99,12 @@ fn write_report(
     heading(text, "Space")?;
     let corners = format!(
         "{} to {} m",
-        vector(plan.physics().domain_min),
-        vector(plan.physics().domain_max)
+        vector(plan.physics().cell.low()),
+        vector(plan.physics().cell.high())
     );
     line(text, "domain", &corners)?;
     let axes: Vec<&str> = (0..3)
-        .filter(|&axis| plan.physics().periodic[axis])
+        .filter(|&axis| plan.physics().cell.is_periodic(axis))
         .map(|axis| ["x", "y", "z"][axis])
         .collect();
     let periodic = if axes.is_empty() {

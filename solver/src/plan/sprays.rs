@@ -8,9 +8,10 @@ use mercury_common::scene::{
 };
 use mercury_common::sizes::{SizeDistribution, SizeError};
 
+use super::cell_of;
 use super::number_table;
+use mercury_engine::cell::Cell;
 use mercury_engine::contact::parameter::short;
-use mercury_engine::neighbours::Images;
 use mercury_engine::spray::{Drag, Flow, NozzlePlan, Pattern, Point, SourcePlan, SprayPlan};
 use mercury_engine::walls::{Scratch, Wall, WallNow};
 
@@ -204,26 +205,26 @@ fn source(
 struct Standing {
     walls: Vec<WallNow>,
     names: Vec<String>,
-    images: Images,
+    cell: Cell,
 }
 
 impl Standing {
     fn new(scene: &Scene, walls: &[Wall]) -> Self {
-        let images = Images::new(*scene.domain.min, *scene.domain.max, scene.domain.periodic);
+        let cell = cell_of(&scene.domain);
         let there: Vec<&Wall> = walls.iter().filter(|wall| wall.from <= 0.0).collect();
         // Where they stand at the start does not depend on the step.
-        let now = |wall: &&Wall| WallNow::new(wall, 1.0, &images);
+        let now = |wall: &&Wall| WallNow::new(wall, 1.0, &cell);
         Self {
             walls: there.iter().map(now).collect(),
             names: there.iter().map(|wall| wall.name.clone()).collect(),
-            images,
+            cell,
         }
     }
 
     /// The wall behind which a place (m) lies, or in which; of one that acts on both sides there is no such place.
     fn hides(&self, place: DVec3) -> Option<&str> {
         let mut scratch = Scratch::default();
-        let behind = |wall: &WallNow| wall.is_behind(&self.images, place, &mut scratch);
+        let behind = |wall: &WallNow| wall.is_behind(&self.cell, place, &mut scratch);
         let index = self.walls.iter().position(behind)?;
         Some(&self.names[index])
     }

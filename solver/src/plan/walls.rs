@@ -8,7 +8,7 @@ use mercury_common::scene::{
 
 use super::meshes;
 use super::start_from_frame::EarlierWalls;
-use mercury_engine::neighbours::Images;
+use mercury_engine::cell::image;
 use mercury_engine::state::MaterialIndex;
 use mercury_engine::walls::{
     Area, Component, Cone, Cylinder, Disc, Motion, MotionTable, Plane, Pose, Ramp, Revolution,
@@ -215,7 +215,7 @@ fn out_of_reach(wall: &SceneWall, shape: &Shape, domain: &Domain) -> Option<Scen
         below.max((high[axis] - domain.max[axis]) / size[axis])
     };
     // One for the particles beyond the faces.
-    let most = f64::from(Images::MOST_PERIODS - 1);
+    let most = f64::from(image::MOST_PERIODS - 1);
     let is_far =
         |&axis: &usize| domain.periodic[axis] && periods(axis).is_finite() && periods(axis) > most;
     let axis = (0..3).find(is_far)?;

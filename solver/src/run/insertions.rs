@@ -51,8 +51,8 @@ fn amounts(
     );
     let region = volume_within(
         &insertion.region,
-        plan.physics().domain_min,
-        plan.physics().domain_max,
+        plan.physics().cell.low(),
+        plan.physics().cell.high(),
     );
     if plan.physics().dimensions == 3 && region > 0.0 && region.is_finite() {
         let share = inserted.volume / region;

@@ -195,8 +195,8 @@ fn awaited(engine: &Engine, means: &Means) -> Option<Awaited> {
     }
     // As fast as a particle that is calm.
     let limit = (2.0 * means.limit / means.mass).sqrt();
-    let images = engine.images();
-    let (middle, half) = (images.min + 0.5 * images.size, 0.5 * images.size);
+    let cell = engine.cell();
+    let (middle, half) = (cell.middle(), 0.5 * cell.size());
     engine.walls().iter().enumerate().find_map(|(index, wall)| {
         let state = &wall.state;
         if !state.present || !state.moves {

@@ -19,6 +19,7 @@ use mercury_common::formats::table_head;
 use mercury_common::frames::{ContactReader, ParticleReader, WallReader};
 use mercury_common::scene::Switches;
 use mercury_common::surfaces::{Placement, Surface};
+use mercury_engine::cell::Cell;
 
 use super::*;
 use crate::output::summary::Status;
@@ -455,8 +456,8 @@ fn a_request_stops_the_run_without_a_frame_of_its_own() {
 /// 3,375 particles in a box that is periodic along x, thrown about, with friction.
 fn crowd() -> Draft {
     let mut plan = plan(40, 2e-3, 0.5);
-    plan.periodic = [true, false, false];
-    plan.domain_max = DVec3::splat(15.0 * 2.0 * RADIUS);
+    let high = DVec3::splat(15.0 * 2.0 * RADIUS);
+    plan.cell = Cell::new(plan.cell.low(), high, [true, false, false]);
     plan.walls = vec![floor()];
     let mut particles = Vec::new();
     for k in 0..3375u32 {

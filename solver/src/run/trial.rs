@@ -79,7 +79,7 @@ fn seconds(starting: f64, stepping: f64, cost: f64, ahead: &Ahead, droplet_steps
 /// first speed, or as there are now.
 fn droplets_ahead(plan: &Plan, engine: &Engine) -> [f64; 2] {
     let physics = plan.physics();
-    let across = (physics.domain_max - physics.domain_min).length();
+    let across = physics.cell.diagonal();
     let end = physics.steps as f64 * physics.time_step;
     let droplets = (engine.sprays()).map_or(&[][..], |sprays| &sprays.state.droplets);
     let (mut at_once, mut steps) = (0.0, 0.0);

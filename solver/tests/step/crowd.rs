@@ -63,7 +63,7 @@ fn gas() -> Draft {
         adhesion: AnyAdhesion::None,
     };
     let mut plan = Draft::new(5e-4, (DVec3::ZERO, DVec3::splat(16.0)), 1.0, law);
-    plan.periodic = [true; 3];
+    plan.cell = plan.cell.with_periodic([true; 3]);
     let mut random = mercury_common::random::Stream::new(4, "gas", 0);
     let mut vector = |size: f64| {
         let mut one = || size * (2.0 * random.uniform() - 1.0);

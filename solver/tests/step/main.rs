@@ -188,7 +188,7 @@ fn a_face_that_comes_into_reach_after_the_list_was_built_is_felt() {
 fn a_periodic_domain_may_be_empty() {
     let domain = (DVec3::ZERO, DVec3::ONE);
     let mut plan = Draft::new(1e-3, domain, 1000.0, frictionless());
-    plan.periodic = [true; 3];
+    plan.cell = plan.cell.with_periodic([true; 3]);
     let mut engine = Engine::new(Arc::new(plan.plan().unwrap()), 1).unwrap();
     engine.steps_at_once(3, None).unwrap();
     assert_eq!(engine.steps(), 3);

@@ -10,6 +10,7 @@ use mercury_common::scene::Files;
 
 use mercury_common::particle_properties::FILM_VOLUME;
 use mercury_engine::bodies::{Clump, NewBody};
+use mercury_engine::cell::Cell;
 use mercury_engine::forces::{Observation, Partner, Watch};
 use mercury_engine::state::{MaterialIndex, StartValues};
 use mercury_engine::step::{Engine, Snapshot};
@@ -975,12 +976,8 @@ fn a_ball_beside_a_seam_has_one_contact() {
     }));
     for pair in offsets.windows(2) {
         for (x, y) in [(1.0 + pair[0], 0.3), (1.0 + pair[0], 1.0 + pair[1])] {
-            let images = mercury_engine::neighbours::Images::new(
-                -DVec3::ONE,
-                DVec3::ONE,
-                [true, true, false],
-            );
-            let at = images.wrap(dvec3(x, y, height));
+            let box_of_scene = Cell::new(-DVec3::ONE, DVec3::ONE, [true, true, false]);
+            let at = box_of_scene.wrap(dvec3(x, y, height));
             let plan = setup.plan(
                 vec![ball(at, radius, DVec3::ZERO, DVec3::ZERO)],
                 vec![sheet.clone()],

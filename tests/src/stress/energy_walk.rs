@@ -42,7 +42,7 @@ impl EnergyWalk {
     /// collision the energy m* v²/2 of the normal motion is distributed exponentially with mean kT.
     pub(super) fn of(stage: &Stage) -> Self {
         let physics = stage.engine.physics();
-        let size = physics.domain_max - physics.domain_min;
+        let size = physics.cell.size();
         let volume = size.x * size.y * size.z;
         let grains: Vec<_> = stage.free().collect();
         let (mut solid, mut momentum, mut mass) = (0.0, DVec3::ZERO, 0.0);

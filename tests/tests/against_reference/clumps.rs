@@ -66,7 +66,7 @@ fn scene(law: AnyPairLaw, around: &Surroundings, seed: u64) -> (Engine, Simulati
     let domain = (-margin, DVec3::splat(SIZE) + margin);
     let mut plan = Draft::new(STEP, domain, DENSITY, law);
     plan.laws = uniform(law);
-    plan.periodic = around.periodic;
+    plan.cell = plan.cell.with_periodic(around.periodic);
     plan.gravity = around.gravity;
     plan.contact_point_mass = seed.is_multiple_of(2);
     let periodic_box = reference_of(&mut plan, &around.walls).periodic_box;

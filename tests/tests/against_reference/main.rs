@@ -48,7 +48,7 @@ fn scene(laws: LawTable, surroundings: &Surroundings, seed: u64) -> (Engine, Sim
         plan.materials.push(other);
     }
     plan.laws = laws;
-    plan.periodic = surroundings.periodic;
+    plan.cell = plan.cell.with_periodic(surroundings.periodic);
     plan.gravity = surroundings.gravity;
     plan.dimensions = surroundings.dimensions;
     let mut check = reference_of(&mut plan, &surroundings.walls);

@@ -14,7 +14,6 @@ use mercury_engine::contact::{
 };
 use mercury_engine::forces::{ContactForces, ContactLoop, SlotState, Watch};
 use mercury_engine::lanes::{Mask, Real};
-use mercury_engine::neighbours::Images;
 use mercury_engine::step::{Engine, Snapshot, StartOptions};
 use mercury_engine::walls::{Disc, Mesh, Motion, Shape};
 use mercury_solver::plan::{Draft, Plan};
@@ -387,7 +386,7 @@ fn crowd(seed: u64, cells: [u32; 3]) -> (Arc<Plan>, Linear, LinearFriction) {
         DENSITY,
         planned(normal, Some(friction)),
     );
-    plan.periodic = [true, false, false];
+    plan.cell = plan.cell.with_periodic([true, false, false]);
     let mut random = Stream::new(seed, "crowd", 0);
     let mut particles = Vec::new();
     for place in 0..cells.iter().product() {
@@ -432,11 +431,7 @@ struct BruteForce {
 
 impl BruteForce {
     fn step(&mut self, plan: &Plan, engine: &Engine, dt: f64) {
-        let images = Images::new(
-            plan.physics().domain_min,
-            plan.physics().domain_max,
-            plan.physics().periodic,
-        );
+        let cell = plan.physics().cell;
         let particles = &engine.particles;
         let count = particles.len();
         let (mut pairs, mut walls) = (HashMap::new(), HashMap::new());
@@ -453,7 +448,7 @@ impl BruteForce {
             for j in i + 1..count {
                 let b = &particles.records[j];
                 let mut offset = a.position - b.position;
-                offset.x -= images.size.x * (offset.x / images.size.x).round();
+                offset.x -= cell.size().x * (offset.x / cell.size().x).round();
                 let gap = offset.length() - a.radius - b.radius;
                 let (one, other) = (particles.ids[i].number(), particles.ids[j].number());
                 let key = (one.min(other), one.max(other));
@@ -461,7 +456,7 @@ impl BruteForce {
                     pairs.insert(key, bond);
                 }
             }
-            let size = plan.physics().domain_max;
+            let size = plan.physics().cell.high();
             let place = a.position;
             let heights = [place.y, size.y - place.y, place.z, size.z - place.z];
             for (wall, height) in heights.into_iter().enumerate() {
@@ -520,7 +515,7 @@ fn bonds_are_those_of_a_search_over_all_pairs() {
         across += expected.pairs.values().filter(|bond| !bond.1).count();
         at_walls += expected.walls.values().filter(|bond| !bond.1).count();
         let shifted = |slot: &mercury_engine::forces::SavedSlot<'_>| {
-            slot.state == SlotState::Bonded && slot.image != mercury_engine::neighbours::NO_SHIFT
+            slot.state == SlotState::Bonded && slot.image != mercury_engine::cell::NO_SHIFT
         };
         through += engine
             .snapshot()
@@ -554,11 +549,7 @@ fn attraction_acts_between_all_that_are_within_its_range() {
     let law = contacts(normal, friction, Attraction(STICKY));
     let mut engine =
         Engine::start(Arc::clone(&plan), StartOptions::threads(1).contacts(law)).unwrap();
-    let images = Images::new(
-        plan.physics().domain_min,
-        plan.physics().domain_max,
-        plan.physics().periodic,
-    );
+    let cell = plan.physics().cell;
     let watch = Some(Watch {
         records: true,
         audit: None,
@@ -572,10 +563,10 @@ fn attraction_acts_between_all_that_are_within_its_range() {
         for (i, a) in particles.iter().enumerate() {
             for b in &particles[i + 1..] {
                 let mut offset = a.position - b.position;
-                offset.x -= images.size.x * (offset.x / images.size.x).round();
+                offset.x -= cell.size().x * (offset.x / cell.size().x).round();
                 pairs += usize::from(offset.length() - a.radius - b.radius < STICKY.range);
             }
-            let (place, size) = (a.position, plan.physics().domain_max);
+            let (place, size) = (a.position, plan.physics().cell.high());
             for height in [place.y, size.y - place.y, place.z, size.z - place.z] {
                 walls += usize::from(height - a.radius < STICKY.range);
             }

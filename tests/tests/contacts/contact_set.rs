@@ -31,7 +31,7 @@ fn recorded(engine: &Engine) -> BTreeSet<(Id, Id)> {
             );
             // The partner is where its image stands.
             let [one, other] = [record.row, row].map(|row| engine.particles.records[row as usize]);
-            let branch = one.position - other.position - engine.images().shift(image);
+            let branch = one.position - other.position - engine.cell().shift(image);
             let length = one.radius + other.radius - record.overlap;
             let apart = (branch - length * record.normal).length();
             assert!(apart < 1e-12, "{a} and {b}: {branch} by image {image}");
@@ -83,7 +83,7 @@ proptest! {
         let mut vector = || dvec3(random.uniform(), random.uniform(), random.uniform());
         let law = frictionless(AnyNormal::Linear(Linear::new(1.0, 0.0)));
         let mut plan = Draft::new(1e-3, (DVec3::ZERO, size), 1000.0, law);
-        plan.periodic = periodic;
+        plan.cell = plan.cell.with_periodic(periodic);
         plan.gravity = gravity * DVec3::Z;
         let particles = (0..count)
             .map(|k| NewParticle {
@@ -183,7 +183,7 @@ fn few_are_fast(
     let mut vector = || dvec3(random.uniform(), random.uniform(), random.uniform());
     let law = frictionless(AnyNormal::Linear(Linear::new(stiffness, 0.0)));
     let mut plan = Draft::new(1e-3, (DVec3::ZERO, size), 1000.0, law);
-    plan.periodic = periodic;
+    plan.cell = plan.cell.with_periodic(periodic);
     // A plate that swings, so far inside that no image of a particle meets it.
     let plate = Disc::new(dvec3(0.3, 0.2, 1.0), 0.5 * size, 0.08).unwrap();
     let swing = Component::Oscillation {
@@ -235,7 +235,7 @@ fn few_that_shoot_through_a_lattice_meet_all_on_their_way() {
     let size = DVec3::splat(8.0 * spacing);
     let law = frictionless(AnyNormal::Linear(Linear::new(1e-3, 0.0)));
     let mut plan = Draft::new(1e-4, (DVec3::ZERO, size), 1000.0, law);
-    plan.periodic = [true; 3];
+    plan.cell = plan.cell.with_periodic([true; 3]);
     // Plates well inside, so that no image of a particle meets one.
     for k in -3..=3 {
         let (axis, place) = (dvec3(0.3, 0.2, 1.0), 0.1 * f64::from(k) * size.x);
@@ -295,7 +295,7 @@ fn a_list_lasts_no_longer_than_its_skin() {
     let (radius, speed, time_step) = (0.01, 0.5, 1e-5);
     let law = frictionless(AnyNormal::Linear(Linear::new(1e-3, 0.0)));
     let mut plan = Draft::new(time_step, (DVec3::ZERO, DVec3::ONE), 1000.0, law);
-    plan.periodic = [true; 3];
+    plan.cell = plan.cell.with_periodic([true; 3]);
     // Gaps up to four of the first skins of a tenth of a radius, each a hundredth of it larger than the last.
     let particles = (0..400u32).flat_map(|k| {
         let middle = dvec3(0.5, f64::from(k % 20), f64::from(k / 20)) * dvec3(1.0, 0.05, 0.05);
@@ -385,7 +385,7 @@ fn bodies_that_spin_meet_what_they_overlap() {
         let mut random = Stream::new(3, "spinning rods", 0);
         let law = frictionless(AnyNormal::Linear(Linear::new(0.1, 0.0)));
         let mut plan = Draft::new(2e-4, (DVec3::ZERO, size), 1000.0, law);
-        plan.periodic = periodic;
+        plan.cell = plan.cell.with_periodic(periodic);
         let bodies = (0..60).map(|_| {
             let mut vector = || dvec3(random.uniform(), random.uniform(), random.uniform());
             let (place, velocity, spin) = (vector(), vector() * 2.0 - 1.0, vector() * 2.0 - 1.0);

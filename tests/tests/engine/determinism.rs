@@ -45,7 +45,7 @@ fn heap(count: usize, drum: bool) -> Arc<Plan> {
     plan.energy_budget = true;
     let middle = 0.5 * size;
     if drum {
-        plan.periodic = [false, true, false];
+        plan.cell = plan.cell.with_periodic([false, true, false]);
         let shape = Cylinder::new(DVec3::Y, middle, 0.3, None, Side::Inside)
             .map(Shape::Cylinder)
             .unwrap();
@@ -69,7 +69,7 @@ fn heap(count: usize, drum: bool) -> Arc<Plan> {
         floor.motion = Motion::new(vec![shake]).unwrap();
         plan.walls.push(floor);
     } else {
-        plan.periodic = [true, true, false];
+        plan.cell = plan.cell.with_periodic([true, true, false]);
         plan.walls.push(plane(DVec3::ZERO, DVec3::Z));
     }
     let mut random = Stream::new(7, "heap", 0);

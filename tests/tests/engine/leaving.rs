@@ -26,7 +26,7 @@ fn few_that_are_fast_leave_in_the_step_in_which_they_pass_the_face() {
     let top = 24.0 * spacing;
     let size = dvec3(8.0 * spacing, 8.0 * spacing, top);
     let mut scene = Draft::new(1e-4, (DVec3::ZERO, size), 1000.0, law());
-    scene.periodic = [true, true, false];
+    scene.cell = scene.cell.with_periodic([true, true, false]);
     let mut stream = Stream::new(9, "lattice", 0);
     let mut slow = || stream.uniform_in(-1e-3, 1e-3);
     let mut particles: Vec<NewParticle> = (0..1024u32)

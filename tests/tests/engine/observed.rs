@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use mercury_common::random::Stream;
 use mercury_common::scene::Files;
+use mercury_engine::cell::Cell;
 use mercury_engine::contact::AnyAdhesion;
 use mercury_engine::contact::adhesion::liquid::Fit;
 use mercury_engine::forces::{ContactRecord, Partner, Watch};
 use mercury_engine::lanes::Width;
-use mercury_engine::neighbours::Images;
 use mercury_engine::state::Particle;
 use mercury_engine::step::{Engine, Snapshot, StartOptions};
 use mercury_solver::plan::{Plan, parse_scene, plan};
@@ -107,10 +107,10 @@ fn same_in_all_ways(
 /// The overlap of each pair is R_A + R_B - |x_A - x_B| at the image of B. Both have some rounding errors of a part in 2^53 of the numbers that they are
 /// computed from: 1e-15 m where these are below a metre, and as much of them where they are larger.
 fn assert_overlaps(name: &str, engine: &Engine) -> [usize; 2] {
-    let (particles, images) = (&engine.particles.records, engine.images());
+    let (particles, cell) = (&engine.particles.records, engine.cell());
     let mut pairs = [0; 2];
     for record in engine.observation().records {
-        let Some((expected, size)) = overlap(particles, images, &record) else {
+        let Some((expected, size)) = overlap(particles, cell, &record) else {
             continue;
         };
         let error = (record.overlap - expected).abs();
@@ -127,12 +127,12 @@ fn assert_overlaps(name: &str, engine: &Engine) -> [usize; 2] {
 }
 
 /// The overlap from the positions, m, and the largest number that it comes from, m; `None` at walls.
-fn overlap(particles: &[Particle], images: &Images, record: &ContactRecord) -> Option<(f64, f64)> {
+fn overlap(particles: &[Particle], cell: &Cell, record: &ContactRecord) -> Option<(f64, f64)> {
     let Partner::Particle { row, image } = record.partner else {
         return None;
     };
     let (a, b) = (&particles[record.row as usize], &particles[row as usize]);
-    let shift = images.shift(image);
+    let shift = cell.shift(image);
     let apart = (a.position - b.position - shift).length();
     let size = a
         .position

@@ -84,7 +84,7 @@ fn mindlin() -> AnyPairLaw {
 fn periodic(law: AnyPairLaw, axes: [bool; 3]) -> Draft {
     let domain = (dvec3(0.0, 0.0, -PERIOD), dvec3(PERIOD, PERIOD, PERIOD));
     let mut plan = Draft::new(1e-5, domain, 2500.0, law);
-    plan.periodic = axes;
+    plan.cell = plan.cell.with_periodic(axes);
     plan
 }
 

@@ -167,7 +167,7 @@ fn domain(periodic: bool) -> Draft {
     let low = dvec3(-half, -2.0 * PERIOD, -2.0 * PERIOD);
     let high = dvec3(PERIOD + half, 2.0 * PERIOD, 2.0 * PERIOD);
     let mut draft = Draft::new(TIME_STEP, (low, high), 2500.0, mindlin());
-    draft.periodic = [periodic, false, false];
+    draft.cell = draft.cell.with_periodic([periodic, false, false]);
     draft.gravity = -G * DVec3::Z;
     draft
 }
@@ -251,7 +251,7 @@ fn plates_push_a_ball_through_many_periods() {
 #[test]
 fn a_blade_through_a_bed_is_never_without_load() {
     let mut draft = domain(true);
-    draft.periodic = [true, true, false];
+    draft.cell = draft.cell.with_periodic([true, true, false]);
     draft.walls.push(plane(-RADIUS * DVec3::Z, DVec3::Z));
     let blade = Disc::new(DVec3::X, 0.001 * DVec3::X, 0.03).unwrap();
     let sweep = motion(vec![slide(0.2 * DVec3::X)]);

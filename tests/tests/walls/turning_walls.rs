@@ -3,6 +3,7 @@
 use glam::{DVec3, dvec3};
 use mercury_common::formats::clump::Pebble;
 use mercury_engine::bodies::{Clump, NewBody};
+use mercury_engine::cell::Cell;
 use mercury_engine::contact::registry::AnyPairLaw;
 use mercury_engine::contact::rolling::FrictionSpring;
 use mercury_engine::contact::{
@@ -307,8 +308,8 @@ fn a_turning_wall_is_the_same_through_a_periodic_face() {
     let size = DVec3::splat(2.0);
     for (inside, mut across) in turning_walls(origin).into_iter().zip(turning_walls(origin)) {
         // The wall and its particles stand across faces, particles up to a period away from where they meet it.
-        (across.domain_min, across.domain_max) = (DVec3::splat(0.05), DVec3::splat(0.05) + size);
-        across.periodic = [true; 3];
+        let low = DVec3::splat(0.05);
+        across.cell = Cell::new(low, low + size, [true; 3]);
         let mut engines = [start(inside), start(across)];
         let mut wrapped = 0;
         for _ in 0..300 {

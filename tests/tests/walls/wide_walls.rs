@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::{DVec3, dvec3};
+use mercury_engine::cell::Cell;
 use mercury_engine::contact::registry::AnyPairLaw;
 use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, PairLaw,
@@ -78,8 +79,8 @@ fn as_among_copies(
 fn as_there(name: &str, there: Draft, wall: Wall, ball: &NewParticle, steps: u64) -> f64 {
     let expected = way(there, steps);
     let mut periodic = scene(vec![wall], ball.clone());
-    periodic.periodic = [true, false, false];
-    (periodic.domain_min.x, periodic.domain_max.x) = (0.0, PERIOD);
+    let (low, high) = periodic.cell.corners();
+    periodic.cell = Cell::new(low.with_x(0.0), high.with_x(PERIOD), [true, false, false]);
     let mut gone = 0.0f64;
     for (k, (one, other)) in expected.iter().zip(way(periodic, steps)).enumerate() {
         let mut apart = one.position - other.position;

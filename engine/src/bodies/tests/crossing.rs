@@ -23,7 +23,7 @@ fn law() -> AnyPairLaw {
 fn after_a_second(middle: DVec3, period: Option<f64>, velocity: DVec3) -> Body {
     let half = DVec3::splat(period.map_or(1000.0, |period| 0.5 * period));
     let mut plan = Inputs::new(1e-3, (middle - half, middle + half), 1.0, law());
-    plan.periodic = [period.is_some(); 3];
+    plan.cell = plan.cell.with_periodic([period.is_some(); 3]);
     let bar = NewBody {
         velocity,
         angular_velocity: dvec3(0.0, 20.0, 0.01),

@@ -102,7 +102,7 @@ fn nothing_is_inserted_behind_a_wall() {
             .take(1 + usize::from(periodic_too))
         {
             let mut draft = plan();
-            draft.periodic = [periodic; 3];
+            draft.cell = draft.cell.with_periodic([periodic; 3]);
             draft.walls.push(wall(shape.clone()));
             let sizes = monodisperse(2.0 * RADIUS);
             draft

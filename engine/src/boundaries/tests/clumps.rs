@@ -31,7 +31,7 @@ fn bean() -> Clump {
 /// Beans and spheres that fill a periodic box around a column, `number` of them.
 fn filled(total: Total) -> Still {
     let mut plan = plan();
-    plan.periodic = [true; 3];
+    plan.cell = plan.cell.with_periodic([true; 3]);
     plan.clumps = vec![bean()];
     let column = Cylinder::new(DVec3::Z, DVec3::splat(0.5), 0.1, None, Side::Outside);
     plan.walls.push(wall(Shape::Cylinder(column.unwrap())));

@@ -44,10 +44,10 @@ fn check_every_step(plan: Inputs, steps: u32) -> Engine {
     let mut engine = Engine::new(plan.clone(), 1).unwrap();
     for step in 0..steps {
         engine.step(None).unwrap();
-        let images = engine.images().clone();
+        let cell = *engine.cell();
         for record in &engine.particles.records {
             let position = record.position;
-            let inside = images.wrap(position);
+            let inside = cell.wrap(position);
             for deletion in &plan.physics.deletions {
                 assert!(
                     !deletion.region.contains(inside),
@@ -55,7 +55,7 @@ fn check_every_step(plan: Inputs, steps: u32) -> Engine {
                     deletion.name
                 );
             }
-            for axis in (0..3).filter(|&axis| !plan.physics.periodic[axis]) {
+            for axis in (0..3).filter(|&axis| !plan.physics.cell.is_periodic(axis)) {
                 assert!((0.0..=1.0).contains(&position[axis]), "step {step}");
             }
         }
@@ -81,7 +81,7 @@ fn all_particles_leave_in_the_step_in_which_the_centre_does() {
     };
     for periodic in [[false; 3], [true, false, true], [true; 3]] {
         let mut scene = plan();
-        scene.periodic = periodic;
+        scene.cell = scene.cell.with_periodic(periodic);
         scene.deletions = vec![outlet("ball", ball.clone()), outlet("slab", slab.clone())];
         let engine = check_every_step(gas(1500, scene), 300);
         let boundaries = engine.boundaries();
@@ -97,7 +97,7 @@ fn all_particles_leave_in_the_step_in_which_the_centre_does() {
 #[test]
 fn exits_are_counted_by_face_with_what_left() {
     let mut scene = plan();
-    scene.periodic = [false, true, false];
+    scene.cell = scene.cell.with_periodic([false, true, false]);
     let radius = 0.01;
     let mass = 1000.0 * 4.0 / 3.0 * std::f64::consts::PI * f64::powi(radius, 3);
     // One to each face, the two along the periodic axis stay; one stands fixed outside.

@@ -50,7 +50,7 @@ fn a_normal_that_is_square_but_for_round_off_counts_once() {
         DVec3::new(0.0, 0.0, 1.0),
         0.004,
     )]);
-    draft.periodic = [true, true, false];
+    draft.cell = draft.cell.with_periodic([true, true, false]);
     let normal = DVec3::new(6.1e-17, -6.1e-17, 1.0);
     let fluxes = vec![plane(DVec3::splat(0.5), normal)];
     let steps = (0.02 / draft.time_step) as u32;
@@ -72,7 +72,7 @@ fn what_passes_is_what_left() {
         .map(|_| sphere(point(0.01, 0.99), point(-2.0, 2.0), 0.004))
         .collect();
     let mut draft = plan().with_particles(particles);
-    draft.periodic = [true, true, false];
+    draft.cell = draft.cell.with_periodic([true, true, false]);
     // All that gets into the region came through the plane that bounds it, in the step in which it is deleted; what leaves below left
     // through a plane in the face.
     draft.deletions = vec![DeletionPlan {
@@ -116,7 +116,7 @@ fn what_passes_is_what_left() {
 #[test]
 fn every_lap_counts_once() {
     let mut draft = plan();
-    draft.periodic = [true, false, false];
+    draft.cell = draft.cell.with_periodic([true, false, false]);
     // 2 m/s for 5 s with a period of 1 m: ten laps, to round-off of 5000 drifts. The planes: in the middle, at either face, where the
     // particle starts, just ahead of it and oblique.
     let start = DVec3::new(0.25, 0.5, 0.5);
@@ -176,7 +176,7 @@ fn what_turns_back_is_taken_off_again() {
 #[test]
 fn a_disc_counts_what_passes_through_it() {
     let mut draft = plan();
-    draft.periodic = [true, false, false];
+    draft.cell = draft.cell.with_periodic([true, false, false]);
     let column = |x: f64, y: f64| sphere(DVec3::new(x, y, 0.5), DVec3::NEG_Z, 0.01);
     // A disc that reaches across the periodic face; not across the other.
     draft.particles = vec![
@@ -196,7 +196,7 @@ fn a_disc_counts_what_passes_through_it() {
 #[test]
 fn the_count_goes_on_from_a_snapshot() {
     let mut draft = plan();
-    draft.periodic = [true, false, false];
+    draft.cell = draft.cell.with_periodic([true, false, false]);
     draft.particles = (0..40)
         .map(|k| {
             let y = 0.02 + 0.024 * f64::from(k);

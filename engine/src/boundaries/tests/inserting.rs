@@ -8,7 +8,7 @@ use super::super::{
     Boundaries, Ingredient, InsertionPlan, Limit, Quantity, Rate, Region, Total, Wait,
 };
 use super::{insertion, monodisperse, plan, uniform, unit_box};
-use crate::neighbours::Images;
+use crate::cell::Cell;
 use crate::physics::Inputs;
 use crate::physics::Physics;
 use crate::state::Material;
@@ -20,7 +20,7 @@ use crate::walls::{Cylinder, Motion, Plane, Shape, Side, Touches, Wall, WallNow}
 /// Particles and boundaries without an engine: nothing moves.
 pub(super) struct Still {
     pub(super) physics: Physics,
-    images: Images,
+    cell: Cell,
     walls: Vec<WallNow>,
     pub(super) particles: Particles,
     pub(super) boundaries: Boundaries,
@@ -34,12 +34,17 @@ impl Still {
             let (record, mass, prescribed) = new.build(&physics.materials, physics.dimensions);
             particles.push(record, mass, prescribed);
         }
-        let images = physics.images();
+        let cell = physics.cell;
         let (insertions, deletions) = (&physics.insertions, &physics.deletions);
         Self {
-            walls: WallNow::all(&physics.walls, physics.time_step, &images),
-            images,
-            boundaries: Boundaries::new(insertions, deletions, &[], &physics.setting()),
+            walls: WallNow::all(&physics.walls, physics.time_step, &cell),
+            cell,
+            boundaries: Boundaries::new(
+                insertions,
+                deletions,
+                &[],
+                &physics.setting(&physics.cell),
+            ),
             particles,
             physics,
         }
@@ -49,8 +54,7 @@ impl Still {
         self.boundaries.exchange(
             &mut self.particles,
             &self.physics.insertions,
-            &self.physics.setting(),
-            &self.images,
+            &self.physics.setting(&self.cell),
             &self.walls,
             time,
             &mut |_, _| {},
@@ -92,8 +96,8 @@ fn deepest_overlap(still: &Still) -> f64 {
     for (i, one) in records.iter().enumerate() {
         for other in &records[i + 1..] {
             for code in 0..27 {
-                let shift = still.images.shift(code);
-                let allowed = (0..3).all(|axis| shift[axis] == 0.0 || still.images.periodic[axis]);
+                let shift = still.cell.shift(code);
+                let allowed = (0..3).all(|axis| shift[axis] == 0.0 || still.cell.is_periodic(axis));
                 if allowed {
                     let gap = (one.position - other.position + shift).length();
                     deepest = deepest.max(one.radius + other.radius - gap);
@@ -351,7 +355,8 @@ fn velocities_are_uniform_about_the_mean() {
 fn discs_stay_in_their_plane() {
     let mut plan = with(Vec::new());
     plan.dimensions = 2;
-    (plan.domain_min.z, plan.domain_max.z) = (-0.1, 0.1);
+    let (low, high) = plan.cell.corners();
+    plan.cell = Cell::new(low.with_z(-0.1), high.with_z(0.1), plan.cell.periodic());
     let mut feed = insertion(
         Region::Box {
             min: DVec3::ZERO,
@@ -428,10 +433,11 @@ fn goes_on_from_its_state_with_the_same_numbers() {
             let state = stopped.boundaries.state();
             let physics = &stopped.physics;
             let (insertions, deletions) = (&physics.insertions, &physics.deletions);
-            stopped.boundaries = Boundaries::new(insertions, deletions, &[], &physics.setting());
+            stopped.boundaries =
+                Boundaries::new(insertions, deletions, &[], &physics.setting(&physics.cell));
             stopped
                 .boundaries
-                .restore(&state, &stopped.particles)
+                .restore(&state, &stopped.particles, &stopped.cell)
                 .unwrap();
             assert_eq!(stopped.boundaries.state(), state);
         }
@@ -460,7 +466,7 @@ fn the_engine_inserts_the_same_for_any_number_of_threads() {
         )
     };
     let mut plan = with(vec![feed]);
-    plan.periodic = [true, true, false];
+    plan.cell = plan.cell.with_periodic([true, true, false]);
     let floor = Plane::new(DVec3::ZERO, DVec3::Z).unwrap();
     plan.walls = vec![wall(Shape::Plane(floor))];
     let plan = plan.setup().unwrap();
@@ -500,7 +506,7 @@ proptest! {
         };
         let mut plan = with(vec![feed("one"), feed("two")]);
         plan.seed = seed;
-        plan.periodic = periodic;
+        plan.cell = plan.cell.with_periodic(periodic);
         let tube = Cylinder::new(DVec3::Z, DVec3::splat(0.5), 0.2, Some([-0.2, 0.3]), Side::Both).unwrap();
         let slope = Plane::new(DVec3::splat(0.3), DVec3::new(0.6, 0.0, 0.8)).unwrap();
         plan.walls = vec![wall(Shape::Cylinder(tube)), wall(Shape::Plane(slope))];
@@ -517,7 +523,7 @@ proptest! {
                 prop_assert!(touches.is_empty());
             }
             let inside = (0..27).any(|code| region.holds_sphere(
-                record.position + still.images.shift(code), record.radius * (1.0 - 1e-9)));
+                record.position + still.cell.shift(code), record.radius * (1.0 - 1e-9)));
             prop_assert!(inside);
             prop_assert!(record.position.cmpge(DVec3::ZERO).all() && record.position.cmple(DVec3::ONE).all());
         }
@@ -663,7 +669,7 @@ fn a_quota_goes_on_from_its_state() {
     second.particles = first.particles.clone();
     second
         .boundaries
-        .restore(&first.boundaries.state(), &first.particles)
+        .restore(&first.boundaries.state(), &first.particles, &first.cell)
         .unwrap();
     for step in 4..10 {
         second.exchange(f64::from(step) * 1e-3);
@@ -760,8 +766,8 @@ fn a_region_that_empties_is_kept_filled_at_any_step() {
         draft.seed = seed;
         draft.time_step = step;
         draft.gravity = DVec3::new(0.0, 0.0, -9.81);
-        draft.domain_max = DVec3::new(0.03, 0.03, 0.15);
-        draft.periodic = [true, true, false];
+        let high = DVec3::new(0.03, 0.03, 0.15);
+        draft.cell = Cell::new(draft.cell.low(), high, [true, true, false]);
         draft.steps = steps;
         draft.insertions = vec![insertion(
             Region::Box {

@@ -220,7 +220,7 @@ impl<H: History> Block<H> {
                         row: row as u32,
                         partner: Partner::Particle {
                             row: *partner,
-                            image: crate::neighbours::NO_SHIFT,
+                            image: crate::cell::NO_SHIFT,
                         },
                         feature: FREE,
                         bridge,

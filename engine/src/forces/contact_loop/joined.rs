@@ -24,7 +24,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         if of_wall.len() < 2 || !wall.state.present {
             return;
         }
-        let images = self.context.images;
+        let cell = self.context.cell;
         let (mut touches, mut scratch) = (Touches::default(), Touches::default());
         // Number of the image, and where its slots begin.
         let (mut ended, mut begun) = (Vec::new(), Vec::new());
@@ -33,10 +33,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             let own = &slots[start..start + near.features as usize];
             let held = own.iter().any(|slot| slot.state & WITH_HISTORY != 0);
             let reach = self.wall_reach(a, wall);
-            let place = a.position + images.any_shift(near.image);
+            let place = a.position + cell.any_shift(near.image);
             (wall.shape()).touches(wall.state.into_wall(place), reach, &mut touches);
             let by = (near.image, reach);
-            wall.keep_own(images, a.position, by, &mut touches, &mut scratch);
+            wall.keep_own(cell, a.position, by, &mut touches, &mut scratch);
             let nearest = (touches.iter()).min_by(|a, b| a.distance.total_cmp(&b.distance));
             match nearest {
                 None if held => ended.push((number, start)),
@@ -49,7 +49,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             let foot = a.position - wall.state.out_of_wall(touch.normal) * touch.distance;
             let mut is_here = |&(from, _): &(usize, usize)| {
                 let (image, reach) = (of_wall[from].image, GOES_ON * a.radius);
-                wall.is_near_by(images, foot, (image, reach), &mut scratch)
+                wall.is_near_by(cell, foot, (image, reach), &mut scratch)
             };
             let Some(which) = ended.iter().position(&mut is_here) else {
                 continue;

@@ -21,12 +21,12 @@ use super::contact_point::mobility;
 use super::pass::{ContactSite, Pass, Rows};
 use super::prefetch::{PORTION, prefetch_ahead};
 use super::slots::{FREE, IMAGE, Slot, TOUCHING, WITH_HISTORY, with_history};
+use crate::cell::NO_SHIFT;
 use crate::contact::{
     Action, AdhesionLaw, Event, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
 };
 use crate::forces::{Observation, Partner};
 use crate::lanes::{MOST_LANES, Mask, Quad, Real, Task, Vector};
-use crate::neighbours::NO_SHIFT;
 use crate::state::{Bodies, Load, Particle};
 
 /// All listed pairs of one block.
@@ -220,8 +220,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let [x, y, z, reach] = L::differences(|k| &a[k].quads()[0], |k| &b[k].quads()[0]);
         let mut offset = Vector::new(x, y, z);
         if PERIODIC && shifted != 0 {
-            let images = self.context.images;
-            offset -= Vector::gather(|k| images.shift(group[k].state & IMAGE).into());
+            let cell = self.context.cell;
+            offset -= Vector::gather(|k| cell.shift(group[k].state & IMAGE).into());
         }
         let squared = offset.length_squared();
         let mut acts = squared.below(reach * reach).bits();
@@ -440,7 +440,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
 
     /// x_A - x_B, of the image of B that is listed, m.
     pub(super) fn offset<H>(&self, a: &Particle, b: &Particle, slot: &Slot<H>) -> DVec3 {
-        a.position - b.position - self.context.images.shift(slot.state & IMAGE)
+        a.position - b.position - self.context.cell.shift(slot.state & IMAGE)
     }
 }
 

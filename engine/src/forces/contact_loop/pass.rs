@@ -110,7 +110,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             block.observation = Observation::empty(self.context.walls.len());
         }
         let width = self.context.width;
-        match (self.context.watch, self.context.images.any()) {
+        match (self.context.watch, self.context.cell.has_images()) {
             (None, false) => width.run(self.pairs::<false, false>(block, rows, loads, numbers)),
             (None, true) => width.run(self.pairs::<true, false>(block, rows, loads, numbers)),
             // Observed steps are few: a shift of zero, which changes no bit, is cheaper there than one more copy of the loop.

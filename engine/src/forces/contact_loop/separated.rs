@@ -57,7 +57,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             };
             for &code in wall.met_by() {
                 let image = wall.image_of(from, code);
-                let start = (wall.state).into_wall(from + self.context.images.any_shift(image));
+                let start = (wall.state).into_wall(from + self.context.cell.any_shift(image));
                 if mesh.is_crossed(start, start + way, scratch) {
                     return true;
                 }

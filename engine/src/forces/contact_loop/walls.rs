@@ -6,19 +6,15 @@ use glam::DVec3;
 
 use super::block::Block;
 use super::bonds::SlotEvent;
-use super::contact_point::mobility;
-use super::pass::{ContactSite, Pass, Rows};
+use super::pass::{Pass, Rows};
 use super::sheets::AtSheet;
 use super::sides::{self, from_behind};
-use super::slots::{BEHIND, FREE, JOINED, THROUGH, TOUCHING, WITH_HISTORY, WallSlot, with_history};
+use super::slots::{BEHIND, FREE, JOINED, THROUGH, WallSlot};
+use super::touch_wall::{Reported, WallReports, WallTouch};
 use crate::contact::{
-    AdhesionLaw, Contact, Event, FrictionNow, Histories, History, NormalLaw, RollingLaw,
-    TangentialLaw,
+    AdhesionLaw, FrictionNow, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
 };
-use crate::forces::{
-    Alarms, FeatureLoad, FeatureLoads, Impact, NearWall, Observation, Partner, Rub,
-};
-use crate::lanes::Vector;
+use crate::forces::{Alarms, FeatureLoad, FeatureLoads, NearWall, Observation, Rub};
 use crate::state::{Load, Particle};
 use crate::surface::SurfaceLoad;
 use crate::walls::{Mesh, NearMeshes, Scratch, Shape, Touch, Touches, WallNow, WallState};
@@ -49,7 +45,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 self.hand_over(a, wall, of_wall, first, &mut block.wall_slots);
             }
             let near = &mut block.near_walls[index];
-            let centre = a.position + context.images.any_shift(near.image);
+            let centre = a.position + context.cell.any_shift(near.image);
             let side = WallSide {
                 near: *near,
                 wall,
@@ -91,10 +87,18 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                     if self.is_alarming(a, wall, &touch, 0) {
                         self.alarm_wall(&mut block.alarms, a, (&side, None), &touch, 0);
                     }
-                    let observation = &mut block.observation;
-                    let events = (index as u32, &mut block.events);
-                    let side = (&side, None);
-                    self.touch_wall(a, side, &touch, slot, load, observation, None, events);
+                    let at = WallTouch {
+                        side: &side,
+                        sheet: None,
+                        touch: &touch,
+                        near: index as u32,
+                    };
+                    let reports = WallReports {
+                        observation: &mut block.observation,
+                        surface: None,
+                        events: &mut block.events,
+                    };
+                    self.touch_wall(a, &at, slot, load, reports);
                 }
                 None => {
                     let event = SlotEvent::forgotten(near, slot);
@@ -146,7 +150,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         if side.wall.may_join() {
             let mut others = Touches::default();
             let by = (near.image, reach);
-            (side.wall).keep_own(self.context.images, a.position, by, touches, &mut others);
+            (side.wall).keep_own(self.context.cell, a.position, by, touches, &mut others);
         }
         if A::ACTIVE {
             // A centre deeper than its radius is on the other side, however far adhesion reaches.
@@ -216,17 +220,26 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             let acts = |(touch, at): &(&Touch, u32)| *at != 0 || touch.distance < contact_reach;
             match seen.filter(acts) {
                 Some((touch, at)) => {
-                    let (reported, wall, side) = (reported.as_mut(), side.wall, (side, sheet));
                     // A surface that acts on both sides shows any centre its own one.
                     let is_through = at == THROUGH && touch.distance > 0.0;
                     let turned = (at == BEHIND || is_through).then(|| from_behind(touch));
                     let acting = turned.as_ref().unwrap_or(touch);
                     let named = if is_through { acting } else { touch };
-                    if self.is_alarming(a, wall, named, at) {
-                        self.alarm_wall(alarms, a, side, named, at);
+                    if self.is_alarming(a, side.wall, named, at) {
+                        self.alarm_wall(alarms, a, (side, sheet), named, at);
                     }
-                    let events = (index as u32, &mut *events);
-                    self.touch_wall(a, side, acting, slot, load, observation, reported, events);
+                    let wall_touch = WallTouch {
+                        side,
+                        sheet,
+                        touch: acting,
+                        near: index as u32,
+                    };
+                    let reports = WallReports {
+                        observation,
+                        surface: reported.as_mut(),
+                        events,
+                    };
+                    self.touch_wall(a, &wall_touch, slot, load, reports);
                     slot.state |= at;
                     if joins && saddles.iter().any(|saddle| saddle.of == slot.feature) {
                         slot.state |= JOINED;
@@ -345,268 +358,6 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             reach
         }
     }
-
-    /// The contact of a particle with one feature of a wall, which may be the shape of a sheet; its load and sliding are added to the report.
-    #[inline(always)]
-    fn touch_wall(
-        &self,
-        a: &Particle,
-        (side, sheet): (&WallSide<'_>, Option<&AtSheet<'_>>),
-        touch: &Touch,
-        slot: &mut WallSlot<Histories<N, T, R, A>>,
-        load: &mut Load,
-        observation: &mut Observation,
-        mut reported: Option<&mut Reported<'_>>,
-        (at, events): (u32, &mut Vec<SlotEvent>),
-    ) {
-        let (context, state) = (self.context, side.state);
-        let reach = a.radius + side.wall.half_thickness();
-        let overlap = reach - touch.distance;
-        let touches = !A::ACTIVE || overlap > 0.0;
-        if !touches && A::FORMS_ON_CONTACT && slot.state & WITH_HISTORY == 0 {
-            let films = context.films.filter(|_| A::HAS_EVENTS);
-            let on_wall = || {
-                let films = context.wall_films?;
-                let place = films.place(side.near.wall.index(), touch.feature, context.walls)?;
-                Some([films.thickness(place), films.within_reach(place, a.radius)])
-            };
-            let pair = a.material.index() * self.materials + side.wall.material.index();
-            let least = self.laws[pair].adhesion.least_films();
-            let meet = |films: &[[f64; 2]]| {
-                let [thickness, volume] = films[side.near.row as usize];
-                if thickness >= -overlap && volume >= least {
-                    return true;
-                }
-                let [on_wall, reach] = on_wall().unwrap_or_default();
-                thickness + on_wall >= -overlap && volume + reach >= least
-            };
-            if !films.is_some_and(meet) {
-                return;
-            }
-        }
-        let normal = state.out_of_wall(touch.normal);
-        // First, while there is little that the call could push out of registers.
-        let effective_mass = match self.bodies {
-            None => 1.0 / a.inverse_mass,
-            Some(bodies) => 1.0 / mobility(bodies, side.near.row as usize, a, normal),
-        };
-        // A sheet answers with its own mass, and is touched where it is: the lever of the particle and the shares of the vertices mean the
-        // same point.
-        let (effective_mass, lever) = match sheet {
-            None => (effective_mass, a.radius - 0.5 * overlap),
-            Some(sheet) => (
-                1.0 / (1.0 / effective_mass + sheet.inverse_mass),
-                touch.distance,
-            ),
-        };
-        let arm = normal * -lever;
-        // The place of the centre at the time of these velocities: on a wall that turns they differ from place to place.
-        let earlier = side.centre - a.velocity * context.velocity_lag;
-        let velocity_at = |arm: DVec3| {
-            let velocity = a.velocity + a.angular_velocity.cross(arm);
-            if state.moves {
-                velocity - state.velocity.at(earlier + arm)
-            } else if let Some(sheet) = sheet {
-                velocity - sheet.velocity
-            } else {
-                velocity
-            }
-        };
-        let velocity = velocity_at(arm);
-        let mut spin = a.angular_velocity;
-        let mut spin_of_sheet = DVec3::ZERO;
-        if let Some(sheet) = sheet
-            && (T::ACTIVE || R::ACTIVE)
-        {
-            spin_of_sheet = sheet.spin();
-            spin -= spin_of_sheet;
-        }
-        if state.moves {
-            spin -= state.velocity.angular_velocity;
-        }
-        let normal_velocity = velocity.dot(normal);
-        let (mut sliding_normal, mut sliding) = (normal, velocity - normal * normal_velocity);
-        let mut sliding_distance = touch.distance;
-        let lag = context.sliding_lag();
-        if lag > 0.0 && (T::ACTIVE || R::ACTIVE || A::SHEARS) {
-            // Normal and lever arm at that time.
-            let mut way = a.velocity;
-            let mut turn = DVec3::ZERO;
-            if state.moves {
-                way -= state.velocity.at(earlier);
-                turn = state.velocity.angular_velocity.cross(normal);
-            }
-            if let Some(sheet) = sheet {
-                way -= sheet.velocity;
-                turn = sheet.turn(normal, spin_of_sheet);
-            }
-            if touch.turning.rates != [0.0; 2] {
-                let way = state.turn_into_wall(way);
-                turn += state.out_of_wall(touch.turning.of(touch.normal, way));
-            }
-            if turn != DVec3::ZERO {
-                sliding_normal = (normal - turn * lag).normalize();
-            }
-            sliding_distance -= way.dot(normal) * lag;
-            let sliding_lever = match sheet {
-                None => 0.5 * (a.radius + sliding_distance),
-                Some(_) => sliding_distance,
-            };
-            let at_foot = velocity_at(sliding_normal * -sliding_lever);
-            sliding = at_foot - sliding_normal * at_foot.dot(sliding_normal);
-            sliding -= normal * sliding.dot(normal);
-        }
-        let contact = Contact {
-            normal: normal.into(),
-            distance: touch.distance,
-            overlap,
-            effective_radius: if context.wall_curvature {
-                curved_radius(a.radius, touch.curvature)
-            } else {
-                a.radius
-            },
-            effective_mass,
-            normal_velocity,
-            tangential_velocity: sliding.into(),
-            sliding_normal: sliding_normal.into(),
-            sliding_distance,
-            centre_velocity: Vector::ZERO,
-            spin: spin.into(),
-        };
-        let pair = a.material.index() * self.materials + side.wall.material.index();
-        let law = &self.laws[pair];
-        let (before, touched) = (slot.history, slot.state & TOUCHING != 0);
-        let dt = context.spring_time;
-        let mut action = if touches {
-            law.act(&contact, dt, &mut slot.history)
-        } else {
-            law.act_apart(&contact, dt, &mut slot.history)
-        };
-        let mut joined = None;
-        if let Some(sheet) = sheet
-            && let Some(saddle) = &sheet.saddle
-        {
-            let (left, of_saddle) = Self::join(law, &contact, (saddle, reach), &action);
-            (action, joined) = (left, Some(of_saddle));
-        }
-        slot.state = if A::ACTIVE {
-            with_history(touches, &slot.history.3)
-        } else {
-            TOUCHING
-        };
-        let (force, couple) = (DVec3::from(action.force), DVec3::from(action.couple));
-        if A::HAS_EVENTS && law.adhesion.event(&contact, &slot.history.3) {
-            events.push(SlotEvent::Wall {
-                near: at,
-                feature: touch.feature,
-                event: Event::of(&slot.history.bridge()),
-            });
-        }
-        let tangential = DVec3::from(action.shear(A::SHEARS));
-        load.add(force, couple + arm.cross(tangential));
-        if let (Some(reported), Some(sheet)) = (reported.as_deref_mut(), sheet)
-            && let Some(loads) = &mut reported.sheets
-        {
-            loads.push(sheet.load(force, couple));
-            if let (Some(joined), Some(saddle)) = (&joined, &sheet.saddle) {
-                load.add(joined.pull, DVec3::ZERO);
-                loads.push(sheet.load_at(saddle, side.centre, joined.pull));
-                // What is seen of the contact is all that it does to the particle.
-                action.force += Vector::from(joined.pull);
-            }
-        } else if let Some(reported) = reported {
-            let now = touches.then(|| law.friction_now(&contact, &action, &slot.history));
-            // A new contact begins without force. Of one that goes on from another run the forces before are not known.
-            let last = match slot.friction {
-                None if touched => now,
-                last => Some(last.unwrap_or_default()),
-            };
-            let (mut lost, mut mean_load) = (0.0, 0.0);
-            // At the start no time has passed.
-            if let Some(last) = last.filter(|_| dt > 0.0) {
-                let next = now.unwrap_or_default();
-                mean_load = last.mean_load(&next);
-                lost = last.loss_until(&next, sliding, dt);
-            }
-            slot.friction = now;
-            if let Some(loads) = &mut reported.loads {
-                let on_wall = FeatureLoad {
-                    force: state.turn_into_wall(-force),
-                    shear: state.turn_into_wall(-tangential),
-                    normal: action.normal.total(),
-                    slip: lost,
-                };
-                loads.add((side.near.wall.number(), touch.feature), &on_wall);
-            }
-            if let Some(rubs) = reported.rubs.as_mut().filter(|_| touches) {
-                let centre_velocity = if state.moves {
-                    a.velocity - state.velocity.at(earlier + arm)
-                } else {
-                    a.velocity
-                };
-                // A driven particle does not come to rest at the wall: it is no projectile.
-                let arrives = !touched && a.inverse_mass > 0.0;
-                let impact = arrives.then(|| Impact {
-                    mass: a.inverse_mass.recip(),
-                    diameter: 2.0 * a.radius,
-                    speed: centre_velocity.length(),
-                    approach: -centre_velocity.dot(normal),
-                });
-                rubs.push(Rub {
-                    wall: side.near.wall.number(),
-                    feature: touch.feature,
-                    foot: state.into_wall(side.centre) - touch.normal * touch.distance,
-                    normal: touch.normal,
-                    load: mean_load,
-                    way: sliding.length() * dt,
-                    slip: law.slip(&contact, &action, &before, &slot.history, dt),
-                    work: lost,
-                    impact,
-                });
-            }
-        }
-        if context.watch.is_some() {
-            observation.wall_contacts += u64::from(touches);
-            let partner = Partner::Wall {
-                wall: side.near.wall,
-                image: side.near.image,
-            };
-            let depth = overlap / a.radius;
-            let site = ContactSite {
-                pair,
-                row: side.near.row as usize,
-                partner,
-                b: None,
-                sheet: sheet.map(AtSheet::place),
-                joined,
-                feature: touch.feature,
-                lever,
-                depth,
-                touches,
-            };
-            self.see(
-                observation,
-                a,
-                site,
-                &contact,
-                &action,
-                [before, slot.history],
-            );
-            let point = side.centre + arm;
-            let (wall_load, power) = &mut observation.walls[side.near.wall.index()];
-            let about = point - state.reference;
-            wall_load.add(-force, -about.cross(force) - couple);
-            *power +=
-                force.dot(state.velocity.at(point)) + couple.dot(state.velocity.angular_velocity);
-            if touches {
-                observation.wall_stiffness[side.near.wall.index()].add_contact(
-                    contact.effective_mass,
-                    (action.normal.elastic, overlap),
-                    (action.normal.viscous, normal_velocity),
-                );
-            }
-        }
-    }
 }
 
 /// A contact with a mesh that has ended, and what friction did in it last.
@@ -629,16 +380,6 @@ impl Released {
 /// How deep behind a surface that acts on both sides the centre of a vertex of this radius (m) is still pushed back to where it came from, m.
 pub(in crate::forces) fn held_depth(radius: f64) -> f64 {
     HELD * radius
-}
-
-/// The loads and the sliding that contacts with a mesh report.
-struct Reported<'a> {
-    /// Loads on its features, if they are summed up.
-    loads: Option<&'a mut FeatureLoads>,
-    /// Its contacts, if it wears.
-    rubs: Option<&'a mut Vec<Rub>>,
-    /// What they do to it, if it is a sheet.
-    sheets: Option<&'a mut Vec<SurfaceLoad>>,
 }
 
 /// The wall's side of a contact.
@@ -740,12 +481,4 @@ fn assign_on_mesh<H: History>(
             },
         }
     }
-}
-
-/// R* at a wall with the given principal curvatures (1/m, positive if convex towards the particle): the geometric mean of the
-/// effective radii in the two principal planes, which Hertz' theory gives for nearly circular contacts (Johnson 1985, eq. 4.28).
-fn curved_radius(radius: f64, curvature: [f64; 2]) -> f64 {
-    // A concave wall of nearly the particle's own radius would conform to it; the radius is bounded at ten times.
-    let in_plane = |kappa: f64| 1.0 / (1.0 / radius + kappa).max(0.1 / radius);
-    (in_plane(curvature[0]) * in_plane(curvature[1])).sqrt()
 }

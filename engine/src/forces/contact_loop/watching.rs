@@ -3,11 +3,11 @@
 use glam::DVec3;
 
 use super::pass::{ContactSite, Pass};
+use crate::cell::opposite;
 use crate::contact::{
     Action, AdhesionLaw, Contact, Histories, History, NormalLaw, PairLaw, RollingLaw, TangentialLaw,
 };
 use crate::forces::{ContactRecord, Exchange, Observation, Partner, SpringEnergy};
-use crate::neighbours::opposite;
 use crate::state::Particle;
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
@@ -96,7 +96,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 site.b
                     .map_or(DVec3::ZERO, |b| normal * (b.radius - 0.5 * contact.overlap)),
             ],
-            point: a.position + self.context.images.any_shift(image) + arm,
+            point: a.position + self.context.cell.any_shift(image) + arm,
             force: action.force.into(),
             lossy: normal * lossy,
             tangential: action.tangential.into(),

@@ -20,14 +20,14 @@ fn by_testing_all(
     particles: &Particles,
     extra_skin: &[f64],
     walls: &[WallNow],
-    images: &Images,
+    cell: &Cell,
     margin: f64,
 ) -> Vec<NearWall> {
     let margin = &Margin::of_skin(margin);
     let mut tests = Tests {
         records: &particles.records,
         extra_skin,
-        images,
+        cell,
         margin,
         touches: Touches::default(),
         scratch: Scratch::default(),
@@ -89,13 +89,13 @@ impl Draw {
     }
 
     /// A flat floor of one period along x, which continues periodically.
-    fn endless_floor(&mut self, images: &Images) -> Option<Mesh> {
-        let (length, z) = (images.size.x, self.in_range(0.0, images.size.z));
-        let corner = images.min;
+    fn endless_floor(&mut self, cell: &Cell) -> Option<Mesh> {
+        let (length, z) = (cell.size().x, self.in_range(0.0, cell.size().z));
+        let corner = cell.low();
         let cells = self.one_of(&[1u32, 9]);
         let mut floor = TriangleMesh::default();
         for i in 0..=cells {
-            let x = images.min.x + length * f64::from(i) / f64::from(cells);
+            let x = cell.low().x + length * f64::from(i) / f64::from(cells);
             floor.vertices.extend([
                 DVec3::new(x, 0.1 + corner.y, z + corner.z),
                 DVec3::new(x, 0.3 + corner.y, z + corner.z),
@@ -108,12 +108,12 @@ impl Draw {
             }
         }
         let mesh = Mesh::new(&floor, |x| x, false).unwrap();
-        mesh.continued(&[(0, images.min.x, length)], 0.25)
+        mesh.continued(&[(0, cell.low().x, length)], 0.25)
     }
 
-    fn shape(&mut self, images: &Images) -> Shape {
+    fn shape(&mut self, cell: &Cell) -> Shape {
         let side = self.one_of(&[Side::Inside, Side::Outside, Side::Both]);
-        let (axis, origin) = (self.vector(-1.0, 1.0), self.vector(-0.5, 1.5) + images.min);
+        let (axis, origin) = (self.vector(-1.0, 1.0), self.vector(-0.5, 1.5) + cell.low());
         let axis = self.one_of(&[axis, DVec3::X, DVec3::Z, -DVec3::Y]);
         let size = self.one_of(&[0.02, 0.3, 2.0]) * self.in_range(0.5, 1.0);
         let other = self.in_range(0.0, 1.0) * size;
@@ -139,24 +139,24 @@ impl Draw {
                 ];
                 Shape::Revolution(Revolution::new(axis, origin, &profile, side).unwrap())
             }
-            7 if images.periodic[0] => match self.endless_floor(images) {
+            7 if cell.is_periodic(0) => match self.endless_floor(cell) {
                 Some(mesh) => Shape::Mesh(Arc::new(mesh)),
-                None => Shape::Mesh(Arc::new(self.mesh(images.min))),
+                None => Shape::Mesh(Arc::new(self.mesh(cell.low()))),
             },
-            _ => Shape::Mesh(Arc::new(self.mesh(images.min))),
+            _ => Shape::Mesh(Arc::new(self.mesh(cell.low()))),
         }
     }
 
     /// A wall that has moved, in some cases.
-    fn wall(&mut self, images: &Images) -> WallNow {
-        let shape = self.shape(images);
+    fn wall(&mut self, cell: &Cell) -> WallNow {
+        let shape = self.shape(cell);
         let endless = matches!(&shape, Shape::Mesh(mesh) if !mesh.periods().is_empty());
         let mut components = Vec::new();
         if self.one_of(&[false, true]) {
             let turn = self.vector(-1.0, 1.0);
             components.push(Component::Rotation {
                 axis: if endless { DVec3::X } else { turn },
-                origin: self.vector(0.0, 1.0) + images.min,
+                origin: self.vector(0.0, 1.0) + cell.low(),
                 angular_velocity: 3.0,
                 from: 0.0,
                 until: f64::INFINITY,
@@ -178,9 +178,9 @@ impl Draw {
             until: f64::INFINITY,
             reference: DVec3::ZERO,
         };
-        let mut now = WallNow::new(&wall, 0.1, images);
-        now.advance(&wall, self.in_range(0.0, 2.0), 0.1, images);
-        now.note_images(images);
+        let mut now = WallNow::new(&wall, 0.1, cell);
+        now.advance(&wall, self.in_range(0.0, 2.0), 0.1, cell);
+        now.note_images(cell);
         now
     }
 
@@ -222,7 +222,7 @@ proptest! {
         let size = DVec3::new(0.7, 0.9, 1.2);
         // A box far from the origin has its round-off.
         let corner = DVec3::splat(far);
-        let images = Images::new(corner, corner + size, periodic);
+        let cell = Cell::new(corner, corner + size, periodic);
         let mut particles = draw.particles(count, size, ratio);
         for (k, record) in particles.records.iter_mut().enumerate() {
             record.position += corner;
@@ -237,12 +237,12 @@ proptest! {
         let mut extra_skin = extra_skin;
         let listed = Margin::of_skin(margin);
         let Built { grid, .. } =
-            build(&mut particles, &mut extra_skin, &levels, &listed, &images, false);
-        let walls: Vec<WallNow> = (0..walls).map(|_| draw.wall(&images)).collect();
-        let expected = by_testing_all(&particles, &extra_skin, &walls, &images, margin);
+            build(&mut particles, &mut extra_skin, &levels, &listed, &cell, false);
+        let walls: Vec<WallNow> = (0..walls).map(|_| draw.wall(&cell)).collect();
+        let expected = by_testing_all(&particles, &extra_skin, &walls, &cell, margin);
         for parallel in [false, true] {
             let found =
-                find_near_walls(&particles, &extra_skin, &grid, &walls, &images, &listed, parallel);
+                find_near_walls(&particles, &extra_skin, &grid, &walls, &cell, &listed, parallel);
             prop_assert_eq!(&found, &expected);
         }
     }

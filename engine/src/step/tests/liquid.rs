@@ -287,7 +287,7 @@ fn cloud(
         2500.0,
         law,
     );
-    draft.periodic = [periodic; 3];
+    draft.cell = draft.cell.with_periodic([periodic; 3]);
     let mut plan = LiquidPlan {
         bridges_form,
         ..LiquidPlan::default()
@@ -296,7 +296,7 @@ fn cloud(
         let table = Table::new(0.3, (1e-5, 0.05), (0.0, 1.0), 1e-2).unwrap();
         draft.laws.tables.add(&Arc::new(table));
         plan.evaporation = 1e-6;
-        draft.periodic[2] = false;
+        draft.cell = draft.cell.with_periodic([periodic, periodic, false]);
         for (name, z, sign) in [("low", 0.0, 1.0), ("high", box_size, -1.0)] {
             let plane = Plane::new(DVec3::Z * z, DVec3::Z * sign).unwrap();
             draft.walls.push(Wall {

@@ -8,7 +8,7 @@ use mercury_common::random::Stream;
 use proptest::prelude::*;
 
 use super::touches;
-use crate::neighbours::Images;
+use crate::cell::Cell;
 use crate::state::MaterialIndex;
 use crate::walls::{
     Component, Cone, Cylinder, Disc, Mesh, Motion, Revolution, Scratch, Shape, Side, SphereShell,
@@ -83,7 +83,7 @@ proptest! {
     ) {
         let mut stream = Stream::new(seed, "images", 0);
         let mut draw = |low: f64, high: f64| stream.uniform_in(low, high);
-        let images = Images::new(DVec3::ZERO, SIZE, periodic);
+        let cell = Cell::new(DVec3::ZERO, SIZE, periodic);
         let shape = shape(&mut draw);
         let endless = !shape.bounds().0.y.is_finite();
         let velocity = dvec3(draw(-1.0, 1.0), draw(-1.0, 1.0), draw(-1.0, 1.0));
@@ -105,9 +105,9 @@ proptest! {
             until,
             reference: dvec3(0.1, 0.2, 0.3),
         };
-        let mut now = WallNow::new(&wall, 1e-3, &images);
-        now.advance(&wall, time, 1e-3, &images);
-        now.note_images(&images);
+        let mut now = WallNow::new(&wall, 1e-3, &cell);
+        now.advance(&wall, time, 1e-3, &cell);
+        now.note_images(&cell);
         let gone = wall.state(time, 1e-3);
         let periods = |axis: usize| if periodic[axis] { -60..=60 } else { 0..=0 };
         let mut met = 0;
@@ -122,17 +122,17 @@ proptest! {
                 at(1, draw(-0.1, 1.1)),
                 at(2, draw(-0.1, 1.1)),
             );
-            let (place, radius) = (images.wrap(place), draw(0.02, 0.1));
+            let (place, radius) = (cell.wrap(place), draw(0.02, 0.1));
             let mut found = Vec::new();
             for &code in now.met_by() {
                 let code = now.image_of(place, code);
-                let shifted = place + images.any_shift(code);
+                let shifted = place + cell.any_shift(code);
                 let centre = now.state.into_wall(shifted);
                 let mut own = Touches::new();
                 shape.touches(centre, radius, &mut own);
                 if now.may_join() {
                     let mut scratch = Touches::new();
-                    now.keep_own(&images, place, (code, radius), &mut own, &mut scratch);
+                    now.keep_own(&cell, place, (code, radius), &mut own, &mut scratch);
                 }
                 for touch in &own {
                     let foot = now.state.out_of_wall(touch.normal) * touch.distance;
@@ -199,7 +199,7 @@ proptest! {
 /// In domes that cross, a place near the surface of one may lie deep in another one.
 #[test]
 fn what_lies_in_any_image_of_a_solid_lies_behind_it() {
-    let images = Images::new(DVec3::ZERO, SIZE, [true, false, false]);
+    let cell = Cell::new(DVec3::ZERO, SIZE, [true, false, false]);
     let dome = |side| {
         let sphere = SphereShell::new(dvec3(0.5, 0.6, 0.4), 0.6, side).unwrap();
         let wall = Wall {
@@ -211,11 +211,11 @@ fn what_lies_in_any_image_of_a_solid_lies_behind_it() {
             until: f64::INFINITY,
             reference: DVec3::ZERO,
         };
-        WallNow::new(&wall, 1e-3, &images)
+        WallNow::new(&wall, 1e-3, &cell)
     };
     let mut scratch = Scratch::default();
     let mut behind =
-        |x: f64, z: f64| dome(Side::Outside).is_behind(&images, dvec3(x, 0.6, z), &mut scratch);
+        |x: f64, z: f64| dome(Side::Outside).is_behind(&cell, dvec3(x, 0.6, z), &mut scratch);
     // Its image reaches to x = 0.1 and beyond: just outside of that, 0.2 deep in the dome itself.
     assert!(behind(0.11, 0.4));
     // The crease is 0.33 above the middle.
@@ -226,7 +226,7 @@ fn what_lies_in_any_image_of_a_solid_lies_behind_it() {
 /// A particle that arrives between two lists meets a wall that was set back by a period in the same step at its position then.
 #[test]
 fn a_wall_that_is_set_back_is_met_where_it_stands() {
-    let images = Images::new(DVec3::ZERO, SIZE, [true; 3]);
+    let cell = Cell::new(DVec3::ZERO, SIZE, [true; 3]);
     let origin = dvec3(0.2, 0.6, 0.4);
     let shape = Shape::Disc(Disc::new(DVec3::X, origin, 0.1).unwrap());
     let along = Component::Translation {
@@ -244,27 +244,27 @@ fn a_wall_that_is_set_back_is_met_where_it_stands() {
         reference: DVec3::ZERO,
     };
     let dt = 0.01;
-    let mut now = WallNow::new(&wall, dt, &images);
+    let mut now = WallNow::new(&wall, dt, &cell);
     for step in 1..=300 {
         let time = f64::from(step) * dt;
-        now.advance(&wall, time, dt, &images);
+        now.advance(&wall, time, dt, &cell);
         // In front of its middle, where that has gone.
-        let centre = images.wrap(origin + (time + 0.01) * DVec3::X);
+        let centre = cell.wrap(origin + (time + 0.01) * DVec3::X);
         let is_met = |&code: &u32| {
             let code = now.image_of(centre, code);
-            let place = now.state.into_wall(centre + images.any_shift(code));
+            let place = now.state.into_wall(centre + cell.any_shift(code));
             !touches(&shape, place, 0.02).is_empty()
         };
         assert!(now.met_by().iter().any(is_met), "at {time} s");
         // As each list does.
-        now.note_images(&images);
+        now.note_images(&cell);
     }
 }
 
 /// A surface of exactly one period is one with its images: beside the seam, however near, a particle touches it in one place.
 #[test]
 fn beside_a_seam_a_surface_is_touched_once() {
-    let images = Images::new(DVec3::ZERO, SIZE, [true, true, false]);
+    let cell = Cell::new(DVec3::ZERO, SIZE, [true, true, false]);
     let [a, b, c, d] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
         .map(|[x, y]| dvec3(x * SIZE.x, y * SIZE.y, 0.4));
     let triangles = TriangleMesh::from_corners(&[[a, b, c], [a, c, d]]);
@@ -292,18 +292,18 @@ fn beside_a_seam_a_surface_is_touched_once() {
             until: f64::INFINITY,
             reference: DVec3::ZERO,
         };
-        let now = WallNow::new(&wall, 1e-3, &images);
+        let now = WallNow::new(&wall, 1e-3, &cell);
         assert!(now.may_join());
         let (mut touches, mut scratch) = (Touches::new(), Touches::new());
         for pair in offsets.windows(2) {
             for (x, y) in [(pair[0], 0.5), (0.3, pair[1]), (pair[0], pair[1])] {
-                let centre = images.wrap(dvec3(x, y, 0.4 + height));
+                let centre = cell.wrap(dvec3(x, y, 0.4 + height));
                 let mut found = Vec::new();
                 for &code in now.met_by() {
                     let code = now.image_of(centre, code);
-                    let place = now.state.into_wall(centre + images.any_shift(code));
+                    let place = now.state.into_wall(centre + cell.any_shift(code));
                     shape.touches(place, radius, &mut touches);
-                    now.keep_own(&images, centre, (code, radius), &mut touches, &mut scratch);
+                    now.keep_own(&cell, centre, (code, radius), &mut touches, &mut scratch);
                     found.extend(touches.iter().map(|touch| touch.distance));
                 }
                 assert_eq!(found.len(), 1, "{x:e}, {y:e}: {found:?}");

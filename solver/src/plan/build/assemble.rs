@@ -14,7 +14,7 @@ use crate::plan::start_from_run::{Earlier, Here, carried};
 use crate::plan::time_step::{StepPlan, steps};
 use crate::plan::wall_films::wall_films;
 use crate::plan::wear::wear;
-use crate::plan::{Counted, FieldPlan, Material, Notes, OutputPlan, Outputs, Plan};
+use crate::plan::{Counted, FieldPlan, Material, Notes, OutputPlan, Outputs, Plan, cell_of};
 use mercury_engine::boundaries::InsertionPlan;
 use mercury_engine::contact::registry::LawTable;
 use mercury_engine::liquid::{LiquidPlan, Weight};
@@ -136,9 +136,7 @@ pub(super) fn assemble(
         time_step,
         steps: steps(*scene.time.end, time_step) as u64,
         until_at_rest: *scene.time.until_at_rest,
-        domain_min: *scene.domain.min,
-        domain_max: *scene.domain.max,
-        periodic: scene.domain.periodic,
+        cell: cell_of(&scene.domain),
         materials: scene
             .materials
             .iter()

@@ -5,10 +5,11 @@ use mercury_common::scene::{Scene, SceneError};
 
 use super::crowds::{MOST_TOUCHING, crowded, too_many};
 use super::{name, place};
+use crate::plan::cell_of;
 use crate::plan::particles::{StartingParticles, StartingSphere};
 use mercury_engine::bodies::Clump;
 use mercury_engine::contact::parameter::short;
-use mercury_engine::neighbours::{Images, Levels, Margin, Skin, build};
+use mercury_engine::neighbours::{Levels, Margin, Skin, build};
 use mercury_engine::state::{MaterialIndex, Particle, Particles};
 use mercury_engine::surface::{Surface, SurfacePlan};
 use mercury_engine::walls::{Scratch, Touches, Wall, WallNow};
@@ -124,9 +125,9 @@ pub(in crate::plan) fn overlaps(
     let (mut bad, mut dubious) = (Worst::default(), Worst::default());
     let (mut behind, mut scratch) = (Worst::default(), Scratch::default());
     let mut touches = Touches::new();
-    let images = Images::new(*scene.domain.min, *scene.domain.max, scene.domain.periodic);
+    let cell = cell_of(&scene.domain);
     for (index, wall) in walls.iter().enumerate() {
-        let wall = WallNow::new(wall, 0.0, &images);
+        let wall = WallNow::new(wall, 0.0, &cell);
         if !wall.state.present {
             continue;
         }
@@ -136,12 +137,12 @@ pub(in crate::plan) fn overlaps(
             }
             // Planes push back from any depth: what is behind them overlaps them.
             let has_back = !matches!(wall.shape(), mercury_engine::walls::Shape::Plane(_));
-            if has_back && wall.is_behind(&images, sphere.centre, &mut scratch) {
+            if has_back && wall.is_behind(&cell, sphere.centre, &mut scratch) {
                 behind.add(1.0, (sphere.grain, index, 0.0));
             }
             for &code in wall.met_by() {
                 let code = wall.image_of(sphere.centre, code);
-                let centre = (wall.state).into_wall(sphere.centre + images.any_shift(code));
+                let centre = (wall.state).into_wall(sphere.centre + cell.any_shift(code));
                 wall.shape().touches(centre, sphere.radius, &mut touches);
                 for touch in touches.iter() {
                     let overlap = sphere.radius - touch.distance;
@@ -203,20 +204,20 @@ pub(in crate::plan) fn through_sheets(
     surfaces: &[SurfacePlan],
     warnings: &mut Vec<String>,
 ) {
-    let images = Images::new(*scene.domain.min, *scene.domain.max, scene.domain.periodic);
+    let cell = cell_of(&scene.domain);
     let mut touches = Touches::new();
     for plan in surfaces {
         // A mesh that cannot be made stops the run with its reason.
         let Ok((_, wall)) = Surface::new(plan) else {
             continue;
         };
-        let mut wall = WallNow::new(&wall, 0.0, &images);
+        let mut wall = WallNow::new(&wall, 0.0, &cell);
         wall.set_surface(0, plan.thickness);
         let mut worst = Worst::default();
         for sphere in start.spheres(clumps) {
             for &code in wall.met_by() {
                 let code = wall.image_of(sphere.centre, code);
-                let centre = sphere.centre + images.any_shift(code);
+                let centre = sphere.centre + cell.any_shift(code);
                 let reach = sphere.radius + wall.half_thickness();
                 (wall.shape()).touches(centre, reach, &mut touches);
                 for touch in touches.iter() {
@@ -247,7 +248,7 @@ fn for_each_touching_pair(
     radii: [f64; 3],
     mut found: impl FnMut(usize, usize, f64),
 ) -> u64 {
-    let images = Images::new(*scene.domain.min, *scene.domain.max, scene.domain.periodic);
+    let cell = cell_of(&scene.domain);
     let mut particles = Particles::new(false);
     for new in spheres {
         let record = Particle {
@@ -265,14 +266,14 @@ fn for_each_touching_pair(
     if particles.is_empty() {
         return 0;
     }
-    let skin = Skin::first(radii, 0.0, &images).thickness;
+    let skin = Skin::first(radii, 0.0, &cell).thickness;
     let levels = Levels::choose(&particles.records, skin);
     let list = build(
         &mut particles,
         &mut Vec::new(),
         &levels,
         &Margin::of_skin(skin),
-        &images,
+        &cell,
         false,
     )
     .list;
@@ -280,7 +281,7 @@ fn for_each_touching_pair(
         let one = particles.records[row];
         for entry in &list.entries[list.start[row] as usize..list.start[row + 1] as usize] {
             let other = particles.records[entry.partner as usize];
-            let distance = (other.position + images.shift(entry.image) - one.position).length();
+            let distance = (other.position + cell.shift(entry.image) - one.position).length();
             let overlap = one.radius + other.radius - distance;
             if overlap > 0.0 {
                 let ids = [row, entry.partner as usize].map(|row| particles.ids[row].index());

@@ -29,7 +29,7 @@ fn nothing_holds(plan: &Plan) -> Option<String> {
     let axis = gravity.abs().max_position();
     let is_fixed = physics.particles.iter().any(|particle| particle.fixed)
         || physics.bodies.iter().any(|body| body.fixed);
-    let is_open = !physics.periodic[axis] && (axis < 2 || physics.dimensions == 3);
+    let is_open = !physics.cell.is_periodic(axis) && (axis < 2 || physics.dimensions == 3);
     if gravity == DVec3::ZERO
         || !is_open
         || is_fixed
@@ -39,7 +39,7 @@ fn nothing_holds(plan: &Plan) -> Option<String> {
         return None;
     }
     let is_down = gravity[axis] < 0.0;
-    let (low, high) = (physics.domain_min[axis], physics.domain_max[axis]);
+    let (low, high) = (physics.cell.low()[axis], physics.cell.high()[axis]);
     let height = |x: f64| if is_down { x - low } else { high - x };
     let down = |v: DVec3| if is_down { -v[axis] } else { v[axis] };
     let starting = (physics

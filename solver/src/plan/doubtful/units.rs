@@ -9,7 +9,7 @@ use crate::plan::Plan;
 pub(super) fn forgotten_units(plan: &Plan) -> Vec<Doubt> {
     let physics = plan.physics();
     let [_, _, largest] = physics.radii();
-    let size = physics.domain_max - physics.domain_min;
+    let size = physics.cell.size();
     let densities = physics.materials.iter().map(|material| material.density);
     let found =
         plausible::forgotten_units(Some(2.0 * largest), densities, Some(size.max_element()));

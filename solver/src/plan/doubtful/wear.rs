@@ -69,9 +69,9 @@ fn out_of_reach(plan: &Plan, wall: &Wall) -> Option<String> {
     let reach = physics.largest_radius();
     let (low, high) = mesh.bounds();
     for axis in 0..3 {
-        let (min, max) = (physics.domain_min[axis], physics.domain_max[axis]);
+        let (min, max) = (physics.cell.low()[axis], physics.cell.high()[axis]);
         let is_outside = low[axis] > max + reach || high[axis] < min - reach;
-        if is_outside && !physics.periodic[axis] {
+        if is_outside && !physics.cell.is_periodic(axis) {
             return Some("it lies outside of the domain".to_owned());
         }
     }

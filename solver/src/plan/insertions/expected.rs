@@ -25,7 +25,7 @@ pub(in crate::plan) fn expected_inserted(insertion: &InsertionPlan, plan: &Plan)
     };
     let [placed, packed] =
         [PLACED, PACKED].map(|part| part[usize::from(plan.physics().dimensions == 2)]);
-    let (min, max) = (plan.physics().domain_min, plan.physics().domain_max);
+    let (min, max) = plan.physics().cell.corners();
     let space = |low: DVec3, high: DVec3| match plan.physics().dimensions {
         2 => (high - low).truncate().max(DVec2::ZERO).element_product(),
         _ => (high - low).max(DVec3::ZERO).element_product(),

@@ -13,6 +13,7 @@ use mercury_common::scene::{
 };
 use mercury_common::sizes::{SizeDistribution, SizeError};
 
+use super::cell_of;
 use super::regions::Room;
 use mercury_engine::bodies::Clump;
 use mercury_engine::boundaries::{
@@ -162,8 +163,7 @@ fn plan_one(
     let region = own?;
     if errors.len() == before {
         let space = Space {
-            domain: (*scene.domain.min, *scene.domain.max),
-            periodic: scene.domain.periodic,
+            cell: &cell_of(&scene.domain),
             dimensions,
         };
         let clumps = clumps.unwrap_or_default();

@@ -3,12 +3,12 @@
 use mercury_common::scene::{Insertion, Scene, SceneError};
 use mercury_common::sizes::{SizeDistribution, warning_of_shares};
 
+use crate::plan::cell_of;
 use mercury_engine::bodies::Clump;
 use mercury_engine::boundaries::{
     Blocked, Ingredient, InsertionPlan, PLACES_AMONG_WALLS, Region, Space, blocked, may_hold,
 };
 use mercury_engine::contact::parameter::short;
-use mercury_engine::neighbours::Images;
 use mercury_engine::walls::{Wall, WallNow};
 
 /// The share of the particles, by number, that must have a position: the rest is too rare to wait for at the start.
@@ -37,7 +37,7 @@ pub(super) fn check_large(
     name: &str,
     region: &Region,
     (radius, is_pebble): (f64, bool),
-    space: Space,
+    space: Space<'_>,
 ) -> Result<(), (String, &'static str)> {
     if may_hold(region, radius, space) {
         return Ok(());
@@ -61,7 +61,7 @@ pub(super) fn check_room(
     name: &str,
     region: &Region,
     (radius, is_pebble): (f64, bool),
-    space: Space,
+    space: Space<'_>,
 ) -> Result<(), (String, &'static str)> {
     if !may_hold(region, 0.0, space) {
         return Err((
@@ -98,16 +98,12 @@ pub(in crate::plan) fn check_among_walls(
     errors: &mut Vec<SceneError>,
     warnings: &mut Vec<String>,
 ) {
-    let space = Space {
-        domain: (*scene.domain.min, *scene.domain.max),
-        periodic: scene.domain.periodic,
-        dimensions,
-    };
-    let images = Images::new(space.domain.0, space.domain.1, space.periodic);
+    let cell = &cell_of(&scene.domain);
+    let space = Space { cell, dimensions };
     let stays =
         |wall: &&Wall| wall.motion.is_static() && wall.from <= 0.0 && wall.until == f64::INFINITY;
     let (walls, now): (Vec<&Wall>, Vec<WallNow>) = (walls.iter().filter(stays))
-        .map(|wall| (wall, WallNow::new(wall, 0.0, &images)))
+        .map(|wall| (wall, WallNow::new(wall, 0.0, cell)))
         .unzip();
     for planned in insertions {
         // Those with errors of their own are not planned.

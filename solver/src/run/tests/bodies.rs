@@ -37,7 +37,7 @@ fn tetrahedron() -> TriangleMesh {
 /// Stones of two sizes that fall on a floor and on each other, across the periodic face at x = 0.
 fn falling(surface: Option<TriangleMesh>) -> Draft {
     let mut plan = plan(600, 0.01, 0.5);
-    plan.periodic = [true, false, false];
+    plan.cell = plan.cell.with_periodic([true, false, false]);
     plan.walls = vec![floor()];
     let body = |x: f64, z: f64, scale: f64| NewBody {
         scale,
@@ -160,7 +160,7 @@ fn a_spinning_body_leaves_with_all_of_its_energy() {
     let mut plan = plan(400, 0.01, 0.5);
     plan.gravity = DVec3::ZERO;
     plan.energy_budget = true;
-    let face = plan.domain_max.x;
+    let face = plan.cell.high().x;
     let body = |beside: f64, spin: f64| NewBody {
         orientation: DQuat::from_rotation_x(0.4),
         velocity: DVec3::X,
