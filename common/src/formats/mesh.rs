@@ -158,7 +158,7 @@ fn read_surface(path: &Path) -> Result<Surface, FormatError> {
     if bytes.is_empty() {
         return Err(FormatError::of_file(path, "the file is empty"));
     }
-    let surface = parse(path, &bytes)?;
+    let surface = parse(path, bytes)?;
     if surface.triangles.is_empty() {
         let error = FormatError::of_file(path, "the mesh has no triangles");
         return Err(match surface.warnings.first() {

@@ -1,11 +1,9 @@
-//! STL, binary and text.
-//!
-//! Readers of our own: stl_io keeps only single precision of text files, gives no place of an error, and takes every file that
-//! begins with `solid` for text. The tests compare with it.
+//! STL: binary files by `stl_io`, text by ourselves (`docs/decisions/0035-mesh-libraries.md`).
 
+use std::io::Cursor;
 use std::path::Path;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::{Surface, TriangleMesh, too_large};
 use crate::error::FormatError;
@@ -20,12 +18,12 @@ const BINARY_TRIANGLE: usize = 50;
 
 /// Reads either kind. Many binary files begin with the word `solid`, which is the mark of the text form: so a file
 /// whose size is that of a binary file is one, and so is one with bytes that no text has.
-pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Surface, FormatError> {
+pub(super) fn parse(path: &Path, bytes: Vec<u8>) -> Result<Surface, FormatError> {
     let zero_early = bytes.iter().take(1024).any(|&byte| byte == 0);
-    if zero_early || binary_length(bytes) == Some(bytes.len()) {
+    if zero_early || binary_length(&bytes) == Some(bytes.len()) {
         return parse_binary(path, bytes);
     }
-    let text = with_line_feeds(bytes);
+    let text = with_line_feeds(&bytes);
     if text.split(|&byte| byte == b'\n').any(is_line_of_stl) {
         return parse_text(path, &text);
     }
@@ -56,8 +54,8 @@ fn binary_length(bytes: &[u8]) -> Option<usize> {
         .checked_add(BINARY_HEADER)
 }
 
-fn parse_binary(path: &Path, bytes: &[u8]) -> Result<Surface, FormatError> {
-    let Some(length) = binary_length(bytes) else {
+fn parse_binary(path: &Path, mut bytes: Vec<u8>) -> Result<Surface, FormatError> {
+    let Some(length) = binary_length(&bytes) else {
         return Err(FormatError {
             expected: format!(
                 "at least the {BINARY_HEADER} bytes of the header of a binary STL, or a text STL"
@@ -94,18 +92,18 @@ fn parse_binary(path: &Path, bytes: &[u8]) -> Result<Surface, FormatError> {
             counted(announced, "triangle")
         ));
     }
-    for (index, record) in bytes[BINARY_HEADER..length]
-        .chunks_exact(BINARY_TRIANGLE)
-        .enumerate()
-    {
-        // The normal comes first; it follows from the corners.
-        let corners = [12, 24, 36].map(|start| {
-            DVec3::from_array([0, 4, 8].map(|offset| {
-                let at = start + offset;
-                let bytes = [record[at], record[at + 1], record[at + 2], record[at + 3]];
-                f32::from_le_bytes(bytes).into()
-            }))
-        });
+    // `solid ` in the free text would make the library read text. Line feeds end the line that it looks at.
+    bytes[..80].fill(b'\n');
+    let unread =
+        |error| FormatError::of_file(path, format!("the triangles cannot be read: {error}"));
+    let mut file = Cursor::new(&bytes);
+    let triangles = stl_io::create_stl_reader(&mut file).map_err(unread)?;
+    for (index, triangle) in triangles.enumerate() {
+        // The normal follows from the corners.
+        let corners = triangle
+            .map_err(unread)?
+            .vertices
+            .map(|corner| Vec3::from(<[f32; 3]>::from(corner)).as_dvec3());
         if let Some(bad) = corners.iter().find(|corner| !corner.is_finite()) {
             return Err(FormatError {
                 expected: "finite coordinates".into(),
@@ -301,34 +299,37 @@ impl Words<'_> {
 /// # Errors
 /// A message if a coordinate is beyond single precision, an index has no vertex, or there are more triangles than the format counts.
 pub fn push_binary_stl(mesh: &TriangleMesh, out: &mut Vec<u8>) -> Result<(), String> {
-    let count = u32::try_from(mesh.triangles.len())
-        .map_err(|_| format!("an STL cannot hold {} triangles", mesh.triangles.len()))?;
-    out.reserve(BINARY_HEADER + mesh.triangles.len() * BINARY_TRIANGLE);
-    // Must not begin with `solid`.
-    let mut title = [b' '; 80];
-    title[..10].copy_from_slice(b"binary STL");
-    out.extend_from_slice(&title);
-    out.extend_from_slice(&count.to_le_bytes());
-    for triangle in &mesh.triangles {
-        let mut corners = [DVec3::ZERO; 3];
-        for (corner, &index) in corners.iter_mut().zip(triangle) {
-            *corner = *mesh.vertices.get(index as usize).ok_or_else(|| {
-                format!("a triangle uses vertex {index} of {}", mesh.vertices.len())
-            })?;
-            if !corner.as_vec3().is_finite() {
-                return Err(format!(
-                    "the vertex {corner} cannot be stored in single precision"
-                ));
-            }
-        }
-        let [a, b, c] = corners;
-        let normal = (b - a).cross(c - a).normalize_or_zero();
-        for vector in [normal, a, b, c] {
-            for coordinate in vector.as_vec3().to_array() {
-                out.extend_from_slice(&coordinate.to_le_bytes());
-            }
-        }
-        out.extend_from_slice(&[0, 0]);
+    if u32::try_from(mesh.triangles.len()).is_err() {
+        return Err(format!(
+            "an STL cannot hold {} triangles",
+            mesh.triangles.len()
+        ));
     }
+    for &index in mesh.triangles.iter().flatten() {
+        let corner = mesh
+            .vertices
+            .get(index as usize)
+            .ok_or_else(|| format!("a triangle uses vertex {index} of {}", mesh.vertices.len()))?;
+        if !corner.as_vec3().is_finite() {
+            return Err(format!(
+                "the vertex {corner} cannot be stored in single precision"
+            ));
+        }
+    }
+    let start = out.len();
+    out.reserve(BINARY_HEADER + mesh.triangles.len() * BINARY_TRIANGLE);
+    let triangles = (0..mesh.triangles.len()).map(|index| {
+        let [a, b, c] = mesh.corners(index);
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        let [normal, a, b, c] = [normal, a, b, c].map(|v| v.as_vec3().to_array());
+        stl_io::Triangle {
+            normal: stl_io::Normal::new(normal),
+            vertices: [a, b, c].map(stl_io::Vertex::new),
+        }
+    });
+    stl_io::write_stl(out, triangles).map_err(|error| error.to_string())?;
+    // Must not begin with `solid`.
+    out[start..start + 80].fill(b' ');
+    out[start..start + 10].copy_from_slice(b"binary STL");
     Ok(())
 }
