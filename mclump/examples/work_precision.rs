@@ -15,7 +15,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 use mclump::fidelity::{Fidelity, compare};
-use mclump::generate::{Euclidean, Favier, Method, Request, Stop, Tangent, generate};
+use mclump::generate::{Euclidean, Method, Request, Stop, Tangent, generate};
 use mercury_common::formats::clump::Pebble;
 use mercury_common::formats::mesh::{TriangleMesh, read_mesh};
 use mercury_pictures::charts::{Axis, Chart, ChartPage, Hue, Series};
@@ -146,7 +146,7 @@ fn methods(body: &'static str, mesh: &TriangleMesh, rows: &mut Vec<Row>) -> Resu
     for (name, method) in [
         ("Euclidean", Method::Euclidean(Euclidean::default())),
         ("tangent", Method::Tangent(Tangent::default())),
-        ("Favier", Method::Favier(Favier::default())),
+        ("Favier", Method::Favier),
     ] {
         for n in NUMBERS {
             let start = Instant::now();

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | [`Euclidean`] | the largest ball that fits beside those placed, again and again | compact bodies, few large pebbles |
 //! | [`Tangent`] | largest empty balls tangent to the surface at many points; those that add most volume are taken | any body; least volume error for a number of pebbles |
-//! | [`Favier`] | one ball per slab along the longest axis | bodies of revolution |
+//! | [`Method::Favier`] | one ball per slab along the longest axis | bodies of revolution |
 //!
 //! All work on exact distances to the triangles, in a frame of the body (origin at its centre, axes its principal axes, unit length
 //! the radius of the ball of equal volume). So a moved, turned or scaled surface gives the moved, turned or scaled pebbles, up to round-off, as far
@@ -63,7 +63,7 @@ pub struct Request {
 pub struct Stop {
     /// Number of pebbles, at least 1. Fewer come out if no more fit (see [`Request::smallest_radius`]).
     pub pebbles: Option<usize>,
-    /// By what share the union may be lighter than the body, in (0, 1). [`Favier`], whose balls may be too large, takes the
+    /// By what share the union may be lighter than the body, in (0, 1). [`Method::Favier`], whose union need not grow with its number, takes the
     /// difference in both directions.
     pub volume_error: Option<f64>,
 }
@@ -75,8 +75,8 @@ pub enum Method {
     Euclidean(Euclidean),
     /// Largest empty tangent balls and a greedy cover.
     Tangent(Tangent),
-    /// One ball per slab.
-    Favier(Favier),
+    /// One ball per slab of the longest principal axis, as large as fits.
+    Favier,
 }
 
 impl Default for Method {
@@ -128,25 +128,6 @@ impl Default for Tangent {
     }
 }
 
-/// Balls in slabs along the longest principal axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Favier {
-    /// What the radius is.
-    pub rule: SlabRadius,
-}
-
-/// The radius of the ball in a slab.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum SlabRadius {
-    /// The distance of the centre to the surface: the ball is inscribed.
-    #[default]
-    Smallest,
-    /// The mean distance to the surface in the slab; capped by the distance to the nearer end of the body. May protrude.
-    Mean,
-    /// The largest distance to the surface in the slab; capped likewise. May protrude.
-    Largest,
-}
-
 /// Makes pebbles for a closed surface with outward normals.
 ///
 /// The pebbles come in the frame of the mesh with radii that do not increase, and depend on mesh and request only, not on the
@@ -173,9 +154,7 @@ pub fn generate(
     };
     let total = request.stop.pebbles.unwrap_or(0);
     let mut pebbles = match &request.method {
-        Method::Favier(options) => {
-            favier::generate(&body, options, &request.stop, &limits, progress)?
-        }
+        Method::Favier => favier::generate(&body, &request.stop, &limits, progress)?,
         Method::Euclidean(options) => {
             let mut balls = euclidean::Balls::new(&body, options, limits.smallest);
             let mut next = || balls.next();

@@ -77,7 +77,7 @@ impl Gallery<'_> {
         let drawn = begin.elapsed().as_secs_f64();
         image.write_png(&self.0.join(format!("{name}.png")))?;
         let written = begin.elapsed().as_secs_f64();
-        let svg = painter.svg(frame);
+        let svg = painter.svg(frame)?;
         mercury_common::whole_file::write_whole(
             &self.0.join(format!("{name}.svg")),
             svg.as_bytes(),

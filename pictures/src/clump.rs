@@ -49,7 +49,7 @@ pub fn draw_clump(clump: &ClumpScene, options: &Options) -> Result<Image, Pictur
 pub fn draw_clump_svg(clump: &ClumpScene, options: &Options) -> Result<String, PictureError> {
     options.check()?;
     let frame = frame(clump);
-    Ok(sheet(clump, &frame, options).svg(options))
+    sheet(clump, &frame, options).svg(options)
 }
 
 fn frame(clump: &ClumpScene) -> Frame {

@@ -16,9 +16,8 @@ mod spheres;
 mod strokes;
 
 pub(crate) use compose::paint;
-pub(crate) use facets::{facing, folded_edges};
+#[cfg(test)]
 pub(crate) use light::shaded;
-pub(crate) use strokes::WALL_EDGE;
 
 use std::borrow::Cow;
 

@@ -1,8 +1,10 @@
-//! The page as SVG 1.1.
+//! The page as SVG.
 
 use super::canvas::{Anchor, Canvas, Lettering, Spot, Stroke};
 use super::colour::Colour;
 use super::font;
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD as STANDARD;
 use std::fmt::Write as _;
 
 /// An SVG document under construction.
@@ -38,9 +40,14 @@ impl Svg {
         svg
     }
 
-    /// Adds markup as it stands: whole elements, well formed.
-    pub(crate) fn raw(&mut self, markup: &str) {
-        self.text.push_str(markup);
+    /// Adds a PNG file that covers the page.
+    pub(crate) fn picture(&mut self, (width, height): Spot, png: &[u8]) {
+        let _ = write!(
+            self.text,
+            "<image width=\"{width}\" height=\"{height}\" href=\"data:image/png;base64,"
+        );
+        STANDARD.encode_string(png, &mut self.text);
+        self.text.push_str("\"/>\n");
     }
 
     fn points(&mut self, points: &[Spot]) {
@@ -73,7 +80,7 @@ fn escaped(text: &str) -> String {
 }
 
 /// A coordinate to a hundredth of a point, without trailing zeros: finer than any screen, and half the bytes.
-pub(crate) fn short(value: f64) -> String {
+fn short(value: f64) -> String {
     let text = format!("{value:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" {

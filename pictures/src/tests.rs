@@ -55,4 +55,5 @@ fn svg(frame: &Frame, options: &Options) -> String {
     Painter::new(options, Overview::of(frame, options))
         .unwrap()
         .svg(frame)
+        .unwrap()
 }

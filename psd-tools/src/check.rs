@@ -13,7 +13,7 @@ mod verdict;
 
 pub use bands::{Interval, VolumeBand, fewest, number_band, number_interval, volume_interval};
 pub(crate) use goodness::anderson_darling;
-pub use goodness::{ChiSquare, ClassCount, Goodness, Outside, Statistic};
+pub use goodness::{Goodness, Outside, Statistic};
 pub use many_samples::anderson_darling_samples;
 pub use two_samples::TwoSamples;
 pub(crate) use verdict::too_few;

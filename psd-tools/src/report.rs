@@ -56,12 +56,6 @@ impl Check<'_> {
         [
             ("Kolmogorov-Smirnov", "D", goodness.kolmogorov),
             ("Anderson-Darling", "A^2", goodness.anderson_darling),
-            ("Cramer-von Mises", "W^2", goodness.cramer_von_mises),
-            (
-                "chi-square",
-                "X^2",
-                goodness.chi_square.as_ref().map(|chi| chi.statistic),
-            ),
         ]
         .into_iter()
         .filter_map(|(name, letter, statistic)| Some((name, letter, statistic?)))
@@ -75,38 +69,12 @@ impl Check<'_> {
         let unit = Unit::for_length(self.target.quantile(0.5));
         let mut text = format!("{}: {} particles\n", self.name, goodness.number);
         for (name, letter, statistic) in self.tests() {
-            let _ = write!(
+            let _ = writeln!(
                 text,
                 "  {name:20} {letter:4}= {:<12} p = {}",
                 significant(statistic.value, 4),
                 probability(statistic.p)
             );
-            if let (true, Some(chi)) = (letter == "X^2", &goodness.chi_square) {
-                let worst = chi
-                    .classes
-                    .iter()
-                    .map(|class| class.residual(goodness.number))
-                    .fold(
-                        0.0,
-                        |worst: f64, r| if r.abs() > worst.abs() { r } else { worst },
-                    );
-                let _ = write!(
-                    text,
-                    "   ({} classes, worst off by {worst:+.2} st.dev.)",
-                    chi.classes.len()
-                );
-                if chi.unmerged.degrees > chi.degrees {
-                    let _ = write!(
-                        text,
-                        "\n  {:20} of the {} classes before merging those with less than 5 expected: {} of {} degrees",
-                        "",
-                        chi.unmerged.degrees + 1,
-                        significant(chi.unmerged.value, 4),
-                        chi.unmerged.degrees
-                    );
-                }
-            }
-            text.push('\n');
         }
         let band = number_band(goodness.number, self.level);
         // Of single sizes the curves are steps at the same places, and their distance there says nothing.
@@ -205,8 +173,8 @@ impl Check<'_> {
         } else if self.quotas > 0 {
             notes.push("sizes follow by quota, which fits better than chance: p-values near 1 are to be expected".to_owned());
         }
-        if self.goodness.kolmogorov.is_none() {
-            notes.push("the target has single sizes: only counts are tested".to_owned());
+        if self.goodness.kolmogorov.is_some() && self.target.has_single_sizes() {
+            notes.push("the target has single sizes: p is an upper bound".to_owned());
         }
         if self.goodness.number > 100_000 && self.verdict.finding == Finding::Failed {
             notes.push("with so many particles differences that do not matter are significant; --tolerance judges by size".to_owned());
@@ -233,21 +201,10 @@ impl Check<'_> {
                 })
             })
             .collect();
-        let classes: Vec<Value> = (goodness.chi_square.iter())
-            .flat_map(|chi| &chi.classes)
-            .map(|class| {
-                json!({
-                    "low": class.low, "high": class.high, "observed": class.observed,
-                    "expected": class.expected, "residual": class.residual(goodness.number),
-                })
-            })
-            .collect();
         json!({
             "number": goodness.number, "passed": self.verdict.passed(), "verdict": self.verdict.finding.word().to_lowercase(),
             "reasons": self.verdict.reasons,
-            "tests": tests, "degrees": goodness.chi_square.as_ref().map(|chi| chi.degrees), "classes": classes,
-            "unmerged_chi_square": goodness.chi_square.as_ref().map(|chi| chi.unmerged.value),
-            "unmerged_degrees": goodness.chi_square.as_ref().map(|chi| chi.unmerged.degrees),
+            "tests": tests,
             "wasserstein": goodness.wasserstein, "number_band": number_band(goodness.number, self.level),
             "volume_distance": goodness.volume_distance, "volume_band": goodness.volume_band.half_width,
             "volume_p": goodness.volume_band.p, "effective_number_by_volume": goodness.volume_band.effective_number,

@@ -4,7 +4,6 @@
 //! on the frozen list but that no longer runs is an error.
 
 pub mod charts;
-pub(crate) mod folding;
 pub mod page;
 mod subjects;
 

@@ -9,6 +9,11 @@ use mercury_common::frames::{FramesHeader, ParticleColumns, ParticleFrame, Parti
 use mercury_tables::Table;
 use tempfile::TempDir;
 
+/// Arguments, as typed on one line.
+fn words(line: &str) -> Vec<&str> {
+    line.split_whitespace().collect()
+}
+
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../tests/data/dense2k")
@@ -276,18 +281,9 @@ fn pictures_show_profiles_and_maps() {
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
         good(&words, folder.path());
     };
-    call(&[
-        "--coordinates",
-        "Z",
-        "--grid",
-        "9",
-        "--average",
-        "time",
-        "-o",
-        "a.svg",
-        "-o",
-        "a.png",
-    ]);
+    call(&words(
+        "--coordinates Z --grid 9 --average time -o a.svg -o a.png",
+    ));
     let svg = fs::read_to_string(folder.path().join("a.svg")).unwrap();
     assert!(roxmltree::Document::parse(&svg).is_ok() && svg.contains("granular temperature"));
     assert!(
@@ -296,16 +292,9 @@ fn pictures_show_profiles_and_maps() {
             .starts_with(b"\x89PNG")
     );
     // One file per frame of a series.
-    call(&[
-        "--coordinates",
-        "XZ",
-        "--grid",
-        "3x4",
-        "--fields",
-        "density,velocity",
-        "-o",
-        "b.svg",
-    ]);
+    call(&words(
+        "--coordinates XZ --grid 3x4 --fields density,velocity -o b.svg",
+    ));
     let svg = fs::read_to_string(folder.path().join("b.0000.svg")).unwrap();
     assert!(svg.contains("velocity x") && svg.contains("density"));
     let words = with(&["--grid", "2x2x2", "-o", "c.svg"]);
@@ -496,14 +485,7 @@ fn materials_and_no_contacts() {
     let folder = TempDir::new().unwrap();
     fs::copy(data("dense2k.data.gz"), folder.path().join("alone.data.gz")).unwrap();
     let output = run(
-        &[
-            "alone.data.gz",
-            "--density",
-            "2500",
-            "--coordinates",
-            "O",
-            "--by-material",
-        ],
+        &words("alone.data.gz --density 2500 --coordinates O --by-material"),
         folder.path(),
     );
     let said = String::from_utf8(output.stderr).unwrap();
@@ -518,15 +500,7 @@ fn materials_and_no_contacts() {
     );
     assert!(!table.contains("contact_stress"));
     bad(
-        &[
-            "alone.data.gz",
-            "--density",
-            "2500",
-            "--fields",
-            "stress",
-            "-o",
-            "b.csv",
-        ],
+        &words("alone.data.gz --density 2500 --fields stress -o b.csv"),
         folder.path(),
         "alone.fstat: there is no such file",
     );
@@ -537,91 +511,78 @@ fn mistakes_are_reported_with_a_way_out() {
     let folder = TempDir::new().unwrap();
     let input = data("dense2k.data.gz");
     let input = input.to_str().unwrap();
-    let with = |words: &[&'static str]| -> Vec<String> {
-        [input, "--density", "2500"]
-            .into_iter()
-            .chain(words.iter().copied())
-            .map(str::to_owned)
-            .collect()
+    let with = |line: &'static str| {
+        let input = [input, "--density", "2500"];
+        [&input[..], &words(line)].concat()
     };
-    for (words, expected) in [
+    for (line, expected) in [
         (
-            &["--fields", "densty"][..],
+            "--fields densty",
             "there is no field densty\nhelp: did you mean density? There are standard",
         ),
-        (&["--fields", "couple_stress"][..], "no torques"),
-        (&["--coordinates", "YX"][..], "expected O, X, Y"),
+        ("--fields couple_stress", "no torques"),
+        ("--coordinates YX", "expected O, X, Y"),
         (
-            &["--coordinates", "Z", "--grid", "2x3"][..],
+            "--coordinates Z --grid 2x3",
             "2 numbers for the coordinates Z",
         ),
         (
-            &["--grid", "0"][..],
+            "--grid 0",
             "expected numbers of cells, each from 1 to 1000000,",
         ),
-        (&["--grid", "1e8"][..], "each from 1 to 1000000,"),
-        (&["--grid", "100000000"][..], "each from 1 to 1000000,"),
-        (&["--grid", "2x2x2", "--spacing", "0.1"][..], "one of them"),
-        (&["--spacing", "1e-6"][..], "a larger --spacing"),
+        ("--grid 1e8", "each from 1 to 1000000,"),
+        ("--grid 100000000", "each from 1 to 1000000,"),
+        ("--grid 2x2x2 --spacing 0.1", "one of them"),
+        ("--spacing 1e-6", "a larger --spacing"),
         (
-            &["--coordinates", "Z", "--limits", "x=0..1"][..],
+            "--coordinates Z --limits x=0..1",
             "x is not among the coordinates",
         ),
         (
-            &["--points", "nothing.csv"][..],
+            "--points nothing.csv",
             "nothing.csv: the file cannot be read",
         ),
-        (&["--width", "0"][..], "expected a positive length"),
+        ("--width 0", "expected a positive length"),
         (
-            &["--kernel", "lucy", "--cutoff", "3"][..],
+            "--kernel lucy --cutoff 3",
             "the kernel lucy ends at its width",
         ),
         (
-            &["--kernel", "heaviside", "--fields", "shear_rate"][..],
+            "--kernel heaviside --fields shear_rate",
             "has a jump and no gradient",
         ),
-        (&["--mirror", "w"][..], "expected faces"),
+        ("--mirror w", "expected faces"),
         (
-            &["--coordinates", "Z", "--mirror", "-x"][..],
+            "--coordinates Z --mirror -x",
             "means over x, along which there is nothing to mirror",
         ),
         (
-            &["--mirror", "-z,+z", "--width", "1e5", "--spacing", "0.01"][..],
+            "--mirror -z,+z --width 1e5 --spacing 0.01",
             "mirror images of each particle",
         ),
         (
-            &["--grid", "20000x20000x10", "--fields", "density"][..],
+            "--grid 20000x20000x10 --fields density",
             "of memory; this machine has",
         ),
-        (&["--smooth", "1,1e-9"][..], "the step must be at least"),
-        (&["--frames", "7"][..], "no frame is selected"),
+        ("--smooth 1,1e-9", "the step must be at least"),
+        ("--frames 7", "no frame is selected"),
         (
-            &["--from", "1"][..],
+            "--from 1",
             "no frame is selected, or the input has none\nhelp: its frames are from t = ",
         ),
-        (&["--follow"][..], "only the Arrow frames"),
+        ("--follow", "only the Arrow frames"),
         (
-            &["-o", "a.txt"][..],
+            "-o a.txt",
             "must end in .csv, .parquet, .stat, .vti, .svg or .png",
         ),
-        (
-            &["--coordinates", "R", "-o", "a.vti"][..],
-            "on a grid of x, y, z",
-        ),
-        (
-            &["--scan", "1d..2d/3", "-o", "a.stat"][..],
-            "writes a table",
-        ),
-        (&["--material", "5", "--fixed", "1..1"][..], "is empty"),
+        ("--coordinates R -o a.vti", "on a grid of x, y, z"),
+        ("--scan 1d..2d/3 -o a.stat", "writes a table"),
+        ("--material 5 --fixed 1..1", "is empty"),
     ] {
-        let words = with(words);
-        let words: Vec<&str> = words.iter().map(String::as_str).collect();
-        bad(&words, folder.path(), expected);
+        bad(&with(line), folder.path(), expected);
     }
     // The requested name, not the temporary one of the unfinished file.
-    let words = with(&["--coordinates", "O", "-o", "nowhere/b.csv"]);
-    let words: Vec<&str> = words.iter().map(String::as_str).collect();
-    let output = run(&words, folder.path());
+    let output = run(&with("--coordinates O -o nowhere/b.csv"), folder.path());
     let errors = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(1), "{errors}");
     assert!(
@@ -636,36 +597,13 @@ fn mistakes_are_reported_with_a_way_out() {
     );
     // What is there is kept.
     fs::write(folder.path().join("a.csv"), "mine").unwrap();
-    bad(
-        &[
-            input,
-            "--density",
-            "2500",
-            "--coordinates",
-            "O",
-            "-o",
-            "a.csv",
-        ],
-        folder.path(),
-        "--force replaces it",
-    );
+    let kept = with("--coordinates O -o a.csv");
+    bad(&kept, folder.path(), "--force replaces it");
     assert_eq!(
         fs::read_to_string(folder.path().join("a.csv")).unwrap(),
         "mine"
     );
-    good(
-        &[
-            input,
-            "--density",
-            "2500",
-            "--coordinates",
-            "O",
-            "-o",
-            "a.csv",
-            "--force",
-        ],
-        folder.path(),
-    );
+    good(&with("--coordinates O -o a.csv --force"), folder.path());
     let names: Vec<String> = fs::read_dir(folder.path())
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())

@@ -33,10 +33,6 @@ fn tangent() -> Method {
     })
 }
 
-fn favier(rule: SlabRadius) -> Method {
-    Method::Favier(Favier { rule })
-}
-
 /// Radius less the distance to the surface by brute force over all triangles and the winding number; positive for balls that
 /// stand out. In m.
 fn protrusion(mesh: &TriangleMesh, pebble: &Pebble) -> f64 {

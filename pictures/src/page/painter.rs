@@ -112,10 +112,12 @@ impl Painter {
         self.sheet(&[frame]).image(&self.options)
     }
 
-    /// A frame as an SVG document. Spheres are circles with gradients, of which at most 20 000 are drawn, those that show
-    /// most; surfaces are painted back to front by their triangles' middles.
-    #[must_use]
-    pub fn svg(&self, frame: &Frame) -> String {
+    /// A frame as an SVG document: headings, legend, axes and scale as text and shapes, the scene as a PNG inside, of the size in
+    /// pixels that the options give.
+    ///
+    /// # Errors
+    /// If the encoder refuses, which it has no reason to.
+    pub fn svg(&self, frame: &Frame) -> Result<String, PictureError> {
         self.sheet(&[frame]).svg(&self.options)
     }
 

@@ -2,7 +2,8 @@
 
 use super::layout::{Layout, Wishes, unit};
 use super::legend::Legend;
-use super::{notes, vector};
+use super::notes;
+use crate::PictureError;
 use crate::camera::{Lens, Overview};
 use crate::canvas::Canvas;
 use crate::frame::Frame;
@@ -75,33 +76,28 @@ impl Sheet<'_> {
     /// As pixels.
     pub(crate) fn image(&self, options: &Options) -> Image {
         let (layout, lenses) = self.laid_out(options);
-        let mut image = Image::new(options.width, options.height, self.theme.paper);
-        for (cell, lens) in self.cells.iter().zip(&lenses) {
-            render::paint(&mut image, lens, &cell.look);
-        }
+        let mut image = self.scenes(options, &lenses);
         self.annotate(&layout, &lenses, &mut image);
         image
     }
 
-    /// As SVG.
-    pub(crate) fn svg(&self, options: &Options) -> String {
-        let (layout, lenses) = self.laid_out(options);
-        let mut shapes = String::new();
-        let mut drawn = 0;
-        let mut all = 0;
-        for (number, (cell, lens)) in self.cells.iter().zip(&lenses).enumerate() {
-            drawn += vector::draw(&mut shapes, number, lens, &cell.look);
-            all += cell.look.spheres.len();
+    /// The scenes in their windows, without a word.
+    fn scenes(&self, options: &Options, lenses: &[Lens]) -> Image {
+        let mut image = Image::new(options.width, options.height, self.theme.paper);
+        for (cell, lens) in self.cells.iter().zip(lenses) {
+            render::paint(&mut image, lens, &cell.look);
         }
-        let description = format!(
-            "{}: {drawn} of {all} spheres are drawn; the others are hidden or outside.",
-            self.numbers
-        );
+        image
+    }
+
+    /// As SVG: the scenes as pixels, what is written and drawn about them as text and shapes.
+    pub(crate) fn svg(&self, options: &Options) -> Result<String, PictureError> {
+        let (layout, lenses) = self.laid_out(options);
         let size = (f64::from(options.width), f64::from(options.height));
-        let mut svg = Svg::sized(size, self.theme.paper, &self.title, &description);
-        svg.raw(&shapes);
+        let mut svg = Svg::sized(size, self.theme.paper, &self.title, &self.numbers);
+        svg.picture(size, &self.scenes(options, &lenses).png()?);
         self.annotate(&layout, &lenses, &mut svg);
-        svg.finish()
+        Ok(svg.finish())
     }
 
     fn annotate(&self, layout: &Layout, lenses: &[Lens], canvas: &mut dyn Canvas) {

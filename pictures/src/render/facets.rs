@@ -213,7 +213,7 @@ fn in_front(places: &[DVec3; 3], lens: &Lens) -> Vec<DVec3> {
 const SPACE_BETWEEN_EDGES: f64 = 10.0;
 
 /// How much of a surface with this normal the eye sees: 1 straight from before, 0 from its edge. In perspective that of the ray in the middle.
-pub(crate) fn facing(lens: &Lens, normal: DVec3) -> f64 {
+pub(super) fn facing(lens: &Lens, normal: DVec3) -> f64 {
     let (x, y) = lens.direction(normal);
     (1.0 - x * x - y * y).max(0.0).sqrt()
 }
@@ -221,7 +221,7 @@ pub(crate) fn facing(lens: &Lens, normal: DVec3) -> f64 {
 /// The edges of a surface that one wants to see with lines of this width (m): free ones, and those where it folds by more than
 /// [`Surface::FOLD`] beside a smooth patch that is large enough for its outline to be seen as one. `facing` is what the eye sees of a surface with a
 /// normal, 0 to 1.
-pub(crate) fn folded_edges(
+pub(super) fn folded_edges(
     triangles: &[[DVec3; 3]],
     line: f64,
     facing: impl Fn(DVec3) -> f64,

@@ -54,6 +54,7 @@ pub(super) fn grain(colour: Colour, normal: DVec3, shade: f64) -> Colour {
 }
 
 /// The colour of a grain's facet where nothing else casts a shade; `normal` may be of any length and of either side.
+#[cfg(test)]
 pub(crate) fn shaded(colour: Colour, normal: DVec3) -> Colour {
     let normal = normal.normalize_or(DVec3::NEG_Z);
     grain(colour, if normal.z > 0.0 { -normal } else { normal }, 1.0)

@@ -3,7 +3,8 @@
 use glam::DVec3;
 
 use super::bins::Rect;
-use super::{Look, SAMPLES, facing, folded_edges};
+use super::facets::{facing, folded_edges};
+use super::{Look, SAMPLES};
 use crate::camera::Lens;
 use crate::colour::Colour;
 use crate::frame::{is_place, is_width};
@@ -11,7 +12,7 @@ use crate::frame::{is_place, is_width};
 /// Lines on a surface are drawn this much (samples) nearer, or half of them would sink into it.
 const LIFT: f64 = 1.5;
 /// Width of the edges of walls, in pixels of a picture of 1200 x 900.
-pub(crate) const WALL_EDGE: f64 = 1.1;
+const WALL_EDGE: f64 = 1.1;
 /// Before everything.
 const IN_FRONT: f64 = 1e9;
 

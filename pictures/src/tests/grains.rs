@@ -101,8 +101,6 @@ fn walls_that_show_a_value_stay_as_they_are_where_particles_let_light_through() 
     };
     let crate::Colour(r, g, b) = shaded(category_colour(3), DVec3::Z);
     assert_eq!(draw(&scene, &options).pixel(100, 100), [r, g, b, 255]);
-    let text = svg(&scene, &options);
-    assert!(text.contains("<polygon") && !text.contains("fill-opacity"));
 }
 
 #[test]
@@ -129,7 +127,6 @@ fn droplets_are_no_spheres_and_decide_no_colours() {
         text.contains("1 sphere") && text.contains("2 droplets"),
         "{text}"
     );
-    assert_eq!(text.matches("<circle").count(), 3);
     // Those without a value have a colour of their own, and a line in the legend, and are not "no value".
     scene.droplets[0].value = f64::NAN;
     let text = svg(&scene, &options);
@@ -144,24 +141,25 @@ fn the_box_of_the_domain_is_drawn_as_a_whole_or_not_at_all() {
         domain: true,
         ..bare(300, 300)
     };
-    let lines = |options: &Options, scene: &Frame| svg(scene, options).matches("<line").count();
-    // Twelve edges, each in 24 pieces.
-    assert_eq!(lines(&options, &scene), 12 * 24);
-    // Of the pixels, too: seen from the front the box is a square whose edges stand at 3 % of the window.
-    let with = draw(&scene, &options);
-    let without = draw(
-        &scene,
-        &Options {
+    // Whether the edges of the box are seen. From the front it is a square whose edges stand at 3 % of the window.
+    let shows = |options: &Options| {
+        let without = Options {
             domain: false,
             ..options.clone()
-        },
-    );
-    assert_ne!(with.rgba, without.rgba);
+        };
+        // From the same place.
+        let drawn = |with: &Options| {
+            let painter = Painter::new(with, Overview::of(&scene, options));
+            painter.unwrap().image(&scene).rgba
+        };
+        drawn(options) != drawn(&without)
+    };
+    assert!(shows(&options));
     options.zoom = 2.0;
-    assert_eq!(lines(&options, &scene), 0);
+    assert!(!shows(&options));
     options.zoom = 1.0;
     options.framing = crate::Framing::Particles;
-    assert_eq!(lines(&options, &scene), 0);
+    assert!(!shows(&options));
 }
 
 #[test]
@@ -224,7 +222,5 @@ fn headings_and_legend_know_grains() {
     let text = svg(&scene, &options);
     assert!(text.contains("2 grains (1 fixed)"), "heading");
     assert!(text.contains(">fixed<") && text.contains(">no value<"));
-    // 12 triangles each, without the broken one.
-    assert_eq!(text.matches("<polygon").count(), 23);
     draw(&scene, &options);
 }

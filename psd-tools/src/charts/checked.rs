@@ -8,8 +8,8 @@ use super::{Look, MARGIN, curve, range_of, ranks, share_at, steps};
 use crate::check::{Goodness, number_band};
 use crate::sample::Sample;
 
-/// A sample against its target: cumulative numbers and volumes with their bands, their differences, and the residuals of classes. Those of
-/// a quota are far below what chance would leave, and are drawn on their own scale.
+/// A sample against its target: cumulative numbers and volumes with their bands, and their differences. Those of a quota
+/// are far below what chance would leave, and are drawn on their own scale.
 #[must_use]
 pub fn checked(
     title: &str,
@@ -74,37 +74,6 @@ pub fn checked(
                 .with(Series::level("", -step));
         }
         charts.push(chart.with(Series::level("", 0.0)));
-    }
-    if let Some(chi) = &goodness.chi_square {
-        let mut edges: Vec<f64> = chi.classes.iter().map(|class| class.low).collect();
-        if let Some(first) = edges.first_mut() {
-            *first = first.max(ends[0]);
-        }
-        edges.extend(chi.classes.last().map(|class| class.high));
-        let heights: Vec<f64> = chi
-            .classes
-            .iter()
-            .map(|class| class.residual(goodness.number))
-            .collect();
-        let rising =
-            edges.windows(2).all(|pair| pair[0] < pair[1]) && (!look.log || edges[0] > 0.0);
-        if rising {
-            let axis = Axis::linear("residual of class, in st.dev.", "");
-            let bars = Series::bars("", edges, heights);
-            let title = if is_quota {
-                "random: \u{b1}2 (95 %)"
-            } else {
-                ""
-            };
-            let chart = Chart::new(title, look.diameters(range), axis).with(bars);
-            charts.push(if is_quota {
-                chart
-            } else {
-                chart
-                    .with(Series::level("", 2.0))
-                    .with(Series::level("", -2.0))
-            });
-        }
     }
     charts.push(quantiles(sample, target));
     ChartPage::new(title, 2, charts)

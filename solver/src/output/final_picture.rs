@@ -39,7 +39,7 @@ pub fn draw_final(
     let painter = Painter::new(&options, Overview::of(&frame, &options))?;
     let path = |ending: &str| folder.join(format!("{}.final.{ending}", plan.outputs().prefix()));
     if put(&path("png"), &painter.image(&frame).png()?)? {
-        put(&path("svg"), painter.svg(&frame).as_bytes())?;
+        put(&path("svg"), painter.svg(&frame)?.as_bytes())?;
     }
     Ok(())
 }

@@ -206,7 +206,7 @@ fn a_run_leaves_exactly_its_files() {
     reported.sort();
     assert_eq!(reported, expected);
     let picture = fs::read_to_string(place.path().join("test.final.svg")).unwrap();
-    assert_eq!(picture.matches("<circle").count(), 2, "both spheres");
+    assert!(picture.contains("2 spheres"), "both spheres");
     assert!(picture.contains("speed"), "they move");
     assert_eq!(times(place.path()), step_times(&[0, 10, 20, 30]));
     let json: serde_json::Value =

@@ -1,9 +1,9 @@
-//! Writes `docs/stability.md` from long runs of the scenes in `scenes/stress/`. Ends with an error if a check fails or has vanished.
+//! Writes `docs/stability.md`, and the table of all its checks beside it, from long runs of the scenes in `scenes/stress/`. Ends with an error if a check fails or has vanished.
 
 use std::path::Path;
 
 use anyhow::{Result, ensure};
-use mercury_tests::stress::page::{page, soak_section};
+use mercury_tests::stress::page::{page, soak_section, table};
 use mercury_tests::stress::{CASES, Length, Outcome, compare_with_list};
 
 fn main() -> Result<()> {
@@ -32,6 +32,7 @@ fn main() -> Result<()> {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/stability.md");
         let before = std::fs::read_to_string(&path).unwrap_or_default();
         std::fs::write(&path, page(&outcomes, soak_section(&before)))?;
+        std::fs::write(path.with_extension("csv"), table(&outcomes))?;
         println!("docs/stability.md is written");
         compare_with_list(&outcomes)?;
     }

@@ -1,8 +1,9 @@
-//! The page as Markdown.
+//! The page as Markdown, and all checks as a table.
 
 use std::fmt::Write;
 
 use super::Outcome;
+use crate::validation::page::quoted;
 
 const HEAD: &str = "# Numerical stability
 
@@ -13,7 +14,7 @@ cargo run --release -p tests --bin stress              # all of it
 cargo run --release -p tests --bin stress -- spin      # the cases whose names hold a word; nothing is written
 ```
 
-Each expectation follows from theory, as the last column says, none from what came out; failures are shown. A check that is on the frozen list and no longer runs makes the command fail. Shorter runs of the same cases are
+A case has one row; [stability.csv](stability.csv) has every check in a row of its own. Each expectation follows from theory, as the table's last column says, none from what came out; failures are shown. A check that is on the frozen list and no longer runs makes the command fail. Shorter runs of the same cases are
 among the tests (`cargo test -p tests --test scenes stress`). ε is 2.2e-16, ulp(x) the distance to the next number.
 ";
 
@@ -47,7 +48,7 @@ pub fn page(outcomes: &[Outcome], soak: &str) -> String {
         let all = case.found.checks.len();
         let _ = writeln!(
             page,
-            "| [{0}](#{0}) | {1} | {2} | {3} | {4:.0e} | {5:.1} |",
+            "| [{0}](../scenes/stress/{0}.toml) | {1} | {2} | {3} | {4:.0e} | {5:.1} |",
             case.scene,
             case.what,
             if bad == 0 {
@@ -60,41 +61,33 @@ pub fn page(outcomes: &[Outcome], soak: &str) -> String {
             case.seconds
         );
     }
-    for case in outcomes {
-        let _ = write!(
-            page,
-            "\n## {}\n\n{}. Scene: [`{0}.toml`](../scenes/stress/{0}.toml).\n\n\
-             | check | expected | measured | status | source |\n|---|---|---|---|---|\n",
-            case.scene,
-            capital(case.what)
-        );
-        for check in &case.found.checks {
-            let _ = writeln!(
-                page,
-                "| {} | {} | {} | {} | {} |",
-                cell(&check.name),
-                cell(&check.expected),
-                cell(&check.measured),
-                if check.holds { "pass" } else { "**FAIL**" },
-                cell(check.source)
-            );
-        }
-        for note in &case.found.notes {
-            let _ = writeln!(page, "\n{note}");
-        }
-    }
     page.push('\n');
     page.push_str(soak);
     page
 }
 
-/// With its first letter large.
-fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    let first = letters
-        .next()
-        .map(|letter| letter.to_uppercase().to_string());
-    first.unwrap_or_default() + letters.as_str().trim_end_matches('?')
+/// Every check in a row of its own, and every note of a case, as comma-separated values.
+#[must_use]
+pub fn table(outcomes: &[Outcome]) -> String {
+    let mut text = String::from("case,check,expected,measured,status,source\n");
+    for case in outcomes {
+        let checks = case.found.checks.iter().map(|check| {
+            let status = if check.holds { "pass" } else { "FAIL" };
+            let [name, expected, measured, source] = [
+                check.name.as_str(),
+                &check.expected,
+                &check.measured,
+                check.source,
+            ]
+            .map(quoted);
+            format!("{name},{expected},{measured},{status},{source}")
+        });
+        let notes = (case.found.notes.iter()).map(|note| format!("note,,{},,", quoted(note)));
+        for row in checks.chain(notes) {
+            let _ = writeln!(text, "{},{row}", case.scene);
+        }
+    }
+    text
 }
 
 /// The part of the page that `benches/soak.py` writes, from the present page.
@@ -107,12 +100,46 @@ const SOAK: &str = "## Soak\n";
 
 #[cfg(test)]
 mod tests {
-    use super::{page, soak_section};
+    use super::{page, soak_section, table};
+    use crate::stress::{Check, Found, Outcome};
 
     #[test]
     fn what_the_soak_wrote_is_kept() {
         let written = page(&[], "## Soak\n\nflat\n");
         assert_eq!(soak_section(&written), "## Soak\n\nflat\n");
         assert_eq!(soak_section("# Other"), "");
+    }
+
+    /// Checks and notes are in the table, whatever stands in them.
+    #[test]
+    fn no_check_is_lost() {
+        let check = |name: &str, holds| Check {
+            name: name.to_owned(),
+            expected: "at most 1, \"or so\"".to_owned(),
+            measured: "2".to_owned(),
+            source: "theory",
+            holds,
+        };
+        let found = Found {
+            checks: vec![check("a", true), check("b, then c", false)],
+            particles: 3,
+            steps: 10,
+            notes: vec!["one, two".to_owned()],
+        };
+        let outcome = Outcome {
+            scene: "spin",
+            what: "a spin",
+            found,
+            seconds: 0.1,
+        };
+        let quoted = "\"at most 1, \"\"or so\"\"\"";
+        assert_eq!(
+            table(std::slice::from_ref(&outcome)),
+            format!(
+                "case,check,expected,measured,status,source\nspin,a,{quoted},2,pass,theory\n\
+                 spin,\"b, then c\",{quoted},2,FAIL,theory\nspin,note,,\"one, two\",,\n"
+            )
+        );
+        assert!(page(&[outcome], "").contains("| a spin | **1 of 2 fail** | 3 | 1e1 | 0.1 |"));
     }
 }

@@ -8,14 +8,14 @@ pub(super) struct Subject {
     pub(super) sections: &'static [Section],
 }
 
-/// Part of a subject: one table.
+/// A case of a subject.
 pub(super) struct Section {
-    /// What the names of its checks begin with; it is left out in the table.
+    /// What the names of its checks begin with; it is left out on the page.
     pub(super) prefix: &'static str,
     pub(super) title: &'static str,
-    /// Set-up and remarks, above the table.
+    /// Set-up and remarks.
     pub(super) about: &'static str,
-    /// Pictures and what they show, below the table.
+    /// Pictures and what they show.
     pub(super) pictures: &'static str,
 }
 

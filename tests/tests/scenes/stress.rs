@@ -1,4 +1,4 @@
-//! The stress cases, short. The long ones, and what stands behind each expectation: `docs/stability.md`.
+//! The stress cases, short. The long ones, and what stands behind each expectation: `docs/stability.csv`.
 //!
 //! `MERCURY_BLESS=1 cargo test -p tests --test scenes stress` writes the list of checks anew. Read what it wrote.
 

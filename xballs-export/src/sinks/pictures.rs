@@ -338,7 +338,7 @@ impl Reel {
             }
             Self::Svg(files) => {
                 let path = output.one(&format!("{number:04}.svg"));
-                output.write(&path, painter.svg(&frame).as_bytes())?;
+                output.write(&path, painter.svg(&frame)?.as_bytes())?;
                 files.push(path);
             }
             Self::Strip { frames, .. } => frames.push(frame),

@@ -10,7 +10,7 @@ use mclump::clump::{Input, Options, build, implausible_size, scaled_mesh, scaled
 use mclump::descriptors;
 use mclump::fidelity::{self, Fidelity};
 use mclump::generate::{
-    Euclidean, Favier, GenerateError, Method, Request, Stop, Tangent, generate, generate_of_volume,
+    Euclidean, GenerateError, Method, Request, Stop, Tangent, generate, generate_of_volume,
 };
 use mclump::inertia::comparison::{Route, Settings, row};
 use mclump::output::{check_free, contents, paths, with_suffix, write};
@@ -369,7 +369,7 @@ fn generated(
         method: match method {
             MethodName::Euclidean => Method::Euclidean(Euclidean::default()),
             MethodName::Tangent => Method::Tangent(Tangent::default()),
-            MethodName::Favier => Method::Favier(Favier::default()),
+            MethodName::Favier => Method::Favier,
         },
         stop: Stop {
             pebbles: arguments.pebbles.map(|n| n as usize),

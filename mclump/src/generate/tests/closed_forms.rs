@@ -50,7 +50,7 @@ fn favier_in_an_ellipsoid_has_the_distance_to_its_surface() {
     let turn = DQuat::from_axis_angle(DVec3::new(0.3, 1.0, 0.2).normalize(), 1.1);
     let shift = DVec3::new(4.0, -2.0, 1.0);
     let mesh = moved(&spheroid(2.0, 1.0, rings, 100), turn, 1.0, shift);
-    let found = run(&mesh, &pebbles(favier(SlabRadius::Smallest), 10)).unwrap();
+    let found = run(&mesh, &pebbles(Method::Favier, 10)).unwrap();
     let mut expected: Vec<(f64, f64)> = Vec::new();
     for x in [0.2, 0.6, 1.0, 1.4, 1.8f64] {
         let radius = if 4.0 / 3.0 * x < 2.0 {
@@ -79,44 +79,9 @@ fn favier_in_an_ellipsoid_has_the_distance_to_its_surface() {
 }
 
 #[test]
-fn favier_by_mean_and_largest_distance_in_a_cylinder_like_prism() {
-    // A square prism 4 x 2 x 2 along x, one slab in the middle of three: the surface in the slab |x| <= 2/3 is four strips at distance 1.
-    // Largest distance: to the slab's corner, sqrt(4/9 + 1 + 1). Mean over x and y of sqrt(1 + x² + y²) by Simpson's rule.
-    let mesh = cuboid(DVec3::new(-2.0, -1.0, -1.0), DVec3::new(2.0, 1.0, 1.0));
-    let middle = |rule| {
-        let found = run(&mesh, &pebbles(favier(rule), 3)).unwrap();
-        found
-            .into_iter()
-            .find(|pebble| pebble.position.length() < 1e-9)
-            .unwrap()
-            .radius
-    };
-    assert!((middle(SlabRadius::Smallest) - 1.0).abs() < 1e-12);
-    assert!((middle(SlabRadius::Largest) - (4.0f64 / 9.0 + 2.0).sqrt()).abs() < 1e-12);
-    let n = 64;
-    let weight = |k: usize| match k {
-        0 => 1.0,
-        k if k == n => 1.0,
-        k if k % 2 == 1 => 4.0,
-        _ => 2.0,
-    };
-    let mut mean = 0.0;
-    for i in 0..=n {
-        for j in 0..=n {
-            let x = 2.0 / 3.0 * i as f64 / n as f64;
-            let y = j as f64 / n as f64;
-            mean += weight(i) * weight(j) * (1.0 + x * x + y * y).sqrt();
-        }
-    }
-    mean /= (3.0 * n as f64).powi(2);
-    // The rule of degree 2 on the few large triangles of this mesh is good to some 1e-3.
-    assert!((middle(SlabRadius::Mean) / mean - 1.0).abs() < 5e-3);
-}
-
-#[test]
 fn a_sphere_is_one_pebble() {
     let mesh = spheroid(1.0, 1.0, 60, 60);
-    for method in [euclidean(), tangent(), favier(SlabRadius::Smallest)] {
+    for method in [euclidean(), tangent(), Method::Favier] {
         let request = Request {
             method: method.clone(),
             stop: Stop {
@@ -159,7 +124,7 @@ fn disjoint_balls_touch_at_most() {
 #[test]
 fn protrusion_is_added_to_inscribed_radii() {
     let cube = cuboid(DVec3::ZERO, DVec3::ONE);
-    for method in [euclidean(), tangent(), favier(SlabRadius::Smallest)] {
+    for method in [euclidean(), tangent(), Method::Favier] {
         let request = Request {
             protrusion: 0.01,
             ..pebbles(method, 10)

@@ -24,7 +24,7 @@ fn a_thin_plate_gets_balls_of_half_its_thickness() {
 #[test]
 fn a_needle_works() {
     let needle = cuboid(DVec3::ZERO, DVec3::new(1.0, 1e-3, 1e-3));
-    for method in [euclidean(), tangent(), favier(SlabRadius::Smallest)] {
+    for method in [euclidean(), tangent(), Method::Favier] {
         let found = run(&needle, &pebbles(method, 10)).unwrap();
         for pebble in found {
             assert!(protrusion(&needle, &pebble) < 1e-12);
@@ -44,7 +44,7 @@ fn a_cavity_stays_empty() {
             assert!(protrusion(&hollow, &pebble) < 1e-12, "{pebble:?}");
         }
     }
-    let error = run(&hollow, &pebbles(favier(SlabRadius::Smallest), 5)).unwrap_err();
+    let error = run(&hollow, &pebbles(Method::Favier, 5)).unwrap_err();
     assert_eq!(
         error.to_string(),
         "the longest principal axis leaves the body at 0.3000 of its length, so it is no body of revolution without a hole; \

@@ -14,22 +14,13 @@ fn the_two_insertions_of_mercury_dpm_are_told_apart() {
     let Some(target) = apapm() else { return };
     let random = radii("apapm_mercury_random_insertion_radii.csv").expect("radii");
     let goodness = tested(&random, &target);
-    let of_all = goodness.chi_square.as_ref().expect("classes").unmerged;
-    assert_eq!(of_all.degrees, 45);
-    assert!((of_all.value - 34.7).abs() < 0.05, "{of_all:?}");
     assert_eq!(goodness.number, 7312);
     let ks = goodness.kolmogorov.expect("continuous");
-    // Printed digits: D 0.0131, p 0.164; 34.7 of 45 degrees, p 0.867; A^2 1.711; W1 of the radii 6.28e-6 m; volume 0.0108.
+    // Printed digits: D 0.0131, p 0.164; A^2 1.711; W1 of the radii 6.28e-6 m; volume 0.0108.
     assert!(
         (ks.value - 0.0131).abs() < 5e-5 && (ks.p - 0.164).abs() < 1e-3,
         "{ks:?}"
     );
-    // The index counts in all classes, the test merges the last ones, in which less than five are expected.
-    let merged = goodness.chi_square.as_ref().expect("classes");
-    assert_eq!(merged.degrees, 41);
-    assert!((merged.statistic.value - 33.3).abs() < 0.05, "{merged:?}");
-    let p = chi_square_tail(of_all.value, 45.0);
-    assert!((p - 0.867).abs() < 1e-3, "{p}");
     let anderson = goodness.anderson_darling.expect("continuous");
     assert!((anderson.value - 1.711).abs() < 5e-4, "{anderson:?}");
     assert!(
@@ -52,18 +43,16 @@ fn the_two_insertions_of_mercury_dpm_are_told_apart() {
     let goodness = tested(&manual, &target);
     assert_eq!(goodness.number, 5763);
     let ks = goodness.kolmogorov.expect("continuous");
-    // D 0.2096, p 1e-222; 1531.9 of 45; A^2 474.3; W1 1.215e-4; volume 0.0219.
+    // D 0.2096, p 1e-222; A^2 474.3; W1 1.215e-4; volume 0.0219.
     assert!((ks.value - 0.2096).abs() < 5e-5, "{ks:?}");
     assert!((ks.p.log10() + 222.0).abs() < 1.0, "{ks:?}");
-    let chi = goodness.chi_square.as_ref().expect("classes").unmerged;
-    assert!((chi.value - 1531.9).abs() < 0.1, "{chi:?}");
     let anderson = goodness.anderson_darling.expect("continuous");
     assert!((anderson.value - 474.3).abs() < 0.1, "{anderson:?}");
     assert!((goodness.wasserstein / 2.0 / 1.215e-4 - 1.0).abs() < 2e-3);
     assert!((goodness.volume_distance - 0.0219).abs() < 5e-5);
     let verdict = verdict(&goodness, &manual);
     assert!(!verdict.passed());
-    assert_eq!(verdict.reasons.len(), 4, "{:?}", verdict.reasons);
+    assert_eq!(verdict.reasons.len(), 2, "{:?}", verdict.reasons);
 }
 
 /// A sample that deviates more than all of 2000 random curves has not shown that none ever could: p is one of 2001, the sample itself being one of
@@ -86,17 +75,14 @@ fn p_values_are_uniform_when_the_sample_is_of_the_target() {
     let target =
         law("kind = \"lognormal\"\nmedian_diameter = 1e-3\nsigma = 0.3\nweighting = \"volume\"");
     for number in [60, 400] {
-        let mut lists: [Vec<f64>; 4] = Default::default();
+        let mut lists: [Vec<f64>; 2] = Default::default();
         for seed in 0..300 {
             let sample = Sample::new(draw(&target, number, Method::Random, seed)).expect("sizes");
             let goodness = tested(&sample, &target);
-            let chi = goodness.chi_square.expect("classes").statistic.p;
             lists[0].push(goodness.kolmogorov.expect("continuous").p);
             lists[1].push(goodness.anderson_darling.expect("continuous").p);
-            lists[2].push(goodness.cramer_von_mises.expect("continuous").p);
-            lists[3].push(chi);
         }
-        for (list, name) in lists.iter().zip(["KS", "AD", "CvM", "chi-square"]) {
+        for (list, name) in lists.iter().zip(["KS", "AD"]) {
             let p = uniform_p(list);
             // A right implementation fails one such test in a thousand; the seeds are fixed.
             assert!(p > 1e-3, "{name} of {number}: {p}");
@@ -113,7 +99,7 @@ fn quota_samples_fit_better_than_chance() {
     let ks = goodness.kolmogorov.expect("continuous");
     // One in each of N classes: D <= 1/N.
     assert!(ks.value <= 1e-3 + 1e-12 && ks.p > 0.999_999);
-    assert!(goodness.chi_square.expect("classes").statistic.p > 0.999);
+    assert!(goodness.anderson_darling.expect("continuous").p > 0.999);
 }
 
 #[test]
@@ -155,11 +141,11 @@ fn wrong_samples_are_found_out() {
 }
 
 #[test]
-fn single_sizes_are_counted() {
+fn single_sizes_are_tested_by_number() {
     let one = law("kind = \"monodisperse\"\ndiameter = 2e-3");
     let sample = Sample::new(vec![2e-3; 50]).expect("sizes");
     let goodness = tested(&sample, &one);
-    assert!(goodness.kolmogorov.is_none() && goodness.chi_square.is_none());
+    assert!(goodness.kolmogorov.is_none() && goodness.anderson_darling.is_none());
     assert_eq!(goodness.outside, Outside::default());
     assert_eq!(goodness.wasserstein, 0.0);
     let verdict = |sample: &Sample, target: &SizeDistribution| {
@@ -189,30 +175,12 @@ fn single_sizes_are_counted() {
         Sample::new(sizes).expect("sizes")
     };
     assert!(verdict(&counts(300, 100), &two));
-    assert!(!verdict(&counts(200, 200), &two));
-}
-
-#[test]
-fn classes_are_merged_until_five_are_expected() {
-    let class = |i: usize, expected: f64| ClassCount {
-        low: i as f64,
-        high: (i + 1) as f64,
-        observed: i,
-        expected,
-    };
-    let counts = [1.0, 2.0, 3.0, 9.0, 0.0, 5.0, 1.0];
-    let merged = merged(
-        counts
-            .iter()
-            .enumerate()
-            .map(|(i, &e)| class(i, e))
-            .collect(),
-    );
-    let expected: Vec<f64> = merged.iter().map(|c| c.expected).collect();
-    assert_eq!(expected, [6.0, 9.0, 6.0]);
-    assert_eq!(merged.iter().map(|c| c.observed).sum::<usize>(), 21);
-    assert_eq!((merged[0].low, merged[0].high), (0.0, 3.0));
-    assert_eq!(merged[2].high, 7.0);
+    // 1/2 against 3/4 at the smaller size, from 400: D sqrt(n) = 5.
+    let wrong = counts(200, 200);
+    let distance = tested(&wrong, &two).kolmogorov.expect("two sizes");
+    assert!((distance.value - 0.25).abs() < 1e-15, "{distance:?}");
+    assert!(!verdict(&wrong, &two));
+    assert!(tested(&wrong, &two).anderson_darling.is_none());
 }
 
 #[test]
