@@ -126,15 +126,9 @@ struct Serve {
     #[cfg(feature = "aws")]
     #[arg(long, value_name = "BATCH.toml", group = "engine", requires = "store")]
     aws: Option<PathBuf>,
-    /// Experimental: run on Kubernetes, with the settings of this file (docs/how-to/cloud-kubernetes.md)
-    #[cfg(feature = "kubernetes")]
-    #[arg(
-        long,
-        value_name = "KUBERNETES.toml",
-        group = "engine",
-        requires = "store"
-    )]
-    kubernetes: Option<PathBuf>,
+    /// An option of earlier versions: refused with a message
+    #[arg(long, hide = true, num_args = 0..=1)]
+    kubernetes: Option<Option<PathBuf>>,
     /// Time by the clock between two checkpoints
     #[arg(long, value_name = "TIME", default_value = "5m")]
     checkpoint_every: String,
@@ -302,6 +296,12 @@ fn settings<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T> {
 
 /// Where attempts are to run.
 fn engine(serve: &Serve) -> Result<EngineChoice> {
+    if serve.kubernetes.is_some() {
+        bail!(commands::Usage(
+            "--kubernetes: Kubernetes is not supported; use --slurm SITE.toml, or --aws BATCH.toml (docs/how-to/cloud-aws.md)"
+                .into()
+        ));
+    }
     #[cfg(feature = "aws")]
     if let Some(path) = &serve.aws {
         if !serve.store.as_deref().is_some_and(cloud_store::is_remote) {
@@ -310,10 +310,6 @@ fn engine(serve: &Serve) -> Result<EngineChoice> {
             ));
         }
         return Ok(EngineChoice::Aws(settings(path)?));
-    }
-    #[cfg(feature = "kubernetes")]
-    if let Some(path) = &serve.kubernetes {
-        return Ok(EngineChoice::Kubernetes(settings(path)?));
     }
     match &serve.slurm {
         Some(path) => Ok(EngineChoice::Slurm(settings(path)?)),
@@ -394,4 +390,22 @@ fn worker(worker: Worker) -> Result<()> {
         eprintln!("{}: the run belongs to another attempt", worker.job);
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn kubernetes_is_refused_with_the_other_engines() {
+        let typed = ["mercury-cloud", "serve", "--kubernetes", "kubernetes.toml"];
+        let Command::Serve(serve) = Arguments::parse_from(typed).command else {
+            panic!("another command");
+        };
+        let error = engine(&serve).unwrap_err();
+        assert!(error.is::<commands::Usage>());
+        for other in ["not supported", "--slurm", "--aws"] {
+            assert!(error.to_string().contains(other), "{error}");
+        }
+    }
 }

@@ -2,8 +2,6 @@
 
 #[cfg(feature = "aws")]
 mod aws;
-#[cfg(feature = "kubernetes")]
-mod kubernetes;
 mod local;
 mod program;
 mod slurm;
@@ -14,8 +12,6 @@ use std::path::PathBuf;
 
 #[cfg(feature = "aws")]
 pub use aws::{Account, Batch};
-#[cfg(feature = "kubernetes")]
-pub use kubernetes::{Cluster, Kubernetes};
 pub use local::Local;
 pub use slurm::{Site, Slurm};
 
@@ -122,7 +118,7 @@ pub enum EngineError {
 
 /// A place where attempts run. All calls may be repeated.
 pub trait Engine: Send + Sync {
-    /// `local`, `slurm`, `aws` or `kubernetes`.
+    /// Name of the engine: `local`, `slurm` or `aws`.
     fn name(&self) -> &'static str;
 
     /// Where an attempt goes that follows so many without progress: the queue, on engines that have several of different prices.

@@ -42,9 +42,6 @@ pub enum EngineChoice {
     /// AWS Batch.
     #[cfg(feature = "aws")]
     Aws(cloud_engine::Account),
-    /// Kubernetes.
-    #[cfg(feature = "kubernetes")]
-    Kubernetes(cloud_engine::Cluster),
 }
 
 /// How a server is to be.

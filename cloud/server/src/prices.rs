@@ -13,7 +13,7 @@ pub struct Prices {
     /// What a core costs without any discount; savings are against it.
     #[serde(default)]
     pub on_demand: Option<f64>,
-    /// By queue on AWS Batch (the last part of its name or ARN), by engine elsewhere: `local`, `slurm`, `kubernetes`.
+    /// By queue on AWS Batch (the last part of its name or ARN), by engine elsewhere: `local` or `slurm`.
     pub core_hour: BTreeMap<String, f64>,
 }
 

@@ -103,8 +103,6 @@ impl App {
             EngineChoice::Slurm(site) => Box::new(Slurm::new(site, data.join("arrays"))),
             #[cfg(feature = "aws")]
             EngineChoice::Aws(account) => Box::new(cloud_engine::Batch::new(account)?),
-            #[cfg(feature = "kubernetes")]
-            EngineChoice::Kubernetes(cluster) => Box::new(cloud_engine::Kubernetes::new(cluster)),
         };
         let beat = options.beat.unwrap_or_else(|| {
             let least = if cloud_store::is_remote(&store_url) {
