@@ -183,8 +183,6 @@ struct Confine {
     #[arg(long)]
     folder: PathBuf,
     #[arg(long)]
-    read: Vec<PathBuf>,
-    #[arg(long)]
     no_sandbox: bool,
     #[arg(long, default_value_t = 0)]
     memory: u64,
@@ -214,7 +212,6 @@ fn run(command: Command) -> Result<ExitCode> {
         Command::Confine(confine) => {
             let cage = Cage {
                 folder: confine.folder,
-                read: confine.read,
                 sandbox: !confine.no_sandbox,
                 memory: confine.memory,
                 file: confine.file,

@@ -35,7 +35,7 @@ pub struct Launch {
 /// Where the programs are, and where there is room, in an image.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Deserialize)]
 #[serde(default)]
-pub struct Place {
+pub struct ImageLayout {
     /// `mercury-cloud`.
     pub program: PathBuf,
     /// `mercury-solve`.
@@ -46,7 +46,7 @@ pub struct Place {
     pub sandbox: bool,
 }
 
-impl Default for Place {
+impl Default for ImageLayout {
     fn default() -> Self {
         Self {
             program: "/usr/local/bin/mercury-cloud".into(),
@@ -145,7 +145,7 @@ pub trait Engine: Send + Sync {
     fn abilities(&self) -> Abilities;
 
     /// Where the programs are for its workers, where that is another place than here.
-    fn place(&self) -> Option<&Place> {
+    fn image(&self) -> Option<&ImageLayout> {
         None
     }
 }

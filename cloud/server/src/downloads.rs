@@ -12,10 +12,10 @@ use cloud_api::answers::RunFile;
 use cloud_api::{Head, RunId};
 use tokio_stream::Stream;
 
-use crate::access::{Fail, LoggedIn};
+use crate::access::{ApiError, LoggedIn};
 use crate::content::{Content, PIECE};
 use crate::routes::{Answer, Shared, headed};
-use crate::runs::{blocking, mine};
+use crate::runs::{blocking, visible_run};
 use crate::state::App;
 
 fn files(head: &Head) -> Vec<RunFile> {
@@ -53,7 +53,7 @@ pub(crate) async fn run_files(
 }
 
 /// Bytes `first..=last` that a `Range` header asks for; `None`: all.
-fn range(headers: &HeaderMap, bytes: u64) -> Result<Option<(u64, u64)>, Fail> {
+fn range(headers: &HeaderMap, bytes: u64) -> Result<Option<(u64, u64)>, ApiError> {
     let Some(text) = headers
         .get(header::RANGE)
         .and_then(|value| value.to_str().ok())
@@ -69,7 +69,7 @@ fn range(headers: &HeaderMap, bytes: u64) -> Result<Option<(u64, u64)>, Fail> {
         return Ok(None);
     };
     let unsatisfiable = || {
-        Fail::new(
+        ApiError::new(
             StatusCode::RANGE_NOT_SATISFIABLE,
             "no such bytes",
             format!("The file has {bytes} bytes."),
@@ -149,12 +149,12 @@ pub(crate) async fn run_file(
     LoggedIn(user): LoggedIn,
     Path((id, name)): Path<(String, String)>,
     headers: HeaderMap,
-) -> Result<Response, Fail> {
+) -> Result<Response, ApiError> {
     let shared = Arc::clone(&app);
     let file = name.clone();
     let content = blocking(move || {
         let (id, head) = headed(&shared, &user, &id)?;
-        Content::of(&id, &head, &file).ok_or_else(Fail::missing)
+        Content::of(&id, &head, &file).ok_or_else(ApiError::not_found)
     });
     let content = content.await?;
     let bytes = content.bytes();
@@ -189,7 +189,7 @@ pub(crate) async fn run_file(
     }
     answer
         .body(Body::from_stream(stream(app, content, first, end)))
-        .map_err(Fail::inner)
+        .map_err(ApiError::internal)
 }
 
 /// A writer whose bytes go to a listener.
@@ -221,11 +221,11 @@ pub(crate) async fn run_archive(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
     Path(id): Path<String>,
-) -> Result<Response, Fail> {
+) -> Result<Response, ApiError> {
     let shared = Arc::clone(&app);
     let (id, head, spec) = blocking(move || {
-        let (id, _, _, _, spec) = mine(&shared, &user, &id)?;
-        let head = shared.head(&id)?.ok_or_else(Fail::missing)?;
+        let (id, _, _, _, spec) = visible_run(&shared, &user, &id)?;
+        let head = shared.head(&id)?.ok_or_else(ApiError::not_found)?;
         Ok((id, head, spec))
     })
     .await?;
@@ -248,7 +248,7 @@ pub(crate) async fn run_archive(
             format!("attachment; filename=\"{name}.zip\""),
         )
         .body(Body::from_stream(receiver(receive)))
-        .map_err(Fail::inner)
+        .map_err(ApiError::internal)
 }
 
 fn archive(

@@ -2,6 +2,7 @@
 
 mod access;
 mod accounts;
+mod attempts;
 mod charts;
 mod check;
 mod content;
@@ -9,7 +10,7 @@ mod db;
 mod downloads;
 mod earlier;
 mod frames;
-mod live;
+
 mod openapi;
 mod prices;
 mod projects;

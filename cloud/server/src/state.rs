@@ -17,9 +17,9 @@ use cloud_engine::{Engine, Local, Slurm};
 use cloud_store::Store;
 use tokio::sync::{Semaphore, broadcast, watch};
 
+use crate::attempts::Attempts;
 use crate::db::Db;
 use crate::frames::Cache;
-use crate::live::Lives;
 use crate::secrets::Tries;
 use crate::{EngineChoice, Options, secrets, templates};
 
@@ -56,7 +56,7 @@ pub(crate) struct App {
     /// This program.
     pub(crate) program: PathBuf,
     pub(crate) templates: Vec<Template>,
-    pub(crate) lives: Lives,
+    pub(crate) attempts: Attempts,
     pub(crate) cache: Cache,
     pub(crate) tries: Tries,
     pub(crate) checks: Semaphore,
@@ -64,7 +64,7 @@ pub(crate) struct App {
     pub(crate) wake: std::sync::mpsc::SyncSender<()>,
     pub(crate) woken: Mutex<Option<std::sync::mpsc::Receiver<()>>>,
     closed: watch::Sender<bool>,
-    /// Held for as long as the server lives: a second one on the same data is refused.
+    /// Held for as long as the server attempts: a second one on the same data is refused.
     _lock: File,
 }
 
@@ -131,7 +131,7 @@ impl App {
             version,
             program: std::env::current_exe().context("the path of mercury-cloud")?,
             templates,
-            lives: Lives::default(),
+            attempts: Attempts::default(),
             tries: Tries::default(),
             checks: Semaphore::new(CHECKS),
             news: broadcast::channel(BACKLOG).0,
@@ -177,13 +177,13 @@ impl App {
     }
 
     /// Has the reconciler look at once.
-    pub(crate) fn look(&self) {
+    pub(crate) fn wake_reconciler(&self) {
         // One that is pending already is enough.
         let _ = self.wake.try_send(());
     }
 
     /// Sends listeners the events of runs that are in the database.
-    pub(crate) fn tell(&self, events: Vec<EventRow>) {
+    pub(crate) fn publish(&self, events: Vec<EventRow>) {
         for event in events {
             let audience = self.db.audience(&event.run).unwrap_or_default();
             let text = serde_json::to_string(&event).unwrap_or_default();

@@ -54,7 +54,6 @@ impl Solver {
         let threads = u64::from(spec.threads);
         let cage = Cage {
             folder: folder.to_owned(),
-            read: Vec::new(),
             sandbox: attempt.sandbox,
             memory: spec.memory + OVERHEAD + threads * (64 << 20),
             file: spec.disk,
@@ -82,12 +81,6 @@ impl Solver {
         }
         if let Some(limit) = &attempt.limit {
             command.args(["--time-limit", limit]);
-        }
-        // Credentials of the store are the worker's.
-        for (name, _) in std::env::vars_os() {
-            if name.to_string_lossy().starts_with("AWS_") {
-                command.env_remove(name);
-            }
         }
         let written = File::create(&messages).with_context(|| format!("{}", messages.display()))?;
         let answer = File::create(folder.join(".answer"))

@@ -9,8 +9,8 @@ use cloud_api::requests::{Role, Study};
 use serde::Deserialize;
 
 use super::runs::key_of;
-use super::{Answer, Asked, Of, Shared};
-use crate::access::{Fail, LoggedIn};
+use super::{Answer, JsonBody, QueryParams, Shared};
+use crate::access::{ApiError, LoggedIn};
 use crate::runs::blocking;
 use crate::{projects, studies};
 
@@ -19,7 +19,7 @@ use crate::{projects, studies};
 pub(crate) async fn study_check(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
-    Of(body): Of<Study>,
+    JsonBody(body): JsonBody<Study>,
 ) -> Answer<StudyChecked> {
     Ok(Json(studies::check(&app, &user, body).await?))
 }
@@ -31,8 +31,8 @@ pub(crate) async fn study_submit(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
     headers: HeaderMap,
-    Of(body): Of<Study>,
-) -> Result<Response, Fail> {
+    JsonBody(body): JsonBody<Study>,
+) -> Result<Response, ApiError> {
     let submitted = studies::submit(&app, &user, body, key_of(&headers)?).await?;
     Ok((StatusCode::CREATED, Json(submitted)).into_response())
 }
@@ -49,7 +49,7 @@ pub(crate) struct StudiesQuery {
 pub(crate) async fn study_list(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
-    Asked(query): Asked<StudiesQuery>,
+    QueryParams(query): QueryParams<StudiesQuery>,
 ) -> Answer<StudyList> {
     if user.share.is_some() {
         return Ok(Json(StudyList {
@@ -84,7 +84,7 @@ pub(crate) async fn study_csv(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
     Path(study): Path<String>,
-) -> Result<Response, Fail> {
+) -> Result<Response, ApiError> {
     let table = blocking(move || studies::table(&app, &user, &study)).await?;
     let name = "attachment; filename=\"study.csv\"";
     let head = [
