@@ -678,7 +678,7 @@ def check_stop_resume():
 
 
 def check_idempotent():
-    """The same key and body is the same run, also at once; another body is refused."""
+    """A key sent again with its body gives one run, also at once; another body is refused."""
     with server() as served:
         body = {"scene": {"name": "drum.toml", "text": SCENE, "set": LONG}}
         key = {"Idempotency-Key": "one"}
@@ -825,7 +825,7 @@ def check_list():
 
 
 def check_cost():
-    """What a run through the cloud costs over the same run at the shell, in processor time of all processes: less than 2 %."""
+    """Extra processor time of a run through the cloud over a run at the shell, of all processes: less than 2 %."""
     sets = [f"time.end={os.environ.get('ACCEPT_END', '3')}", "output.pictures=false"]
     def spent(pid):
         # User and system time of a process's children that have ended, with theirs (proc(5), fields 16 and 17).

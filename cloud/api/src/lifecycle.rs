@@ -77,7 +77,7 @@ impl RunState {
     }
 }
 
-/// What the user wants of a run.
+/// Wish of the user for a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Wish {
@@ -90,12 +90,12 @@ pub enum Wish {
     Kill,
 }
 
-/// What the server knows of a run: what its row in the database holds.
+/// A run as its row in the database holds it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Run {
     /// State.
     pub state: RunState,
-    /// What the user wants.
+    /// Wish of the user.
     pub wish: Wish,
     /// Number of the attempt that was made last, 0 before the first.
     pub epoch: u64,
@@ -133,7 +133,7 @@ impl Default for Run {
     }
 }
 
-/// What the engine says of a job.
+/// State of a job, by the engine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JobState {
     /// The engine gives no answer.
@@ -146,12 +146,12 @@ pub enum JobState {
     Running,
 }
 
-/// What the server sees of a run.
+/// A run as the server observes it.
 #[derive(Clone, Copy, Debug)]
 pub struct Observation<'a> {
     /// The head in the store; `None` while the store gives no answer.
     pub head: Option<&'a Head>,
-    /// What the engine says of the job of the current epoch.
+    /// State of the job of the current epoch.
     pub job: JobState,
     /// For how long no sign of life has come, in s: since head, beat or the state of the job changed last, as this
     /// server saw it.
@@ -175,7 +175,7 @@ pub struct Policy {
     pub first_wait: f64,
     /// The longest wait, in s.
     pub longest_wait: f64,
-    /// How long an attempt may take from a stop to its end before the engine is asked to end it, in s.
+    /// How long an attempt may take from a stop to its end before the engine ends it, in s.
     pub stop_grace: f64,
 }
 
@@ -211,7 +211,7 @@ impl Policy {
     }
 }
 
-/// What the server does next about a run. Each may be repeated.
+/// Next action of the server for a run. Each may be repeated.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Todo {
     /// Nothing at present.
@@ -230,7 +230,7 @@ pub enum Todo {
     Close(Ending),
 }
 
-/// What happened to a run.
+/// Event of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RunEvent {
     /// Another attempt was made.
@@ -255,11 +255,11 @@ pub enum RunEvent {
 pub struct Illegal {
     /// State of the run.
     pub state: RunState,
-    /// What it cannot.
+    /// The change that it refuses.
     pub what: &'static str,
 }
 
-/// What to do next about `run`.
+/// Next action for `run`.
 pub fn next(run: &Run, seen: &Observation, policy: &Policy) -> Todo {
     if !run.state.is_live() {
         return Todo::Nothing;
@@ -356,7 +356,7 @@ fn ended(cause: Cause, message: &str) -> Ending {
     }
 }
 
-/// What `event` makes of `run` at the instant `now` (s).
+/// `run` after `event` at the instant `now` (s).
 pub fn apply(run: &Run, event: &RunEvent, policy: &Policy, now: f64) -> Result<Run, Illegal> {
     use RunState::{Cancelled, Failed, Finished, Queued, Running, Stopped, Stopping};
     let mut after = *run;

@@ -138,7 +138,7 @@ struct Serve {
     /// Wait after a first attempt without progress, in s; doubled with each further one
     #[arg(long, value_name = "S", default_value_t = 10.0)]
     retry_wait: f64,
-    /// What cores cost, so that runs show money beside core hours (example: cloud/deploy/prices.toml)
+    /// Prices of cores, so that runs show money beside core hours (example: cloud/deploy/prices.toml)
     #[arg(long, value_name = "PRICES.toml")]
     prices: Option<PathBuf>,
     /// Do not confine the solver: a scene can then read any file that this user can
@@ -271,7 +271,7 @@ fn solver(named: Option<PathBuf>) -> Result<PathBuf> {
     places.extend(named);
     match places.iter().find(|place| place.is_file()) {
         Some(place) => Ok(place.canonicalize()?),
-        None => bail!("there is no {name} beside this program, on the path or where --solver says"),
+        None => bail!("no {name} beside this program, on the path or at the path of --solver"),
     }
 }
 

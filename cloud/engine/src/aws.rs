@@ -30,7 +30,7 @@ const GRACE: f64 = 30.0;
 /// How long a request may take.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// What differs from account to account: `batch.toml`.
+/// Settings of an account: `batch.toml`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Account {

@@ -1,4 +1,4 @@
-//! Which user asks, and what is refused before any handler sees it.
+//! The user of a request, and checks before any handler.
 
 use std::sync::Arc;
 
@@ -22,7 +22,7 @@ pub(crate) fn cookie_name(app: &App) -> &'static str {
     }
 }
 
-/// An answer that is an error. What is inside of the server stays there.
+/// An answer that is an error, without details of the server.
 #[derive(Debug)]
 pub(crate) struct ApiError(Box<Problem>);
 
@@ -45,12 +45,12 @@ impl ApiError {
         Self::new(StatusCode::BAD_REQUEST, title, detail)
     }
 
-    /// Also for what belongs to others: an answer must not tell whether it exists.
+    /// Also for things of others: an answer must not show whether they exist.
     pub(crate) fn not_found() -> Self {
         Self::new(
             StatusCode::NOT_FOUND,
             "not found",
-            "There is no such thing, or it is not yours.",
+            "It does not exist, or you have no access to it.",
         )
     }
 
@@ -64,13 +64,13 @@ impl ApiError {
         error
     }
 
-    /// Something that went wrong here. The log says what.
+    /// An error of the server. Its log has the message.
     pub(crate) fn internal(error: impl std::fmt::Display) -> Self {
         eprintln!("{error:#}");
         Self::new(
             StatusCode::INTERNAL_SERVER_ERROR,
             "the server failed",
-            "Its log says why.",
+            "See the log of the server.",
         )
     }
 }
@@ -109,7 +109,7 @@ impl From<cloud_store::StoreError> for ApiError {
         eprintln!("{error}");
         Self::new(
             StatusCode::SERVICE_UNAVAILABLE,
-            "the store gives no answer",
+            "the store does not respond",
             "Try again in a minute.",
         )
     }

@@ -72,7 +72,7 @@ pub(crate) async fn session_begin(
             }
             _ => {
                 return Err(ApiError::bad_request(
-                    "the body is not taken",
+                    "invalid body",
                     "It has `token`, or `name` and `password`.",
                 ));
             }
@@ -179,7 +179,7 @@ pub(crate) async fn user_set(
 ) -> Result<StatusCode, ApiError> {
     admin(&user)?;
     cloud_api::names::check_name(&body.name)
-        .map_err(|why| ApiError::bad_request("the name is not taken", why.to_string()))?;
+        .map_err(|why| ApiError::bad_request("invalid name", why.to_string()))?;
     if body.cores == Some(0) || body.disk.is_some_and(|bytes| bytes > i64::MAX as u64) {
         return Err(ApiError::bad_request(
             "the limits are not taken",
@@ -188,7 +188,7 @@ pub(crate) async fn user_set(
     }
     if body.password.chars().count() < 10 || body.password.len() > 1000 {
         return Err(ApiError::bad_request(
-            "the password is not taken",
+            "invalid password",
             "A password has at least 10 characters.",
         ));
     }

@@ -1,4 +1,4 @@
-//! What was seen of runs lately: heads, beats, and since when they are silent, by this server's clock.
+//! Signs of life of attempts: heads, beats, and since when they are silent, by this server's clock.
 
 use std::collections::HashMap;
 use std::sync::Mutex;
@@ -7,7 +7,7 @@ use std::time::Instant;
 use cloud_api::Beat;
 use cloud_api::lifecycle::JobState;
 
-/// What was seen of one run.
+/// Signs of life of one run's attempt.
 #[derive(Clone, Debug)]
 pub(crate) struct SignsOfLife {
     /// The last sign of life.
@@ -23,7 +23,7 @@ pub(crate) struct SignsOfLife {
     pub(crate) job: JobState,
     /// Notes of the head that listeners know.
     pub(crate) notes: usize,
-    /// When the engine was asked to end the job.
+    /// Time of the request to the engine to end the job.
     pub(crate) interrupted: Option<Instant>,
     /// When the user's wish was passed on.
     pub(crate) wished: Option<Instant>,
@@ -46,12 +46,12 @@ impl SignsOfLife {
     }
 }
 
-/// What was seen of all runs that have an attempt.
+/// Signs of life of all runs that have an attempt.
 #[derive(Default)]
 pub(crate) struct Attempts(Mutex<HashMap<String, SignsOfLife>>);
 
 impl Attempts {
-    /// Changes what was seen of a run; a new attempt begins without a history.
+    /// Changes the signs of life of a run; a new attempt begins without a history.
     pub(crate) fn with<T>(
         &self,
         run: &str,

@@ -1,4 +1,4 @@
-//! The solver's own opinion of a scene: `mercury-solve --check`, in a cage.
+//! Check of a scene by the solver: `mercury-solve --check`, in a cage.
 
 use std::fs::{self, File};
 use std::io::Read;
@@ -53,7 +53,7 @@ impl Drop for Folder {
 fn name_is_bad(name: &str, why: BadName) -> ApiError {
     // What is sent back is shown; a long name need not be.
     let shown: String = name.chars().take(40).collect();
-    ApiError::bad_request("a file name is not taken", format!("{shown:?}: {why}"))
+    ApiError::bad_request("invalid file name", format!("{shown:?}: {why}"))
 }
 
 /// Checks what can be checked without the solver. Returns the contents that the scene needs: name, SHA-256, length.
@@ -83,7 +83,7 @@ pub(crate) fn inspect(
     {
         let shown: String = set.chars().take(40).collect();
         return Err(ApiError::bad_request(
-            "--set is not taken",
+            "invalid --set",
             format!("{shown:?} is not KEY=VALUE"),
         ));
     }
@@ -123,7 +123,7 @@ pub(crate) fn lay_out(app: &App, scene: &Scene, files: &[(String, String, u64)])
     Ok(folder)
 }
 
-/// Asks the solver about a scene.
+/// Checks a scene by the solver.
 pub(crate) async fn check(
     app: &Arc<App>,
     owner: i64,
@@ -207,7 +207,7 @@ pub(crate) async fn preview(
     made.await.map_err(ApiError::internal)?
 }
 
-/// What the solver said.
+/// Answer of the solver.
 pub(crate) struct SolverAnswer {
     pub(crate) code: Option<i32>,
     pub(crate) answer: String,
@@ -215,7 +215,7 @@ pub(crate) struct SolverAnswer {
 }
 
 impl SolverAnswer {
-    /// The answer, and what is wrong.
+    /// The answer, and the problems that it names.
     pub(crate) fn parts(&self) -> (Option<Value>, Vec<SceneProblem>) {
         let one = |message: &str| {
             let problem = SceneProblem {

@@ -1,4 +1,4 @@
-//! What the server remembers: runs, attempts, events, users. SQLite, one writer.
+//! Database of the server: runs, attempts, events, users. SQLite, one writer.
 //!
 //! Every change of a run's state is one transaction that writes the row and an event, through [`Db::apply`].
 
@@ -94,7 +94,7 @@ pub(crate) struct LiveRun {
 pub(crate) struct NewRun<'a> {
     pub(crate) id: &'a str,
     pub(crate) owner: i64,
-    /// Idempotency key with what was asked for.
+    /// Idempotency key and body of the request.
     pub(crate) key: Option<(&'a str, &'a str)>,
     pub(crate) title: &'a str,
     pub(crate) label: &'a str,
@@ -110,7 +110,7 @@ pub(crate) struct NewRun<'a> {
 pub(crate) struct NewStudy<'a> {
     pub(crate) id: &'a str,
     pub(crate) owner: i64,
-    /// Idempotency key with what was asked for.
+    /// Idempotency key and body of the request.
     pub(crate) key: Option<(&'a str, &'a str)>,
     pub(crate) title: &'a str,
     /// Keys, results and runs, as JSON.
@@ -118,7 +118,7 @@ pub(crate) struct NewStudy<'a> {
     pub(crate) project: Option<&'a str>,
 }
 
-/// Whose runs or studies a list has.
+/// Owner or project of the runs or studies of a list.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum ListScope<'a> {
     Owner(i64),
@@ -135,7 +135,7 @@ impl ListScope<'_> {
     }
 }
 
-/// What `apply` came to.
+/// Result of [`Db::apply`].
 pub(crate) enum Applied {
     Done(Run, Vec<EventRow>),
     Missing,
@@ -402,7 +402,7 @@ impl Db {
         Ok(Applied::Done(after, events))
     }
 
-    /// What a user takes, and may take.
+    /// Usage of a user, and its limits.
     pub(crate) fn usage(&self, user: i64) -> Result<Usage> {
         let connection = self.lock();
         let mut query = connection.prepare_cached(

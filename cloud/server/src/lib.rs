@@ -78,7 +78,7 @@ pub struct Options {
     pub checkpoint_every: String,
     /// Seconds between two signs of life of a run; without it as engine and store need.
     pub beat: Option<f64>,
-    /// What cores cost; without it costs are core seconds alone.
+    /// Prices of cores; without them costs are core seconds alone.
     pub prices: Option<Prices>,
     /// Called when the engine has taken a job, before that is recorded. Tests end the server here.
     pub after_submit: fn(),

@@ -55,7 +55,7 @@ pub(crate) fn is_member(app: &App, user: i64, project: Option<&str>) -> Result<b
     Ok(role_in(&app.db.lock(), user, project)?.is_some())
 }
 
-/// What a user may do in a project; `None` for others than members, and for links to one run.
+/// Role of a user in a project; `None` for others than members, and for links to one run.
 pub(crate) fn role(app: &App, user: &User, project: &str) -> Result<Option<Role>, ApiError> {
     if user.share.is_some() {
         return Ok(None);
@@ -136,7 +136,7 @@ pub(crate) async fn project_add(
     let name = body.name.trim().to_owned();
     if name.is_empty() || name.len() > LONGEST_NAME || name.chars().any(char::is_control) {
         return Err(ApiError::bad_request(
-            "the name is not taken",
+            "invalid name",
             format!("A name has 1 to {LONGEST_NAME} bytes, without control characters."),
         ));
     }

@@ -1,6 +1,6 @@
 //! One loop that looks at every live run and does the next thing about it.
 //!
-//! What to do is decided by `cloud_api::lifecycle::next`, from the row in the database, the head in the store and what
+//! The next action is decided by `cloud_api::lifecycle::next`, from the row in the database, the head in the store and what
 //! the engine says. A server that was killed looks anew and goes on; there is no recovery apart.
 
 use std::collections::HashMap;
@@ -59,7 +59,7 @@ pub(crate) fn begin(app: Arc<App>) -> Result<()> {
     Ok(())
 }
 
-/// Looks at all runs; returns when to look again, if nothing wakes the loop before.
+/// Reconciles all runs; returns the time until the next pass, if nothing wakes the loop before.
 fn reconcile_all(app: &App) -> Result<Duration> {
     let every = Duration::from_secs_f64(app.db.policy().beat / LOOKS_PER_BEAT).max(LOOK);
     let runs = app.db.live()?;
@@ -71,7 +71,7 @@ fn reconcile_all(app: &App) -> Result<Duration> {
         match app.engine.observe() {
             Ok(jobs) => Some(jobs),
             Err(error) => {
-                eprintln!("the engine gives no answer: {error}");
+                eprintln!("the engine does not respond: {error}");
                 None
             }
         }
@@ -128,7 +128,7 @@ fn reconcile_all(app: &App) -> Result<Duration> {
     })
 }
 
-/// What is free on this machine.
+/// Free cores and memory of this machine, and limits of users.
 struct FreeCapacity {
     /// `None`: the engine has a queue of its own.
     cores: Option<i64>,
@@ -162,7 +162,7 @@ impl FreeCapacity {
     }
 }
 
-/// How a look leaves a run.
+/// Result of reconciling a run.
 enum Reconciled {
     /// Without an attempt, or with one that needs nothing.
     Attempt(bool),
@@ -211,7 +211,7 @@ fn submit(app: &App, ready: Vec<(LiveRun, Launch)>) {
     }
 }
 
-/// Does what is due about a run.
+/// Executes the actions that are due for a run.
 fn reconcile_run(
     app: &App,
     mut live: LiveRun,
@@ -354,7 +354,7 @@ fn head_of(app: &App, live: &LiveRun) -> Result<Head> {
     Ok(app.head(&id)?.unwrap_or_default())
 }
 
-/// Takes note of signs of life, and passes them on to listeners.
+/// Records signs of life, and publishes them.
 fn record_signs(app: &App, live: &LiveRun, head: &Head, beat: Option<Beat>, job: JobState) {
     let (news, notes) = app.attempts.with(&live.id, live.run.epoch, |seen| {
         let beats =

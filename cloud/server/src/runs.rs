@@ -1,4 +1,4 @@
-//! What users do with runs: submit, extend, clone, delete.
+//! Requests of users about runs: submit, extend, clone, delete.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -21,7 +21,7 @@ use crate::{earlier, projects};
 /// The longest title and label, in bytes.
 const LONGEST_TITLE: usize = 200;
 
-/// What a memory forecast is off by at most, and what a solver needs besides, in bytes.
+/// Largest error of a memory forecast plus the memory of the solver itself, in bytes.
 const MEMORY_MARGIN: u64 = 256 << 20;
 
 /// The least disk that a run may have, in bytes.
@@ -113,9 +113,9 @@ pub(crate) fn expected_bytes(plan: &Value) -> f64 {
 }
 
 /// A word for a title: what the user says, what the scene says, what the file is called.
-pub(crate) fn title(asked: Option<&str>, plan: &Value, scene: &Scene) -> Result<String, ApiError> {
+pub(crate) fn title(given: Option<&str>, plan: &Value, scene: &Scene) -> Result<String, ApiError> {
     let own = plan["title"].as_str().filter(|title| !title.is_empty());
-    let title = asked
+    let title = given
         .filter(|title| !title.trim().is_empty())
         .or(own)
         .unwrap_or(&scene.name);
@@ -128,8 +128,8 @@ pub(crate) fn title(asked: Option<&str>, plan: &Value, scene: &Scene) -> Result<
     Ok(title.to_owned())
 }
 
-pub(crate) fn label(asked: Option<&str>) -> Result<&str, ApiError> {
-    let label = asked.unwrap_or_default();
+pub(crate) fn label(given: Option<&str>) -> Result<&str, ApiError> {
+    let label = given.unwrap_or_default();
     if label.len() > LONGEST_TITLE {
         return Err(ApiError::bad_request(
             "the label is too long",
@@ -388,7 +388,7 @@ pub(crate) async fn extend(
 ) -> Result<(), ApiError> {
     if !end.is_finite() || end <= 0.0 {
         return Err(ApiError::bad_request(
-            "the end is not taken",
+            "invalid end",
             "It is a time in s, larger than 0.",
         ));
     }
@@ -399,7 +399,7 @@ pub(crate) async fn extend(
             "The run has come to {} s already; its new end is later than that.",
             row.time
         );
-        return Err(ApiError::bad_request("the end is not taken", detail));
+        return Err(ApiError::bad_request("invalid end", detail));
     }
     let mut scene = scene(app, &spec)?;
     scene

@@ -26,7 +26,7 @@ const TRIES: usize = 5;
 /// Seconds of a day.
 pub(crate) const DAY: f64 = 86_400.0;
 
-/// What a secret is for.
+/// Use of a secret.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum SecretKind {
     /// A cookie.

@@ -1,4 +1,4 @@
-//! What all requests share.
+//! State that all requests share.
 
 use std::collections::HashMap;
 use std::fs::{self, File, OpenOptions};
@@ -32,7 +32,7 @@ const REMOTE_BEAT: f64 = 15.0;
 /// How many scenes are checked at once.
 const CHECKS: usize = 2;
 
-/// Something that listeners of `GET /events` hear of.
+/// A message to listeners of `GET /events`.
 #[derive(Clone, Debug)]
 pub(crate) struct Message {
     /// Users who may see the run.
@@ -221,14 +221,14 @@ fn version(solver: &std::path::Path) -> Result<String> {
         .output()
         .with_context(|| {
             format!(
-                "the solver {} cannot be started; --solver says where it is",
+                "the solver {} cannot be started; give its path by --solver",
                 solver.display()
             )
         })?;
     let text = String::from_utf8_lossy(&output.stdout);
     let version = text.split_whitespace().last().unwrap_or_default();
     if !output.status.success() || version.is_empty() {
-        bail!("{} --version says nothing", solver.display());
+        bail!("{} --version prints no version", solver.display());
     }
     Ok(version.to_owned())
 }

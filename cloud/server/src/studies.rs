@@ -1,6 +1,6 @@
 //! Studies: one scene at many values of its keys.
 //!
-//! Which runs a study has, what they are called and whether they can run is said by the solver (`--check --json` of
+//! Runs of a study, their names and their problems come from the solver (`--check --json` of
 //! `--sweep`, or of a study file), so a grid means the same here as at the command line.
 
 use std::collections::BTreeMap;
@@ -108,7 +108,7 @@ impl Plan {
     }
 }
 
-/// What is wrong, in words of our own.
+/// A problem found by the server itself.
 fn wrong(message: String, help: &str) -> SceneProblem {
     SceneProblem {
         message,
@@ -117,7 +117,7 @@ fn wrong(message: String, help: &str) -> SceneProblem {
     }
 }
 
-/// Whether a text has the table `study`. What else is wrong with it is said by the solver.
+/// Whether a text has the table `study`. The solver reports other errors.
 fn is_study(text: &str) -> bool {
     match text.parse::<toml::Table>() {
         Ok(document) => document.contains_key("study"),
@@ -125,20 +125,20 @@ fn is_study(text: &str) -> bool {
     }
 }
 
-/// The plan of a study, or what is wrong with it.
+/// The plan of a study, or its problems.
 fn expand(app: &App, owner: i64, study: &Study) -> Result<(Plan, Vec<SceneProblem>), ApiError> {
     let scene = &study.base.scene;
     let files = inspect(app, owner, scene)?;
     let nothing = |problem| Ok((Plan::default(), vec![problem]));
     if study.file.is_some() != study.sweep.is_empty() {
         return Err(ApiError::bad_request(
-            "the study is not taken",
-            "It has `sweep`, or else `file`.",
+            "invalid study",
+            "Expected either `sweep` or `file`.",
         ));
     }
     if study.sweep.len() > MOST_SWEEPS || study.base.result.len() > MOST_ROWS {
         return Err(ApiError::bad_request(
-            "the study is not taken",
+            "invalid study",
             format!("At most {MOST_SWEEPS} keys and {MOST_ROWS} results."),
         ));
     }
@@ -148,8 +148,8 @@ fn expand(app: &App, owner: i64, study: &Study) -> Result<(Plan, Vec<SceneProble
         .any(|text| text.contains('\0') || text.len() > 100_000)
     {
         return Err(ApiError::bad_request(
-            "the study is not taken",
-            "A text in it is too long, or no text.",
+            "invalid study",
+            "A sweep or a result is too long, or contains a zero byte.",
         ));
     }
     let folder = lay_out(app, scene, &files)?;
@@ -200,7 +200,7 @@ fn expand(app: &App, owner: i64, study: &Study) -> Result<(Plan, Vec<SceneProble
     };
     let Some(plan) = Plan::read(&answer) else {
         return nothing(wrong(
-            "the solver takes it for one run".to_owned(),
+            "the study has one run".to_owned(),
             "give a key several values",
         ));
     };
@@ -217,7 +217,7 @@ fn expand(app: &App, owner: i64, study: &Study) -> Result<(Plan, Vec<SceneProble
     Ok((plan, Vec::new()))
 }
 
-/// What a study is made of, and what is wrong with it.
+/// Keys, runs and results of a study, and its problems.
 pub(crate) async fn check(
     app: &Arc<App>,
     user: &User,
@@ -339,7 +339,7 @@ fn write_all(app: &App, runs: &[PreparedRun]) -> Result<(), ApiError> {
             .collect();
         parts.into_iter().try_for_each(|part| {
             part.join()
-                .map_err(|_| ApiError::internal("a thread that writes has failed"))?
+                .map_err(|_| ApiError::internal("a writer thread ended unexpectedly"))?
         })
     })
 }
@@ -418,7 +418,7 @@ struct Row {
     results: Option<String>,
 }
 
-/// The table of a study: what differs between its runs, and what came out.
+/// The table of a study: values of its keys, and results of its runs.
 pub(crate) fn table(app: &App, user: &User, id: &str) -> Result<StudyTable, ApiError> {
     if user.share.is_some() {
         return Err(ApiError::not_found());
@@ -520,7 +520,7 @@ fn rows(app: &App, study: &str) -> Result<BTreeMap<String, Row>, ApiError> {
     Ok(rows.collect::<Result<_, _>>()?)
 }
 
-/// What `--result` found, from the summary of a finished run; kept in the database from then on.
+/// Results of `--result`, from the summary of a finished run; kept in the database from then on.
 fn results(app: &App, id: &str) -> Result<Value, ApiError> {
     let run: RunId = id.parse().map_err(|_| ApiError::not_found())?;
     let Some(head) = app.head(&run)? else {

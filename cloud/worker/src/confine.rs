@@ -14,12 +14,12 @@ use landlock::{
 };
 use rustix::process::{Resource, Rlimit, Signal, setrlimit};
 
-/// What a program may do.
+/// Limits of a program.
 #[derive(Clone, Debug, Default)]
 pub struct Cage {
     /// The one folder in which it reads and writes.
     pub folder: PathBuf,
-    /// Whether the kernel is asked to enforce the two above.
+    /// Whether the kernel enforces this.
     pub sandbox: bool,
     /// The most bytes of address space; 0: no limit.
     pub memory: u64,
@@ -29,7 +29,7 @@ pub struct Cage {
     pub cpu: u64,
 }
 
-/// What a program of the system needs to start: its libraries, and the files that describe the machine.
+/// Paths that a program of the system needs to start: its libraries, and the files that describe the machine.
 const SYSTEM: [&str; 7] = [
     "/usr",
     "/lib",
@@ -71,7 +71,7 @@ impl Cage {
         let parent = rustix::process::getppid();
         rustix::process::set_parent_process_death_signal(Some(Signal::KILL))?;
         if rustix::process::getppid() != parent {
-            bail!("the worker has ended");
+            bail!("the worker ended before the solver began");
         }
         for (resource, value) in [
             (Resource::As, self.memory),

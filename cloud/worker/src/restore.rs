@@ -1,4 +1,4 @@
-//! What is committed becomes a folder in which the solver can go on.
+//! Folder of an attempt, made from the committed files, in which the solver can go on.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Seek, SeekFrom, Write};
@@ -22,7 +22,7 @@ pub(crate) struct Workspace {
     pub(crate) folder: PathBuf,
     /// The run's folder.
     pub(crate) output: PathBuf,
-    /// What was committed behind the checkpoint.
+    /// Committed bytes behind the checkpoint.
     pub(crate) tail: PathBuf,
 }
 

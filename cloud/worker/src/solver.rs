@@ -156,7 +156,7 @@ impl Solver {
         Some(ticks / rustix::param::clock_ticks_per_second() as f64)
     }
 
-    /// What it said last.
+    /// Its last messages.
     pub(crate) fn last_words(&self) -> String {
         let read = || {
             let mut file = File::open(&self.messages)?;
@@ -169,7 +169,7 @@ impl Solver {
         read().unwrap_or_default()
     }
 
-    /// What its end means. `wanted`: why this worker has stopped it, if it has.
+    /// Meaning of its exit status. `wanted`: the cause for which this worker has stopped it, if it has.
     pub(crate) fn ending(
         &self,
         status: ExitStatus,

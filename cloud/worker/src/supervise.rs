@@ -48,7 +48,7 @@ impl Every {
     }
 }
 
-/// What the threads of an attempt share: requests to the store may take long, and neither a signal nor a sign of life
+/// State that the threads of an attempt share: requests to the store may take long, and neither a signal nor a sign of life
 /// waits for them.
 #[derive(Default)]
 struct Shared {
@@ -310,7 +310,7 @@ impl Watch<'_> {
         }
     }
 
-    /// What the server wants of this attempt. A store that gives no answer wants nothing.
+    /// The wish of the server for this attempt; [`Wish::Run`] if the store gives no answer.
     fn wish(&self) -> Wish {
         let text = self.attempt.store.get(&self.attempt.key("control.json"));
         let control = text

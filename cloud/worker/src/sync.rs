@@ -1,4 +1,4 @@
-//! What the solver makes goes into the store: checkpoint, outputs, then the head by compare-and-swap.
+//! Upload of the solver's files to the store: checkpoint, outputs, then the head by compare-and-swap.
 //!
 //! The solver writes on meanwhile. It does not have to wait: a checkpoint counts on outputs that were on the disk before
 //! it got its name, so whatever is copied later holds them.
@@ -43,7 +43,7 @@ pub(crate) struct Sync {
     replaced: Vec<String>,
     /// Keys that the head before did not name any more. They stay for one commit, since readers may have read that head.
     old: Vec<String>,
-    /// What was committed last besides the files, to see whether there is anything to commit.
+    /// Last committed state besides the files, to see whether there is anything to commit.
     committed: Option<(u64, u64)>,
 }
 

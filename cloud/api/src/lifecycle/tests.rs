@@ -65,7 +65,7 @@ struct Worker {
     epoch: u64,
     alive: bool,
     frozen: bool,
-    /// What it read from the head, until it has taken the epoch.
+    /// The head that it has read, until it has taken the epoch.
     taken: bool,
     step: u64,
     revision: u32,

@@ -1,4 +1,4 @@
-//! The API: its paths, and by subject what they take and answer. What they do is in `runs`, `studies`, `check`, `frames` and `charts`;
+//! The API: its paths, and by subject their requests and answers. The work is done in `runs`, `studies`, `check`, `frames` and `charts`;
 //! accounts, projects and downloads have files of their own.
 
 mod live;
@@ -31,7 +31,7 @@ const LARGEST_BODY: usize = 4 << 20;
 pub(crate) type Shared = State<Arc<App>>;
 pub(crate) type Answer<T> = Result<Json<T>, ApiError>;
 
-/// A body of JSON; what is wrong with it is said as a problem.
+/// A body of JSON; an error in it becomes a [`cloud_api::Problem`].
 pub(crate) struct JsonBody<T>(pub(crate) T);
 
 impl<T: serde::de::DeserializeOwned, S: Send + Sync> FromRequest<S> for JsonBody<T> {
@@ -46,17 +46,13 @@ impl<T: serde::de::DeserializeOwned, S: Send + Sync> FromRequest<S> for JsonBody
                     StatusCode::UNPROCESSABLE_ENTITY => StatusCode::BAD_REQUEST,
                     status => status,
                 };
-                Err(ApiError::new(
-                    status,
-                    "the body is not taken",
-                    rejected.body_text(),
-                ))
+                Err(ApiError::new(status, "invalid body", rejected.body_text()))
             }
         }
     }
 }
 
-/// Parameters of a query; what is wrong with them is said as a problem.
+/// Parameters of a query; an error in them becomes a [`cloud_api::Problem`].
 pub(crate) struct QueryParams<T>(pub(crate) T);
 
 impl<T: serde::de::DeserializeOwned, S: Send + Sync> axum::extract::FromRequestParts<S>
@@ -70,10 +66,7 @@ impl<T: serde::de::DeserializeOwned, S: Send + Sync> axum::extract::FromRequestP
     ) -> Result<Self, ApiError> {
         match Query::<T>::from_request_parts(parts, state).await {
             Ok(Query(query)) => Ok(Self(query)),
-            Err(rejected) => Err(ApiError::bad_request(
-                "the query is not taken",
-                rejected.body_text(),
-            )),
+            Err(rejected) => Err(ApiError::bad_request("invalid query", rejected.body_text())),
         }
     }
 }

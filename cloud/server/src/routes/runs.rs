@@ -45,7 +45,7 @@ pub(crate) async fn runs_list(
         && RunState::of(state).is_none()
     {
         return Err(ApiError::bad_request(
-            "there is no such state",
+            "unknown state",
             RunState::ALL.map(RunState::word).join(", "),
         ));
     }
@@ -97,7 +97,7 @@ pub(super) fn key_of(headers: &HeaderMap) -> Result<Option<String>, ApiError> {
     let Some(key) = headers.get("idempotency-key") else {
         return Ok(None);
     };
-    let refused = |why| ApiError::bad_request("Idempotency-Key is not taken", why);
+    let refused = |why| ApiError::bad_request("invalid Idempotency-Key", why);
     let key = key.to_str().map_err(|_| refused("It is plain text."))?;
     if key.is_empty() || key.len() > 200 {
         return Err(refused("It has 1 to 200 characters."));
@@ -254,7 +254,7 @@ pub(crate) async fn run_extend(
     blocking(move || Ok(Json(answer(&app, &user, &id)?))).await
 }
 
-/// What a new run is made of, to be changed and submitted.
+/// Scene, files and settings for a new run like this one, to be changed and submitted.
 #[utoipa::path(post, path = "/api/v1/runs/{run}/clone", params(("run" = String, Path)), responses((status = 200, body = Submit)))]
 pub(crate) async fn run_clone(
     State(app): Shared,
@@ -340,7 +340,7 @@ pub(crate) struct AfterQuery {
     after: i64,
 }
 
-/// What happened to a run, behind number `after`; at most 200 events.
+/// Events of a run behind number `after`; at most 200 events.
 #[utoipa::path(get, path = "/api/v1/runs/{run}/events", params(("run" = String, Path), ("after" = Option<i64>, Query)), responses((status = 200, body = Object)))]
 pub(crate) async fn run_events(
     State(app): Shared,

@@ -21,7 +21,7 @@ use crate::runs::blocking;
 /// The largest input, in bytes.
 const LARGEST_INPUT: u64 = 2 << 30;
 
-/// What is wrong with a scene, or what it will take: memory, disk, steps, and with `trial` time.
+/// Problems of a scene, or its needs: memory, disk, steps, and with `trial` time.
 #[utoipa::path(post, path = "/api/v1/check", request_body = Check, responses((status = 200, body = Checked)))]
 pub(crate) async fn check_scene(
     State(app): Shared,
@@ -57,7 +57,7 @@ pub(crate) async fn input_put(
             .all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b));
     if !digits {
         return Err(ApiError::bad_request(
-            "the path is not taken",
+            "invalid path",
             "SHA256 has 64 hexadecimal digits in lower case.",
         ));
     }

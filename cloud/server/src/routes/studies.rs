@@ -14,7 +14,7 @@ use crate::access::{ApiError, LoggedIn};
 use crate::runs::blocking;
 use crate::{projects, studies};
 
-/// Which runs a study would have, or what is wrong with it.
+/// Runs that a study would have, or its problems.
 #[utoipa::path(post, path = "/api/v1/studies/check", request_body = Study, responses((status = 200, body = StudyChecked)))]
 pub(crate) async fn study_check(
     State(app): Shared,
@@ -68,7 +68,7 @@ pub(crate) async fn study_list(
     .await
 }
 
-/// The table of a study: what differs between its runs, and what came out.
+/// The table of a study: values of its keys, and results of its runs.
 #[utoipa::path(get, path = "/api/v1/studies/{study}", params(("study" = String, Path)), responses((status = 200, body = StudyTable)))]
 pub(crate) async fn study_table(
     State(app): Shared,
@@ -78,7 +78,7 @@ pub(crate) async fn study_table(
     blocking(move || Ok(Json(studies::table(&app, &user, &study)?))).await
 }
 
-/// The same as comma-separated values.
+/// The table of a study as comma-separated values.
 #[utoipa::path(get, path = "/api/v1/studies/{study}/table.csv", params(("study" = String, Path)), responses((status = 200, content_type = "text/csv")))]
 pub(crate) async fn study_csv(
     State(app): Shared,
