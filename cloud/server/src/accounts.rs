@@ -182,7 +182,7 @@ pub(crate) async fn user_set(
         .map_err(|why| ApiError::bad_request("invalid name", why.to_string()))?;
     if body.cores == Some(0) || body.disk.is_some_and(|bytes| bytes > i64::MAX as u64) {
         return Err(ApiError::bad_request(
-            "the limits are not taken",
+            "invalid limits",
             "At least 1 core, and a length in bytes.",
         ));
     }

@@ -18,6 +18,7 @@ use serde_json::Value;
 
 use crate::access::ApiError;
 use crate::earlier;
+use crate::runs::blocking;
 use crate::secrets;
 use crate::state::App;
 
@@ -132,7 +133,7 @@ pub(crate) async fn check(
 ) -> Result<Checked, ApiError> {
     let _turn = app.checks.acquire().await.map_err(ApiError::internal)?;
     let app = Arc::clone(app);
-    let checked = tokio::task::spawn_blocking(move || {
+    blocking(move || {
         earlier::pin(&app, owner, &mut scene)?;
         let files = inspect(&app, owner, &scene)?;
         let folder = lay_out(&app, &scene, &files)?;
@@ -146,9 +147,9 @@ pub(crate) async fn check(
         arguments.extend(trial.then(|| "--trial=2s".to_owned()));
         arguments.extend(scene.set.iter().map(|set| format!("--set={set}")));
         let said = solve(&app, &folder, &arguments, PATIENCE)?;
-        Ok::<Checked, ApiError>(said.checked())
-    });
-    checked.await.map_err(ApiError::internal)?
+        Ok(said.checked())
+    })
+    .await
 }
 
 /// How long a preview may take.
@@ -179,7 +180,7 @@ pub(crate) async fn preview(
     }
     let _turn = app.checks.acquire().await.map_err(ApiError::internal)?;
     let app = Arc::clone(app);
-    let made = tokio::task::spawn_blocking(move || {
+    blocking(move || {
         earlier::pin(&app, owner, &mut scene)?;
         let files = inspect(&app, owner, &scene)?;
         let folder = lay_out(&app, &scene, &files)?;
@@ -202,9 +203,9 @@ pub(crate) async fn preview(
         if said.code != Some(0) {
             return Err(nothing("The first step could not be made."));
         }
-        Ok::<Value, ApiError>(crate::frames::still(&folder.0.join(".run"))?)
-    });
-    made.await.map_err(ApiError::internal)?
+        Ok(crate::frames::still(&folder.0.join(".run"))?)
+    })
+    .await
 }
 
 /// Answer of the solver.

@@ -11,6 +11,7 @@ use axum::response::Response;
 use cloud_api::answers::RunFile;
 use cloud_api::{Head, RunId};
 use tokio_stream::Stream;
+use tokio_stream::wrappers::ReceiverStream;
 
 use crate::access::{ApiError, LoggedIn};
 use crate::content::{Content, PIECE};
@@ -110,27 +111,7 @@ fn stream(
             at += bytes;
         }
     });
-    receiver(receive)
-}
-
-pub(crate) fn receiver<T>(mut receive: tokio::sync::mpsc::Receiver<T>) -> impl Stream<Item = T> {
-    Polled(move |context: &mut std::task::Context<'_>| receive.poll_recv(context))
-}
-
-/// A stream from a function that is polled.
-struct Polled<F>(F);
-
-impl<T, F: FnMut(&mut std::task::Context<'_>) -> std::task::Poll<Option<T>> + Unpin> Stream
-    for Polled<F>
-{
-    type Item = T;
-
-    fn poll_next(
-        mut self: std::pin::Pin<&mut Self>,
-        context: &mut std::task::Context<'_>,
-    ) -> std::task::Poll<Option<T>> {
-        (self.0)(context)
-    }
+    ReceiverStream::new(receive)
 }
 
 /// The last part of a path as a name to save a file under; anything but plain characters is left out.
@@ -247,7 +228,7 @@ pub(crate) async fn run_archive(
             header::CONTENT_DISPOSITION,
             format!("attachment; filename=\"{name}.zip\""),
         )
-        .body(Body::from_stream(receiver(receive)))
+        .body(Body::from_stream(ReceiverStream::new(receive)))
         .map_err(ApiError::internal)
 }
 

@@ -148,7 +148,7 @@ async fn plan(app: &Arc<App>, user: &User, scene: &Scene) -> Result<Value, ApiEr
     }
 }
 
-/// A run that is ready to be written.
+/// A run before it is written.
 pub(crate) struct PreparedRun {
     pub(crate) id: RunId,
     pub(crate) title: String,
@@ -166,7 +166,7 @@ pub(crate) fn prepare(
 ) -> Result<PreparedRun, ApiError> {
     if !(1..=1024).contains(&submit.threads) {
         return Err(ApiError::bad_request(
-            "threads are not taken",
+            "invalid number of threads",
             "A run has 1 to 1024 threads.",
         ));
     }
@@ -211,7 +211,7 @@ pub(crate) fn prepare(
     })
 }
 
-/// Writes what the store has to have, before the database knows of the run: a run without its files is never seen.
+/// Writes the files of a run into the store, before the database knows of the run: a run without its files is never seen.
 pub(crate) fn write(app: &App, run: &PreparedRun) -> Result<(), ApiError> {
     let id = &run.id;
     app.store.put(

@@ -9,12 +9,13 @@ use axum::http::HeaderMap;
 use axum::response::sse::{Event as Sse, KeepAlive};
 use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
+use tokio_stream::wrappers::ReceiverStream;
 
 use super::{QueryParams, Shared};
 use crate::access::{ApiError, LoggedIn};
+use crate::accounts;
 use crate::db::MOST_ROWS;
 use crate::runs::visible_run;
-use crate::{accounts, downloads};
 
 /// How often a stream of events without any says that it lives.
 const KEEP_ALIVE: Duration = Duration::from_secs(15);
@@ -129,7 +130,7 @@ pub(crate) async fn events(
             }
         }
     });
-    let sse = axum::response::Sse::new(downloads::receiver(receive))
+    let sse = axum::response::Sse::new(ReceiverStream::new(receive))
         .keep_alive(KeepAlive::new().interval(KEEP_ALIVE));
     Ok(([("x-accel-buffering", "no")], sse).into_response())
 }

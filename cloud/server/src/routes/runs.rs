@@ -314,7 +314,7 @@ pub(crate) fn days(days: u32) -> Result<f64, ApiError> {
         Ok(f64::from(days))
     } else {
         Err(ApiError::bad_request(
-            "days are not taken",
+            "invalid number of days",
             "1 to 366 days.",
         ))
     }
