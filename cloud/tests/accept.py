@@ -678,7 +678,7 @@ def check_stop_resume():
 
 
 def check_idempotent():
-    """The same key and body is the same run, also at once; another body is refused."""
+    """A key sent again with its body gives one run, also at once; another body is refused."""
     with server() as served:
         body = {"scene": {"name": "drum.toml", "text": SCENE, "set": LONG}}
         key = {"Idempotency-Key": "one"}
@@ -825,7 +825,7 @@ def check_list():
 
 
 def check_cost():
-    """What a run through the cloud costs over the same run at the shell, in processor time of all processes: less than 2 %."""
+    """Extra processor time of a run through the cloud over a run at the shell, of all processes: less than 2 %."""
     sets = [f"time.end={os.environ.get('ACCEPT_END', '3')}", "output.pictures=false"]
     def spent(pid):
         # User and system time of a process's children that have ended, with theirs (proc(5), fields 16 and 17).
@@ -1317,9 +1317,9 @@ def check_slurm():
         shutil.rmtree(folder, ignore_errors=True)
 
 
-class Jobs:
-    """Jobs that begin after a second, get SIGTERM and 30 s later SIGKILL, and whose end is known: what AWS Batch and Kubernetes
-    do with a container is done with a process here."""
+class BatchJobs:
+    """ListJobs, SubmitJob and TerminateJob of AWS Batch, with its pages of lists. Jobs begin after a second, get SIGTERM and
+    30 s later SIGKILL, and their ends are known: a process stands for a container."""
 
     def __init__(self, environment):
         self.jobs, self.calls, self.lock = {}, [], threading.Lock()
@@ -1342,16 +1342,15 @@ class Jobs:
                 self.send_header("Content-Length", str(len(text)))
                 self.end_headers()
                 self.wfile.write(text)
-            do_GET = do_POST = do_DELETE = do
+            do_POST = do
             def log_message(self, *_):
                 pass
         self.service = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
         threading.Thread(target=self.service.serve_forever, daemon=True).start()
         self.url = f"http://127.0.0.1:{self.service.server_port}"
 
-    def begin(self, name, command, environment=None):
-        job = {"name": name, "id": f"id-{len(self.jobs)}", "at": time.monotonic(), "process": None, "command": command, "ended": False,
-               "environment": self.environment | (environment or {})}
+    def begin(self, name, command):
+        job = {"name": name, "id": f"id-{len(self.jobs)}", "at": time.monotonic(), "process": None, "command": command, "ended": False}
         self.jobs[job["id"]] = job
         return job
 
@@ -1361,7 +1360,7 @@ class Jobs:
         if job["process"] is None:
             if time.monotonic() < job["at"] + 1:
                 return "RUNNABLE"
-            job["process"] = subprocess.Popen(job["command"], env=job["environment"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            job["process"] = subprocess.Popen(job["command"], env=self.environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         code = job["process"].poll()
         return "RUNNING" if code is None else "SUCCEEDED" if code == 0 else "FAILED"
 
@@ -1385,10 +1384,6 @@ class Jobs:
         self.service.shutdown()
         for job in self.live():
             job["process"].kill()
-
-
-class BatchJobs(Jobs):
-    """ListJobs, SubmitJob and TerminateJob of AWS Batch, with its pages of lists."""
 
     def answer(self, method, path, body, headers):
         name = path.split("/")[-1]
@@ -1414,50 +1409,17 @@ class BatchJobs(Jobs):
         return 200, {"jobSummaryList": page} | ({"nextToken": str(at + 1)} if at + 1 < len(jobs) else {})
 
 
-class KubernetesJobs(Jobs):
-    """Jobs of Kubernetes: created, listed, deleted."""
-
-    PATH = "/apis/batch/v1/namespaces/sim/jobs"
-
-    def answer(self, method, path, body, headers):
-        self.calls.append(f"{method} {path}")
-        path = path.split("?")[0]
-        status = lambda code, reason: (code, {"kind": "Status", "apiVersion": "v1", "status": "Failure", "reason": reason, "message": reason, "code": code})
-        named = {job["name"]: job for job in self.jobs.values()}
-        if path == "/api/v1/namespaces/sim/pods" and method == "DELETE":
-            for job in self.live():
-                job["process"].kill()
-            return 200, {"kind": "Status", "apiVersion": "v1", "status": "Success"}
-        if path == self.PATH and method == "POST":
-            if body["metadata"]["name"] in named:
-                return status(409, "AlreadyExists")
-            container = body["spec"]["template"]["spec"]["containers"][0]
-            must(body["spec"]["backoffLimit"] == 0, f"{body}")
-            job = self.begin(body["metadata"]["name"], container["command"], {one["name"]: one["value"] for one in container["env"]})
-            return 201, body | {"metadata": body["metadata"] | {"uid": job["id"]}}
-        if path == self.PATH:
-            of = {"RUNNABLE": {"active": 1, "ready": 0}, "RUNNING": {"active": 1, "ready": 1},
-                  "SUCCEEDED": {"conditions": [{"type": "Complete", "status": "True"}]}, "FAILED": {"conditions": [{"type": "Failed", "status": "True"}]}}
-            items = [{"metadata": {"name": job["name"]}, "spec": {}, "status": of[self.state(job)]} for job in self.jobs.values() if not job.get("deleted")]
-            return 200, {"kind": "JobList", "apiVersion": "batch/v1", "items": items}
-        name = path.removeprefix(self.PATH + "/")
-        if method == "DELETE" and name in named:
-            named[name]["deleted"] = True
-            self.end(named[name])
-            return 200, {"kind": "Status", "apiVersion": "v1", "status": "Success"}
-        return status(404, "NotFound")
-
-
-def through(jobs, bucket, option, settings, environment):
-    """A run through an engine with containers: submitted and adopted by a second server, its machine lost, terminated by the
+def through_batch(jobs, bucket):
+    """A run through AWS Batch: submitted and adopted by a second server, its machine lost, terminated by the
     engine, stopped and resumed by the user; the same bytes."""
     reference = alone()
     folder = Path(tempfile.mkdtemp(prefix="accept-jobs-"))
     file = folder / "engine.toml"
     (folder / "scratch").mkdir()
-    file.write_text(settings + f'poll = 0.5\nprogram = "{CLOUD}"\nsolver = "{SOLVE}"\nscratch = "{folder}/scratch"\n')
-    environment = bucket.environment | environment
-    with server(option, str(file), environment=environment | {"MERCURY_CLOUD_FAIL": "after-submit"}, bucket=bucket) as served:
+    file.write_text('queues = ["spot", "demand"]\ndefinition = "worker"\n'
+                    f'poll = 0.5\nprogram = "{CLOUD}"\nsolver = "{SOLVE}"\nscratch = "{folder}/scratch"\n')
+    environment = bucket.environment | {"AWS_ENDPOINT_URL_BATCH": jobs.url}
+    with server("--aws", str(file), environment=environment | {"MERCURY_CLOUD_FAIL": "after-submit"}, bucket=bucket) as served:
         run = served.submit()
         wait_for(lambda: served.process.poll() is not None, 60, "the failpoint was not reached")
         served.process.stdout.close()
@@ -1501,9 +1463,8 @@ def check_batch():
     has("--aws")
     need_s3()
     with Bucket("moto") as bucket:
-        settings = 'queues = ["spot", "demand"]\ndefinition = "worker"\n'
         with BatchJobs(bucket.environment) as jobs:
-            through(jobs, bucket, "--aws", settings, {"AWS_ENDPOINT_URL_BATCH": jobs.url})
+            through_batch(jobs, bucket)
         def moto(path, body):
             connection = http.client.HTTPConnection("127.0.0.1", bucket.port, timeout=30)
             signed = {"Authorization": "AWS4-HMAC-SHA256 Credential=test/20260101/us-east-1/batch/aws4_request, SignedHeaders=host, Signature=0"}
@@ -1538,28 +1499,6 @@ def check_batch():
             must(len(jobs) == 1, f"jobs: {jobs}")
             must(served.attempts(run)[0]["cause"] in ("lost", "engine"), f"{served.attempts(run)}")
             served.json("POST", f"/runs/{run}/stop", {})
-
-
-def check_kubernetes():
-    """Kubernetes (experimental), by kubectl against a stand-in that runs Jobs: submitted and adopted, lost, deleted, stopped; the
-    objects hold against the schemas. No cluster ever ran it."""
-    has("--kubernetes")
-    need_s3()
-    if not shutil.which("kubectl"):
-        raise Skipped("kubectl is not installed")
-    with Bucket("moto") as bucket, KubernetesJobs(bucket.environment) as jobs, tempfile.TemporaryDirectory() as folder:
-        config = Path(folder) / "config"
-        config.write_text(json.dumps({"apiVersion": "v1", "kind": "Config", "current-context": "x", "clusters": [{"name": "x", "cluster": {"server": jobs.url}}],
-                                      "contexts": [{"name": "x", "context": {"cluster": "x", "user": "x"}}], "users": [{"name": "x", "user": {}}]}))
-        settings = 'namespace = "sim"\nimage = "mercury:1"\ngrace = 30\nenvironment = { AWS_REGION = "us-east-1" }\n'
-        through(jobs, bucket, "--kubernetes", settings, {"KUBECONFIG": str(config)})
-    python = beside_moto()
-    checked = subprocess.run([python, Path(__file__).with_name("kubernetes.py")], text=True, capture_output=True)
-    if "No module named" in checked.stderr:
-        print("    objects not held against the schemas: kubernetes-validate is not installed")
-    else:
-        must(checked.returncode == 0, checked.stderr)
-        print(checked.stdout.rstrip())
 
 
 def beside_moto():

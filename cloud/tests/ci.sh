@@ -30,7 +30,7 @@ tests/accept.sh start extend start-from-run stop-resume passwd study projects pr
 if [ "${CLOUD_AWS:-yes}" != yes ]; then
   echo "cloud: object storage and AWS not tested, CLOUD_AWS is not yes"
 elif command -v moto_server > /dev/null || { python3 -m venv "$scratch/venv" && "$scratch/venv/bin/pip" install --quiet --disable-pip-version-check \
-  'moto[server]==5.2.*' 'cfn-lint==1.*' kubernetes-validate > "$scratch/pip.log" 2>&1 && PATH="$scratch/venv/bin:$PATH"; }; then
+  'moto[server]==5.2.*' 'cfn-lint==1.*' > "$scratch/pip.log" 2>&1 && PATH="$scratch/venv/bin:$PATH"; }; then
   port="$(python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])')"
   moto_server -p "$port" > "$scratch/moto.log" 2>&1 &
   moto=$!
@@ -39,7 +39,7 @@ elif command -v moto_server > /dev/null || { python3 -m venv "$scratch/venv" && 
   curl -s -o /dev/null -X PUT -H "Authorization: $signed" "http://127.0.0.1:$port/bucket"
   AWS_ENDPOINT_URL="http://127.0.0.1:$port" AWS_ACCESS_KEY_ID=test AWS_SECRET_ACCESS_KEY=test AWS_REGION=us-east-1 MERCURY_TEST_S3=s3://bucket/test \
     cargo test --locked --workspace --all-features --test bucket
-  tests/accept.sh s3 spot batch cloudformation kubernetes
+  tests/accept.sh s3 spot batch cloudformation
 else
   echo "cloud: object storage and AWS not tested, moto cannot be installed: $(tail -n 1 "$scratch/pip.log" 2> /dev/null)"
 fi

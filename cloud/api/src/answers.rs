@@ -42,13 +42,13 @@ pub struct RunRow {
     pub time: f64,
     /// Core seconds spent so far.
     pub core_seconds: f64,
-    /// What its attempts cost, in the currency of the server, where it has prices.
+    /// Cost of its attempts, in the currency of the server, where it has prices.
     pub cost: Option<f64>,
-    /// What was saved against the full price.
+    /// Savings against the full price.
     pub saved: Option<f64>,
     /// Cause of the last attempt's end.
     pub cause: Option<Cause>,
-    /// What there is to say about that end.
+    /// Message about that end.
     pub message: String,
     /// Seconds left, as the solver expects.
     pub seconds_left: Option<f64>,
@@ -61,11 +61,11 @@ pub struct RunRow {
 /// A project with its members.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ProjectRow {
-    /// What requests name it by.
+    /// Its id in requests.
     pub id: String,
     /// Name, for people.
     pub name: String,
-    /// What this user may do.
+    /// Role of this user.
     pub role: Role,
     /// How many runs it has.
     pub runs: u64,
@@ -78,7 +78,7 @@ pub struct ProjectRow {
 pub struct MemberRow {
     /// Name of the user.
     pub name: String,
-    /// What the user may do.
+    /// Role of the user.
     pub role: Role,
 }
 
@@ -87,7 +87,7 @@ pub struct MemberRow {
 pub struct RunList {
     /// At most 200 runs, newest first.
     pub runs: Vec<RunRow>,
-    /// What to pass as `after` for the next page.
+    /// Value of `after` for the next page.
     pub after: Option<String>,
     /// How many runs there are in each state.
     pub states: BTreeMap<String, u64>,
@@ -99,13 +99,13 @@ pub struct RunAnswer {
     /// As in lists.
     #[serde(flatten)]
     pub row: RunRow,
-    /// What it is.
+    /// Its specification.
     pub spec: Spec,
     /// Text of the scene.
     pub scene: String,
     /// The last sign of life, while it runs.
     pub beat: Option<Beat>,
-    /// What attempts had to say.
+    /// Notes of attempts.
     pub notes: Vec<Note>,
     /// Seconds since the server saw the run last, where that is longer than it should be.
     pub unseen: Option<f64>,
@@ -128,17 +128,17 @@ pub struct Attempt {
     pub cause: Option<Cause>,
     /// Exit code of the solver.
     pub code: Option<i32>,
-    /// What there is to say about it.
+    /// Message about it.
     pub message: String,
     /// Machine.
     pub machine: String,
     /// Committed step at its end.
     pub step: Option<u64>,
-    /// What it cost, in the currency of the server, where it has prices.
+    /// Its cost, in the currency of the server, where it has prices.
     pub cost: Option<f64>,
 }
 
-/// What cores cost.
+/// Prices of cores.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Price {
     /// Currency.
@@ -161,7 +161,7 @@ pub struct RunFile {
 /// Answer of `POST /check`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Checked {
-    /// What is wrong; empty: the scene can run.
+    /// Problems; empty: the scene can run.
     pub problems: Vec<SceneProblem>,
     /// The plan, as `mercury-solve --check --json` gives it.
     #[schema(value_type = Option<Object>)]
@@ -171,7 +171,7 @@ pub struct Checked {
 /// Answer of `POST /studies/check`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct StudyChecked {
-    /// What is wrong; empty: all runs can run.
+    /// Problems; empty: all runs can run.
     pub problems: Vec<SceneProblem>,
     /// Keys that differ between the runs.
     pub keys: Vec<String>,
@@ -199,7 +199,7 @@ pub struct StudyRow {
 pub struct StudyList {
     /// At most 200 studies, newest first.
     pub studies: Vec<StudyRow>,
-    /// What to pass as `after` for the next page.
+    /// Value of `after` for the next page.
     pub after: Option<String>,
 }
 
@@ -233,7 +233,7 @@ pub struct StudyTable {
 pub struct ResultColumn {
     /// Name.
     pub name: String,
-    /// What it is, as `--result NAME=WHAT`.
+    /// Its definition, as in `--result NAME=WHAT`.
     pub what: String,
     /// Unit, once a run has finished.
     pub unit: String,
@@ -265,7 +265,7 @@ pub struct StudyRun {
 pub struct Template {
     /// Name for `mercury-solve new`.
     pub name: String,
-    /// What it shows.
+    /// Its quantity.
     pub title: String,
     /// Name of the scene file.
     pub scene: String,
@@ -286,7 +286,7 @@ pub struct EventRow {
     pub time: f64,
     /// `state`, `attempt`, `progress`, `note`.
     pub kind: String,
-    /// What it is.
+    /// Its data.
     #[schema(value_type = Object)]
     pub data: serde_json::Value,
 }
@@ -334,13 +334,13 @@ pub struct Session {
     pub cores: [u32; 2],
     /// Version of the solver.
     pub solver: String,
-    /// What this user takes.
+    /// Usage of this user.
     pub usage: Usage,
-    /// What cores cost, where the server has prices.
+    /// Prices of cores, where the server has them.
     pub price: Option<Price>,
 }
 
-/// What a user takes, and may take.
+/// Usage of a user, and its limits.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Usage {
     /// Cores of runs that are on their way.
@@ -353,7 +353,7 @@ pub struct Usage {
     pub most_disk: Option<u64>,
     /// Core seconds that all runs have spent.
     pub core_seconds: f64,
-    /// What they cost, in the currency of the server, where it has prices.
+    /// Their cost, in the currency of the server, where it has prices.
     pub cost: Option<f64>,
 }
 
@@ -364,7 +364,7 @@ pub struct UserRow {
     pub name: String,
     /// Whether the user manages others.
     pub admin: bool,
-    /// What the user takes.
+    /// Usage of the user.
     pub usage: Usage,
 }
 
@@ -373,7 +373,7 @@ pub struct UserRow {
 pub struct TokenRow {
     /// Its number.
     pub id: i64,
-    /// What it is for.
+    /// Its purpose.
     pub name: String,
     /// Unix time of its end, in s.
     pub expires: f64,

@@ -1,4 +1,4 @@
-//! What the store says of a run: head, beat and control. The layout of the store is in `cloud/ARCHITECTURE.md`.
+//! Records of a run in the store: head, beat and control. The layout of the store is in `cloud/README.md`.
 
 use std::collections::BTreeMap;
 
@@ -43,7 +43,7 @@ pub struct Head {
     pub machine: String,
     /// Processor time of this attempt, in core seconds.
     pub core_seconds: f64,
-    /// What attempts had to say, oldest first; at most [`MOST_NOTES`].
+    /// Notes of attempts, oldest first; at most [`MOST_NOTES`].
     #[serde(default)]
     pub notes: Vec<Note>,
 }
@@ -83,7 +83,7 @@ pub struct Ending {
     pub cause: Cause,
     /// Exit code of the solver, where it has one.
     pub code: Option<i32>,
-    /// What there is to say about it: the last lines of the solver, a reason.
+    /// Message about it: the last lines of the solver, a reason.
     #[serde(default)]
     pub message: String,
 }
@@ -191,7 +191,7 @@ pub struct Whole {
 pub struct Note {
     /// The attempt.
     pub epoch: u64,
-    /// What it is, one word: `not-reproduced`, `damaged-checkpoint`, `restored`.
+    /// Kind of the note, one word: `not-reproduced`, `damaged-checkpoint`, `restored`.
     pub kind: String,
     /// In words.
     pub text: String,
@@ -204,7 +204,7 @@ pub struct Beat {
     pub count: u64,
     /// Seconds between two beats.
     pub interval: f64,
-    /// What the run is busy with, where it makes no steps.
+    /// Activity of the run, where it makes no steps.
     #[serde(default)]
     pub doing: String,
     /// Steps made.
@@ -226,6 +226,6 @@ pub struct Beat {
 pub struct Control {
     /// The attempt.
     pub epoch: u64,
-    /// What it is to do.
+    /// Wish for the attempt.
     pub wish: Wish,
 }

@@ -1,4 +1,4 @@
-//! What server, worker, page and command line say to each other, and how a run goes from state to state.
+//! Messages between server, worker, page and command line, and how a run goes from state to state.
 //!
 //! Nothing here reads a clock, a file or a socket: [`lifecycle`] is pure functions, the rest is types.
 

@@ -77,7 +77,7 @@ impl RunState {
     }
 }
 
-/// What the user wants of a run.
+/// Wish of the user for a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Wish {
@@ -90,12 +90,12 @@ pub enum Wish {
     Kill,
 }
 
-/// What the server knows of a run: what its row in the database holds.
+/// A run as its row in the database holds it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Run {
     /// State.
     pub state: RunState,
-    /// What the user wants.
+    /// Wish of the user.
     pub wish: Wish,
     /// Number of the attempt that was made last, 0 before the first.
     pub epoch: u64,
@@ -133,9 +133,9 @@ impl Default for Run {
     }
 }
 
-/// What the engine says of a job.
+/// State of a job, by the engine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Job {
+pub enum JobState {
     /// The engine gives no answer.
     Unknown,
     /// The engine has no such job (any more).
@@ -146,20 +146,20 @@ pub enum Job {
     Running,
 }
 
-/// What the server sees of a run.
+/// A run as the server observes it.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen<'a> {
+pub struct Observation<'a> {
     /// The head in the store; `None` while the store gives no answer.
     pub head: Option<&'a Head>,
-    /// What the engine says of the job of the current epoch.
-    pub job: Job,
+    /// State of the job of the current epoch.
+    pub job: JobState,
     /// For how long no sign of life has come, in s: since head, beat or the state of the job changed last, as this
     /// server saw it.
     pub silent: f64,
     /// For how long the current epoch has been submitted, in s, as this server knows.
     pub since_submit: f64,
-    /// Whether the engine has a place for another attempt.
-    pub place: bool,
+    /// Whether the engine has capacity for another attempt.
+    pub has_capacity: bool,
     /// The server's clock, in s.
     pub now: f64,
 }
@@ -175,7 +175,7 @@ pub struct Policy {
     pub first_wait: f64,
     /// The longest wait, in s.
     pub longest_wait: f64,
-    /// How long an attempt may take from a stop to its end before the engine is asked to end it, in s.
+    /// How long an attempt may take from a stop to its end before the engine ends it, in s.
     pub stop_grace: f64,
 }
 
@@ -211,28 +211,28 @@ impl Policy {
     }
 }
 
-/// What the server does next about a run. Each may be repeated.
+/// Next action of the server for a run. Each may be repeated.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Todo {
     /// Nothing at present.
     Nothing,
-    /// Record [`Event::Launched`]: another attempt.
+    /// Record [`RunEvent::Launched`]: another attempt.
     Launch,
     /// Swap the head to the run's epoch and revision, phase launched.
     Claim,
-    /// Hand the job over to the engine, then record [`Event::Submitted`].
+    /// Hand the job over to the engine, then record [`RunEvent::Submitted`].
     Submit,
     /// Write the wish into `control.json`.
-    Tell,
+    SendWish,
     /// Have the engine end the job, hard.
     Interrupt,
-    /// Record [`Event::Ended`] with this.
+    /// Record [`RunEvent::Ended`] with this.
     Close(Ending),
 }
 
-/// What happened to a run.
+/// Event of a run.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Event {
+pub enum RunEvent {
     /// Another attempt was made.
     Launched,
     /// The engine has the job.
@@ -255,12 +255,12 @@ pub enum Event {
 pub struct Illegal {
     /// State of the run.
     pub state: RunState,
-    /// What it cannot.
+    /// The change that it refuses.
     pub what: &'static str,
 }
 
-/// What to do next about `run`.
-pub fn next(run: &Run, seen: &Seen, policy: &Policy) -> Todo {
+/// Next action for `run`.
+pub fn next(run: &Run, seen: &Observation, policy: &Policy) -> Todo {
     if !run.state.is_live() {
         return Todo::Nothing;
     }
@@ -280,7 +280,7 @@ pub fn next(run: &Run, seen: &Seen, policy: &Policy) -> Todo {
         {
             return Todo::Close(ending.clone());
         }
-        return if seen.place && seen.now >= run.not_before {
+        return if seen.has_capacity && seen.now >= run.not_before {
             Todo::Launch
         } else {
             Todo::Nothing
@@ -306,7 +306,7 @@ pub fn next(run: &Run, seen: &Seen, policy: &Policy) -> Todo {
     if let Some(ending) = ending {
         return Todo::Close(ending.clone());
     }
-    let gone = seen.job == Job::Absent;
+    let gone = seen.job == JobState::Absent;
     match head.phase {
         Phase::Launched if !run.submitted && gone => {
             if run.wish != Wish::Run {
@@ -318,20 +318,24 @@ pub fn next(run: &Run, seen: &Seen, policy: &Policy) -> Todo {
             Todo::Submit
         }
         // Known to the engine, but not recorded: adopted.
-        Phase::Launched if !run.submitted && seen.job != Job::Unknown => Todo::Submit,
+        Phase::Launched if !run.submitted && seen.job != JobState::Unknown => Todo::Submit,
         Phase::Launched if gone && seen.since_submit > policy.lost_when_gone() => {
             Todo::Close(ended(
                 Cause::Engine,
                 "the engine ended the job before it began to work",
             ))
         }
-        Phase::Launched if seen.job == Job::Running && seen.silent > policy.lost_when_silent() => {
+        Phase::Launched
+            if seen.job == JobState::Running && seen.silent > policy.lost_when_silent() =>
+        {
             Todo::Close(ended(
                 Cause::Lost,
                 "the worker was started and gave no sign of life",
             ))
         }
-        Phase::Launched if run.wish != Wish::Run && seen.job != Job::Unknown => Todo::Interrupt,
+        Phase::Launched if run.wish != Wish::Run && seen.job != JobState::Unknown => {
+            Todo::Interrupt
+        }
         Phase::Running if gone && seen.silent > policy.lost_when_gone() => Todo::Close(ended(
             Cause::Lost,
             "no sign of life, and the engine has no such job any more",
@@ -339,7 +343,7 @@ pub fn next(run: &Run, seen: &Seen, policy: &Policy) -> Todo {
         Phase::Running if seen.silent > policy.lost_when_silent() => {
             Todo::Close(ended(Cause::Lost, "no sign of life"))
         }
-        _ if run.wish != Wish::Run => Todo::Tell,
+        _ if run.wish != Wish::Run => Todo::SendWish,
         _ => Todo::Nothing,
     }
 }
@@ -352,8 +356,8 @@ fn ended(cause: Cause, message: &str) -> Ending {
     }
 }
 
-/// What `event` makes of `run` at the instant `now` (s).
-pub fn apply(run: &Run, event: &Event, policy: &Policy, now: f64) -> Result<Run, Illegal> {
+/// `run` after `event` at the instant `now` (s).
+pub fn apply(run: &Run, event: &RunEvent, policy: &Policy, now: f64) -> Result<Run, Illegal> {
     use RunState::{Cancelled, Failed, Finished, Queued, Running, Stopped, Stopping};
     let mut after = *run;
     let illegal = |what| {
@@ -363,7 +367,7 @@ pub fn apply(run: &Run, event: &Event, policy: &Policy, now: f64) -> Result<Run,
         })
     };
     match event {
-        Event::Launched => {
+        RunEvent::Launched => {
             if run.state != Queued {
                 return illegal("begin another attempt");
             }
@@ -371,13 +375,13 @@ pub fn apply(run: &Run, event: &Event, policy: &Policy, now: f64) -> Result<Run,
             after.epoch += 1;
             after.submitted = false;
         }
-        Event::Submitted => {
+        RunEvent::Submitted => {
             if !run.state.has_attempt() {
                 return illegal("be handed to the engine");
             }
             after.submitted = true;
         }
-        Event::Ended(ending, step) => {
+        RunEvent::Ended(ending, step) => {
             if !run.state.is_live() {
                 return illegal("end");
             }
@@ -403,8 +407,8 @@ pub fn apply(run: &Run, event: &Event, policy: &Policy, now: f64) -> Result<Run,
                 after.wish = Wish::Run;
             }
         }
-        Event::Stop | Event::Kill => {
-            let wish = if *event == Event::Kill {
+        RunEvent::Stop | RunEvent::Kill => {
+            let wish = if *event == RunEvent::Kill {
                 Wish::Kill
             } else {
                 Wish::Stop
@@ -422,7 +426,7 @@ pub fn apply(run: &Run, event: &Event, policy: &Policy, now: f64) -> Result<Run,
                 _ => return illegal("be stopped"),
             }
         }
-        Event::Resume => {
+        RunEvent::Resume => {
             if !matches!(run.state, Stopped | Failed | Cancelled) {
                 return illegal("be resumed");
             }
@@ -430,7 +434,7 @@ pub fn apply(run: &Run, event: &Event, policy: &Policy, now: f64) -> Result<Run,
             after.barren = 0;
             after.not_before = now;
         }
-        Event::Extend => {
+        RunEvent::Extend => {
             if !matches!(run.state, Stopped | Finished | Failed | Cancelled) {
                 return illegal("be extended before it has ended");
             }

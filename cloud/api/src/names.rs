@@ -5,7 +5,7 @@ use crate::RunId;
 /// The longest name of an input file, in bytes.
 pub const LONGEST_NAME: usize = 100;
 
-/// Why a name is not taken.
+/// Reason for which a name is invalid.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BadName {
     /// Empty, or longer than [`LONGEST_NAME`].

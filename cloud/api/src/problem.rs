@@ -6,11 +6,11 @@ use utoipa::ToSchema;
 /// The body of an answer that is an error.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Problem {
-    /// What is wrong, in few words.
+    /// The problem, in few words.
     pub title: String,
     /// Status of the answer.
     pub status: u16,
-    /// What was expected and what to do.
+    /// Expected value, and a way out.
     #[serde(default)]
     pub detail: String,
     /// Where it is wrong, as the solver says it.
@@ -30,8 +30,8 @@ pub struct SceneProblem {
     pub column: Option<u64>,
     /// Key of the scene.
     pub key: Option<String>,
-    /// What is wrong.
+    /// The problem.
     pub message: String,
-    /// What to do.
+    /// A way out.
     pub help: Option<String>,
 }

@@ -68,7 +68,7 @@ fn one() -> u32 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Study {
-    /// What all runs have in common; its title names the study.
+    /// Scene and settings of all runs; its title names the study.
     pub base: Submit,
     /// A grid: arguments of `--sweep`, `key=a,b,c` or `key=a..b/n`, the first key slowest.
     #[serde(default)]
@@ -101,7 +101,7 @@ pub struct Patch {
     pub project: Option<String>,
 }
 
-/// What a member of a project may do.
+/// Role of a member of a project.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Role {
@@ -125,7 +125,7 @@ pub struct NewProject {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NewMember {
-    /// What the user may do.
+    /// Role of the user.
     pub role: Role,
 }
 
@@ -167,7 +167,7 @@ pub struct NewUser {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NewToken {
-    /// What it is for.
+    /// Its purpose.
     pub name: String,
     /// Days until it expires, at most 366.
     #[serde(default = "month")]

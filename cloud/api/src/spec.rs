@@ -1,4 +1,4 @@
-//! What a run is: its scene, its files, its limits. Never changed; a longer run has a further revision.
+//! Specification of a run: its scene, its files, its limits. Never changed; a longer run has a further revision.
 
 use std::collections::BTreeMap;
 

@@ -55,7 +55,7 @@ impl Client {
                 .post(&url)
                 .header("origin", base)
                 .send_json(&body);
-            let answer = answer.with_context(|| format!("{base} gives no answer"))?;
+            let answer = answer.with_context(|| format!("{base} does not respond"))?;
             let cookie = answer
                 .headers()
                 .get("set-cookie")
@@ -84,7 +84,7 @@ impl Client {
     pub(crate) fn get(&self, path: &str) -> Result<Response<Body>> {
         let (name, secret) = self.secret();
         let answer = self.agent.get(self.url(path)).header(name, secret).call();
-        checked(answer.with_context(|| format!("{} gives no answer", self.base))?)
+        checked(answer.with_context(|| format!("{} does not respond", self.base))?)
     }
 
     pub(crate) fn json(&self, path: &str) -> Result<Value> {
@@ -100,7 +100,7 @@ impl Client {
             .header("origin", &self.base);
         let answer = request
             .send_json(body)
-            .with_context(|| format!("{} gives no answer", self.base))?;
+            .with_context(|| format!("{} does not respond", self.base))?;
         let text = checked(answer)?
             .body_mut()
             .with_config()
@@ -123,7 +123,7 @@ impl Client {
         };
         let answer = request
             .send_json(body)
-            .with_context(|| format!("{} gives no answer", self.base))?;
+            .with_context(|| format!("{} does not respond", self.base))?;
         Ok(checked(answer)?
             .body_mut()
             .with_config()
@@ -141,7 +141,7 @@ impl Client {
         checked(
             request
                 .send_json(body)
-                .with_context(|| format!("{} gives no answer", self.base))?,
+                .with_context(|| format!("{} does not respond", self.base))?,
         )?;
         Ok(())
     }
@@ -156,7 +156,7 @@ impl Client {
         checked(
             request
                 .call()
-                .with_context(|| format!("{} gives no answer", self.base))?,
+                .with_context(|| format!("{} does not respond", self.base))?,
         )?;
         Ok(())
     }
@@ -175,7 +175,7 @@ impl Client {
         checked(
             request
                 .send(&file)
-                .with_context(|| format!("{} gives no answer", self.base))?,
+                .with_context(|| format!("{} does not respond", self.base))?,
         )?;
         Ok(())
     }

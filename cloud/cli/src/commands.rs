@@ -1,4 +1,4 @@
-//! What the command line does with runs.
+//! Commands about runs.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -89,7 +89,7 @@ pub(crate) struct Submit {
     /// The project whose members see the run, by name or id
     #[arg(long)]
     project: Option<String>,
-    /// The same key with the same scene is the same run, however often it is submitted
+    /// Idempotency key: with it a scene that is submitted again is one run
     #[arg(long, value_name = "KEY", conflicts_with = "sweep")]
     key: Option<String>,
     /// Show progress until the run ends
@@ -508,7 +508,7 @@ impl Remove {
 pub(crate) struct Token {
     #[command(flatten)]
     server: Server,
-    /// What it is for
+    /// Purpose of the token
     name: String,
     /// Days until it expires
     #[arg(long, default_value_t = 30)]

@@ -126,15 +126,9 @@ struct Serve {
     #[cfg(feature = "aws")]
     #[arg(long, value_name = "BATCH.toml", group = "engine", requires = "store")]
     aws: Option<PathBuf>,
-    /// Experimental: run on Kubernetes, with the settings of this file (docs/how-to/cloud-kubernetes.md)
-    #[cfg(feature = "kubernetes")]
-    #[arg(
-        long,
-        value_name = "KUBERNETES.toml",
-        group = "engine",
-        requires = "store"
-    )]
-    kubernetes: Option<PathBuf>,
+    /// An option of earlier versions: refused with a message
+    #[arg(long, hide = true, num_args = 0..=1)]
+    kubernetes: Option<Option<PathBuf>>,
     /// Time by the clock between two checkpoints
     #[arg(long, value_name = "TIME", default_value = "5m")]
     checkpoint_every: String,
@@ -144,7 +138,7 @@ struct Serve {
     /// Wait after a first attempt without progress, in s; doubled with each further one
     #[arg(long, value_name = "S", default_value_t = 10.0)]
     retry_wait: f64,
-    /// What cores cost, so that runs show money beside core hours (example: cloud/deploy/prices.toml)
+    /// Prices of cores, so that runs show money beside core hours (example: cloud/deploy/prices.toml)
     #[arg(long, value_name = "PRICES.toml")]
     prices: Option<PathBuf>,
     /// Do not confine the solver: a scene can then read any file that this user can
@@ -189,8 +183,6 @@ struct Confine {
     #[arg(long)]
     folder: PathBuf,
     #[arg(long)]
-    read: Vec<PathBuf>,
-    #[arg(long)]
     no_sandbox: bool,
     #[arg(long, default_value_t = 0)]
     memory: u64,
@@ -220,7 +212,6 @@ fn run(command: Command) -> Result<ExitCode> {
         Command::Confine(confine) => {
             let cage = Cage {
                 folder: confine.folder,
-                read: confine.read,
                 sandbox: !confine.no_sandbox,
                 memory: confine.memory,
                 file: confine.file,
@@ -280,7 +271,7 @@ fn solver(named: Option<PathBuf>) -> Result<PathBuf> {
     places.extend(named);
     match places.iter().find(|place| place.is_file()) {
         Some(place) => Ok(place.canonicalize()?),
-        None => bail!("there is no {name} beside this program, on the path or where --solver says"),
+        None => bail!("no {name} beside this program, on the path or at the path of --solver"),
     }
 }
 
@@ -302,6 +293,12 @@ fn settings<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T> {
 
 /// Where attempts are to run.
 fn engine(serve: &Serve) -> Result<EngineChoice> {
+    if serve.kubernetes.is_some() {
+        bail!(commands::Usage(
+            "--kubernetes: Kubernetes is not supported; use --slurm SITE.toml, or --aws BATCH.toml (docs/how-to/cloud-aws.md)"
+                .into()
+        ));
+    }
     #[cfg(feature = "aws")]
     if let Some(path) = &serve.aws {
         if !serve.store.as_deref().is_some_and(cloud_store::is_remote) {
@@ -310,10 +307,6 @@ fn engine(serve: &Serve) -> Result<EngineChoice> {
             ));
         }
         return Ok(EngineChoice::Aws(settings(path)?));
-    }
-    #[cfg(feature = "kubernetes")]
-    if let Some(path) = &serve.kubernetes {
-        return Ok(EngineChoice::Kubernetes(settings(path)?));
     }
     match &serve.slurm {
         Some(path) => Ok(EngineChoice::Slurm(settings(path)?)),
@@ -394,4 +387,22 @@ fn worker(worker: Worker) -> Result<()> {
         eprintln!("{}: the run belongs to another attempt", worker.job);
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn kubernetes_is_refused_with_the_other_engines() {
+        let typed = ["mercury-cloud", "serve", "--kubernetes", "kubernetes.toml"];
+        let Command::Serve(serve) = Arguments::parse_from(typed).command else {
+            panic!("another command");
+        };
+        let error = engine(&serve).unwrap_err();
+        assert!(error.is::<commands::Usage>());
+        for other in ["not supported", "--slurm", "--aws"] {
+            assert!(error.to_string().contains(other), "{error}");
+        }
+    }
 }

@@ -18,7 +18,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use tokio::runtime::Runtime;
 
-use crate::{Abilities, Engine, EngineError, Launch, Observed, Place, Stop};
+use crate::{Abilities, Engine, EngineError, ImageLayout, Launch, Observed, Stop};
 
 /// States of jobs that have not ended.
 const WAITS: [&str; 4] = ["SUBMITTED", "PENDING", "RUNNABLE", "STARTING"];
@@ -30,7 +30,7 @@ const GRACE: f64 = 30.0;
 /// How long a request may take.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// What differs from account to account: `batch.toml`.
+/// Settings of an account: `batch.toml`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Account {
@@ -46,7 +46,7 @@ pub struct Account {
     pub poll: f64,
     /// Where the programs are in the image.
     #[serde(flatten)]
-    pub place: Place,
+    pub image: ImageLayout,
 }
 
 fn two() -> u32 {
@@ -332,8 +332,8 @@ impl Engine for Batch {
         }
     }
 
-    fn place(&self) -> Option<&Place> {
-        Some(&self.account.place)
+    fn image(&self) -> Option<&ImageLayout> {
+        Some(&self.account.image)
     }
 }
 

@@ -1,9 +1,7 @@
-//! Where attempts run. An engine starts workers and says what became of them; it never tries again by itself.
+//! Where attempts run. An engine starts workers and reports their state; it never tries again by itself.
 
 #[cfg(feature = "aws")]
 mod aws;
-#[cfg(feature = "kubernetes")]
-mod kubernetes;
 mod local;
 mod program;
 mod slurm;
@@ -14,8 +12,6 @@ use std::path::PathBuf;
 
 #[cfg(feature = "aws")]
 pub use aws::{Account, Batch};
-#[cfg(feature = "kubernetes")]
-pub use kubernetes::{Cluster, Kubernetes};
 pub use local::Local;
 pub use slurm::{Site, Slurm};
 
@@ -36,10 +32,10 @@ pub struct Launch {
     pub barren: u32,
 }
 
-/// Where the programs are, and where there is room, in an image.
+/// Paths in an image: programs and scratch.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Deserialize)]
 #[serde(default)]
-pub struct Place {
+pub struct ImageLayout {
     /// `mercury-cloud`.
     pub program: PathBuf,
     /// `mercury-solve`.
@@ -50,7 +46,7 @@ pub struct Place {
     pub sandbox: bool,
 }
 
-impl Default for Place {
+impl Default for ImageLayout {
     fn default() -> Self {
         Self {
             program: "/usr/local/bin/mercury-cloud".into(),
@@ -66,7 +62,7 @@ pub fn job_name(run: &str, epoch: u64) -> String {
     format!("mc-{run}-{epoch}")
 }
 
-/// What an engine says of a job.
+/// State of a job that has not ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Observed {
     /// It waits, for this reason.
@@ -84,7 +80,7 @@ pub enum Stop {
     Hard,
 }
 
-/// What an engine can do.
+/// Abilities of an engine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Abilities {
     /// Seconds from SIGTERM to SIGKILL.
@@ -95,7 +91,7 @@ pub struct Abilities {
     pub cores: Option<u32>,
 }
 
-/// Why an engine did not do what was wanted.
+/// An error of an engine.
 #[derive(Debug, thiserror::Error)]
 pub enum EngineError {
     /// A program could not be started.
@@ -112,7 +108,7 @@ pub enum EngineError {
     Refused {
         /// Name of the program.
         program: String,
-        /// What it says.
+        /// Its message.
         message: String,
     },
     /// Processes cannot be listed.
@@ -120,9 +116,9 @@ pub enum EngineError {
     Proc(#[source] std::io::Error),
 }
 
-/// A place where attempts run. All calls may be repeated.
+/// An engine that runs attempts. All calls may be repeated.
 pub trait Engine: Send + Sync {
-    /// `local`, `slurm`, `aws` or `kubernetes`.
+    /// Name of the engine: `local`, `slurm` or `aws`.
     fn name(&self) -> &'static str;
 
     /// Where an attempt goes that follows so many without progress: the queue, on engines that have several of different prices.
@@ -145,11 +141,11 @@ pub trait Engine: Send + Sync {
     /// Ends a job. One that is gone is no error.
     fn stop(&self, job: &str, how: Stop) -> Result<(), EngineError>;
 
-    /// What it can do.
+    /// Its abilities.
     fn abilities(&self) -> Abilities;
 
-    /// Where the programs are for its workers, where that is another place than here.
-    fn place(&self) -> Option<&Place> {
+    /// Paths for its workers, where they run in an image.
+    fn image(&self) -> Option<&ImageLayout> {
         None
     }
 }

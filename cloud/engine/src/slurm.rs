@@ -15,7 +15,7 @@ use serde::Deserialize;
 use crate::program::call;
 use crate::{Abilities, Engine, EngineError, Launch, Observed, Stop};
 
-/// What differs from site to site: `site.toml`.
+/// Settings of a site: `site.toml`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Site {

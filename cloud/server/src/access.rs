@@ -1,4 +1,4 @@
-//! Which user asks, and what is refused before any handler sees it.
+//! The user of a request, and checks before any handler.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use axum::response::{IntoResponse, Response};
 use cloud_api::Problem;
 use cloud_api::problem::SceneProblem;
 
-use crate::secrets::{self, Kind, User};
+use crate::secrets::{self, SecretKind, User};
 use crate::state::App;
 
 /// The cookie of a session. With TLS it has the prefix that binds it to this host.
@@ -22,11 +22,11 @@ pub(crate) fn cookie_name(app: &App) -> &'static str {
     }
 }
 
-/// An answer that is an error. What is inside of the server stays there.
+/// An answer that is an error, without details of the server.
 #[derive(Debug)]
-pub(crate) struct Fail(Box<Problem>);
+pub(crate) struct ApiError(Box<Problem>);
 
-impl Fail {
+impl ApiError {
     pub(crate) fn new(
         status: StatusCode,
         title: impl Into<String>,
@@ -41,41 +41,41 @@ impl Fail {
         }))
     }
 
-    pub(crate) fn bad(title: impl Into<String>, detail: impl Into<String>) -> Self {
+    pub(crate) fn bad_request(title: impl Into<String>, detail: impl Into<String>) -> Self {
         Self::new(StatusCode::BAD_REQUEST, title, detail)
     }
 
-    /// Also for what belongs to others: an answer must not tell whether it exists.
-    pub(crate) fn missing() -> Self {
+    /// Also for things of others: an answer must not show whether they exist.
+    pub(crate) fn not_found() -> Self {
         Self::new(
             StatusCode::NOT_FOUND,
             "not found",
-            "There is no such thing, or it is not yours.",
+            "It does not exist, or you have no access to it.",
         )
     }
 
-    pub(crate) fn scene(problems: Vec<SceneProblem>) -> Self {
-        let mut fail = Self::new(
+    pub(crate) fn unrunnable(problems: Vec<SceneProblem>) -> Self {
+        let mut error = Self::new(
             StatusCode::UNPROCESSABLE_ENTITY,
             "the scene cannot run",
             "See its problems.",
         );
-        fail.0.problems = problems;
-        fail
+        error.0.problems = problems;
+        error
     }
 
-    /// Something that went wrong here. The log says what.
-    pub(crate) fn inner(error: impl std::fmt::Display) -> Self {
+    /// An error of the server. Its log has the message.
+    pub(crate) fn internal(error: impl std::fmt::Display) -> Self {
         eprintln!("{error:#}");
         Self::new(
             StatusCode::INTERNAL_SERVER_ERROR,
             "the server failed",
-            "Its log says why.",
+            "See the log of the server.",
         )
     }
 }
 
-impl IntoResponse for Fail {
+impl IntoResponse for ApiError {
     fn into_response(self) -> Response {
         let status =
             StatusCode::from_u16(self.0.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
@@ -86,30 +86,30 @@ impl IntoResponse for Fail {
     }
 }
 
-impl From<anyhow::Error> for Fail {
+impl From<anyhow::Error> for ApiError {
     fn from(error: anyhow::Error) -> Self {
-        Self::inner(error)
+        Self::internal(error)
     }
 }
 
-impl From<rusqlite::Error> for Fail {
+impl From<rusqlite::Error> for ApiError {
     fn from(error: rusqlite::Error) -> Self {
-        Self::inner(error)
+        Self::internal(error)
     }
 }
 
-impl From<std::io::Error> for Fail {
+impl From<std::io::Error> for ApiError {
     fn from(error: std::io::Error) -> Self {
-        Self::inner(error)
+        Self::internal(error)
     }
 }
 
-impl From<cloud_store::StoreError> for Fail {
+impl From<cloud_store::StoreError> for ApiError {
     fn from(error: cloud_store::StoreError) -> Self {
         eprintln!("{error}");
         Self::new(
             StatusCode::SERVICE_UNAVAILABLE,
-            "the store gives no answer",
+            "the store does not respond",
             "Try again in a minute.",
         )
     }
@@ -139,13 +139,13 @@ pub(crate) fn cookie<'a>(app: &App, headers: &'a HeaderMap) -> Option<&'a str> {
 }
 
 impl FromRequestParts<Arc<App>> for LoggedIn {
-    type Rejection = Fail;
+    type Rejection = ApiError;
 
-    async fn from_request_parts(parts: &mut Parts, app: &Arc<App>) -> Result<Self, Fail> {
+    async fn from_request_parts(parts: &mut Parts, app: &Arc<App>) -> Result<Self, ApiError> {
         let user = if let Some(token) = bearer(&parts.headers) {
-            secrets::recognise(&app.db, Kind::Token, token)?
+            secrets::recognise(&app.db, SecretKind::Token, token)?
         } else if let Some(secret) = cookie(app, &parts.headers) {
-            secrets::recognise(&app.db, Kind::Session, secret)?
+            secrets::recognise(&app.db, SecretKind::Session, secret)?
         } else {
             None
         };
@@ -155,11 +155,15 @@ impl FromRequestParts<Arc<App>> for LoggedIn {
         let Some(user) = user else {
             let detail =
                 "Open the link that `mercury-cloud serve` prints, log in, or send a token.";
-            return Err(Fail::new(StatusCode::UNAUTHORIZED, "not logged in", detail));
+            return Err(ApiError::new(
+                StatusCode::UNAUTHORIZED,
+                "not logged in",
+                detail,
+            ));
         };
         if user.read_only && !is_safe(&parts.method) && !parts.uri.path().ends_with("/session") {
             let detail = "This link or token is for looking only.";
-            return Err(Fail::new(StatusCode::FORBIDDEN, "not allowed", detail));
+            return Err(ApiError::new(StatusCode::FORBIDDEN, "not allowed", detail));
         }
         Ok(Self(user))
     }
@@ -210,7 +214,7 @@ pub(crate) async fn guard(State(app): State<Arc<App>>, request: Request, next: N
     response
 }
 
-fn refuse(app: &App, request: &Request) -> Option<Fail> {
+fn refuse(app: &App, request: &Request) -> Option<ApiError> {
     let headers = request.headers();
     let text = |name: HeaderName| headers.get(name).and_then(|value| value.to_str().ok());
     let host = text(header::HOST).unwrap_or_default();
@@ -224,7 +228,7 @@ fn refuse(app: &App, request: &Request) -> Option<Fail> {
     if !ours(host) {
         let detail =
             "The name in the address is not one of this server; `serve --host NAME` adds one.";
-        return Some(Fail::new(
+        return Some(ApiError::new(
             StatusCode::MISDIRECTED_REQUEST,
             "another host",
             detail,
@@ -247,7 +251,7 @@ fn refuse(app: &App, request: &Request) -> Option<Fail> {
     }
     let detail =
         "Requests that change something come from this server's own page, or carry a token.";
-    Some(Fail::new(
+    Some(ApiError::new(
         StatusCode::FORBIDDEN,
         "from another page",
         detail,

@@ -10,10 +10,10 @@ use cloud_api::answers::{Price, Session, TokenRow, UserRow};
 use cloud_api::requests::{LogIn, NewToken, NewUser};
 use rusqlite::params;
 
-use crate::access::{Fail, LoggedIn, cookie, cookie_name};
-use crate::routes::{Answer, Of, Shared, days};
+use crate::access::{ApiError, LoggedIn, cookie, cookie_name};
+use crate::routes::{Answer, JsonBody, Shared, days};
 use crate::runs::blocking;
-use crate::secrets::{self, Kind};
+use crate::secrets::{self, SecretKind};
 use crate::state::App;
 
 fn session_of(app: &App, user: &secrets::User) -> Session {
@@ -50,19 +50,19 @@ pub(crate) async fn session_get(State(app): Shared, LoggedIn(user): LoggedIn) ->
 #[utoipa::path(post, path = "/api/v1/session", request_body = LogIn, responses((status = 200, body = Session)))]
 pub(crate) async fn session_begin(
     State(app): Shared,
-    Of(body): Of<LogIn>,
-) -> Result<Response, Fail> {
+    JsonBody(body): JsonBody<LogIn>,
+) -> Result<Response, ApiError> {
     let shared = Arc::clone(&app);
     let (user, secret) = blocking(move || {
         let user = match (&body.token, &body.name, &body.password) {
-            (Some(token), ..) => [Kind::Link, Kind::Share, Kind::Token]
+            (Some(token), ..) => [SecretKind::Link, SecretKind::Share, SecretKind::Token]
                 .into_iter()
                 .find_map(|kind| secrets::recognise(&shared.db, kind, token).transpose())
                 .transpose()?,
             (None, Some(name), Some(password)) => {
                 if !shared.tries.allowed(name) {
                     let detail = "Five tries a minute. Wait a minute.";
-                    return Err(Fail::new(
+                    return Err(ApiError::new(
                         StatusCode::TOO_MANY_REQUESTS,
                         "too many tries",
                         detail,
@@ -71,14 +71,14 @@ pub(crate) async fn session_begin(
                 secrets::log_in(&shared.db, name, password)?
             }
             _ => {
-                return Err(Fail::bad(
-                    "the body is not taken",
+                return Err(ApiError::bad_request(
+                    "invalid body",
                     "It has `token`, or `name` and `password`.",
                 ));
             }
         };
         let Some(user) = user else {
-            return Err(Fail::new(
+            return Err(ApiError::new(
                 StatusCode::UNAUTHORIZED,
                 "not known",
                 "The link or the password is wrong or has expired.",
@@ -87,7 +87,7 @@ pub(crate) async fn session_begin(
         let run = user.share.as_deref();
         let (_, secret, _) = secrets::issue(
             &shared.db,
-            Kind::Session,
+            SecretKind::Session,
             user.id,
             "",
             run,
@@ -115,19 +115,19 @@ pub(crate) async fn session_end(
     State(app): Shared,
     LoggedIn(_): LoggedIn,
     headers: HeaderMap,
-) -> Result<Response, Fail> {
+) -> Result<Response, ApiError> {
     if let Some(secret) = cookie(&app, &headers) {
-        secrets::revoke(&app.db, Kind::Session, secret)?;
+        secrets::revoke(&app.db, SecretKind::Session, secret)?;
     }
     let gone = format!("{}=; Path=/; HttpOnly; Max-Age=0", cookie_name(&app));
     Ok((StatusCode::NO_CONTENT, [(header::SET_COOKIE, gone)]).into_response())
 }
 
-pub(crate) fn admin(user: &secrets::User) -> Result<(), Fail> {
+pub(crate) fn admin(user: &secrets::User) -> Result<(), ApiError> {
     if user.admin && user.share.is_none() {
         Ok(())
     } else {
-        Err(Fail::new(
+        Err(ApiError::new(
             StatusCode::FORBIDDEN,
             "not allowed",
             "Administrators manage users.",
@@ -161,7 +161,10 @@ pub(crate) async fn user_list(
             Ok(UserRow { name, admin, usage })
         };
         Ok(Json(
-            users.into_iter().map(row).collect::<Result<_, Fail>>()?,
+            users
+                .into_iter()
+                .map(row)
+                .collect::<Result<_, ApiError>>()?,
         ))
     })
     .await
@@ -172,20 +175,20 @@ pub(crate) async fn user_list(
 pub(crate) async fn user_set(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
-    Of(body): Of<NewUser>,
-) -> Result<StatusCode, Fail> {
+    JsonBody(body): JsonBody<NewUser>,
+) -> Result<StatusCode, ApiError> {
     admin(&user)?;
     cloud_api::names::check_name(&body.name)
-        .map_err(|why| Fail::bad("the name is not taken", why.to_string()))?;
+        .map_err(|why| ApiError::bad_request("invalid name", why.to_string()))?;
     if body.cores == Some(0) || body.disk.is_some_and(|bytes| bytes > i64::MAX as u64) {
-        return Err(Fail::bad(
-            "the limits are not taken",
+        return Err(ApiError::bad_request(
+            "invalid limits",
             "At least 1 core, and a length in bytes.",
         ));
     }
     if body.password.chars().count() < 10 || body.password.len() > 1000 {
-        return Err(Fail::bad(
-            "the password is not taken",
+        return Err(ApiError::bad_request(
+            "invalid password",
             "A password has at least 10 characters.",
         ));
     }
@@ -203,7 +206,7 @@ pub(crate) async fn token_list(
     LoggedIn(user): LoggedIn,
 ) -> Answer<Vec<TokenRow>> {
     if user.share.is_some() {
-        return Err(Fail::missing());
+        return Err(ApiError::not_found());
     }
     let connection = app.db.lock();
     let mut query = connection
@@ -225,15 +228,18 @@ pub(crate) async fn token_list(
 pub(crate) async fn token_add(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
-    Of(body): Of<NewToken>,
-) -> Result<Response, Fail> {
+    JsonBody(body): JsonBody<NewToken>,
+) -> Result<Response, ApiError> {
     let days = days(body.days)?;
     if body.name.len() > 200 {
-        return Err(Fail::bad("the name is too long", "At most 200 bytes."));
+        return Err(ApiError::bad_request(
+            "the name is too long",
+            "At most 200 bytes.",
+        ));
     }
     let (id, secret, expires) = secrets::issue(
         &app.db,
-        Kind::Token,
+        SecretKind::Token,
         user.id,
         &body.name,
         None,
@@ -256,8 +262,8 @@ pub(crate) async fn token_remove(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
     Path(id): Path<String>,
-) -> Result<StatusCode, Fail> {
-    let id: i64 = id.parse().map_err(|_| Fail::missing())?;
+) -> Result<StatusCode, ApiError> {
+    let id: i64 = id.parse().map_err(|_| ApiError::not_found())?;
     let removed = app.db.lock().execute(
         "DELETE FROM secrets WHERE id = ?1 AND user = ?2 AND kind = 'token'",
         params![id, user.id],
@@ -265,6 +271,6 @@ pub(crate) async fn token_remove(
     if removed == 1 {
         Ok(StatusCode::NO_CONTENT)
     } else {
-        Err(Fail::missing())
+        Err(ApiError::not_found())
     }
 }

@@ -1,4 +1,4 @@
-//! The solver's own opinion of a scene: `mercury-solve --check`, in a cage.
+//! Check of a scene by the solver: `mercury-solve --check`, in a cage.
 
 use std::fs::{self, File};
 use std::io::Read;
@@ -16,8 +16,9 @@ use cloud_api::requests::Scene;
 use cloud_worker::confine::Cage;
 use serde_json::Value;
 
-use crate::access::Fail;
+use crate::access::ApiError;
 use crate::earlier;
+use crate::runs::blocking;
 use crate::secrets;
 use crate::state::App;
 
@@ -50,10 +51,10 @@ impl Drop for Folder {
     }
 }
 
-fn name_is_bad(name: &str, why: BadName) -> Fail {
+fn name_is_bad(name: &str, why: BadName) -> ApiError {
     // What is sent back is shown; a long name need not be.
     let shown: String = name.chars().take(40).collect();
-    Fail::bad("a file name is not taken", format!("{shown:?}: {why}"))
+    ApiError::bad_request("invalid file name", format!("{shown:?}: {why}"))
 }
 
 /// Checks what can be checked without the solver. Returns the contents that the scene needs: name, SHA-256, length.
@@ -61,17 +62,17 @@ pub(crate) fn inspect(
     app: &App,
     owner: i64,
     scene: &Scene,
-) -> Result<Vec<(String, String, u64)>, Fail> {
+) -> Result<Vec<(String, String, u64)>, ApiError> {
     check_name(&scene.name).map_err(|why| name_is_bad(&scene.name, why))?;
     if scene.text.len() > LARGEST_SCENE {
-        return Err(Fail::new(
+        return Err(ApiError::new(
             StatusCode::PAYLOAD_TOO_LARGE,
             "the scene is too long",
             "A scene has at most 1 MB.",
         ));
     }
     if scene.files.len() > MOST_FILES || scene.set.len() > MOST_SETS {
-        return Err(Fail::bad(
+        return Err(ApiError::bad_request(
             "too many files or --set",
             format!("At most {MOST_FILES} files and {MOST_SETS} --set."),
         ));
@@ -82,8 +83,8 @@ pub(crate) fn inspect(
         .find(|set| !set.contains('=') || set.len() > 1000 || set.contains('\0'))
     {
         let shown: String = set.chars().take(40).collect();
-        return Err(Fail::bad(
-            "--set is not taken",
+        return Err(ApiError::bad_request(
+            "invalid --set",
             format!("{shown:?} is not KEY=VALUE"),
         ));
     }
@@ -91,13 +92,13 @@ pub(crate) fn inspect(
     for (name, sha256) in &scene.files {
         check_input(name).map_err(|why| name_is_bad(name, why))?;
         if *name == scene.name {
-            return Err(Fail::bad(
+            return Err(ApiError::bad_request(
                 "two files have one name",
                 format!("{name} is the scene already"),
             ));
         }
         let Some(bytes) = app.db.input(sha256, owner)? else {
-            return Err(Fail::bad(
+            return Err(ApiError::bad_request(
                 "a file is missing",
                 format!("Send the content of {name} to PUT /inputs/SHA256 first."),
             ));
@@ -123,16 +124,16 @@ pub(crate) fn lay_out(app: &App, scene: &Scene, files: &[(String, String, u64)])
     Ok(folder)
 }
 
-/// Asks the solver about a scene.
+/// Checks a scene by the solver.
 pub(crate) async fn check(
     app: &Arc<App>,
     owner: i64,
     mut scene: Scene,
     trial: bool,
-) -> Result<Checked, Fail> {
-    let _turn = app.checks.acquire().await.map_err(Fail::inner)?;
+) -> Result<Checked, ApiError> {
+    let _turn = app.checks.acquire().await.map_err(ApiError::internal)?;
     let app = Arc::clone(app);
-    let checked = tokio::task::spawn_blocking(move || {
+    blocking(move || {
         earlier::pin(&app, owner, &mut scene)?;
         let files = inspect(&app, owner, &scene)?;
         let folder = lay_out(&app, &scene, &files)?;
@@ -146,9 +147,9 @@ pub(crate) async fn check(
         arguments.extend(trial.then(|| "--trial=2s".to_owned()));
         arguments.extend(scene.set.iter().map(|set| format!("--set={set}")));
         let said = solve(&app, &folder, &arguments, PATIENCE)?;
-        Ok::<Checked, Fail>(said.checked())
-    });
-    checked.await.map_err(Fail::inner)?
+        Ok(said.checked())
+    })
+    .await
 }
 
 /// How long a preview may take.
@@ -158,13 +159,17 @@ const PREVIEW: Duration = Duration::from_secs(20);
 const MOST_PREVIEWED: f64 = 300_000.0;
 
 /// Walls and first particles: frame 0 of a run of one step.
-pub(crate) async fn preview(app: &Arc<App>, owner: i64, mut scene: Scene) -> Result<Value, Fail> {
+pub(crate) async fn preview(
+    app: &Arc<App>,
+    owner: i64,
+    mut scene: Scene,
+) -> Result<Value, ApiError> {
     let Checked { problems, plan } = check(app, owner, scene.clone(), false).await?;
     let plan = match plan {
         Some(plan) if problems.is_empty() => plan,
-        _ => return Err(Fail::scene(problems)),
+        _ => return Err(ApiError::unrunnable(problems)),
     };
-    let nothing = |why: &str| Fail::new(StatusCode::UNPROCESSABLE_ENTITY, "no preview", why);
+    let nothing = |why: &str| ApiError::new(StatusCode::UNPROCESSABLE_ENTITY, "no preview", why);
     let step = plan["time"]["step"]
         .as_f64()
         .ok_or_else(|| nothing("The plan has no time step."))?;
@@ -173,9 +178,9 @@ pub(crate) async fn preview(app: &Arc<App>, owner: i64, mut scene: Scene) -> Res
             "The scene begins with too many particles for a preview.",
         ));
     }
-    let _turn = app.checks.acquire().await.map_err(Fail::inner)?;
+    let _turn = app.checks.acquire().await.map_err(ApiError::internal)?;
     let app = Arc::clone(app);
-    let made = tokio::task::spawn_blocking(move || {
+    blocking(move || {
         earlier::pin(&app, owner, &mut scene)?;
         let files = inspect(&app, owner, &scene)?;
         let folder = lay_out(&app, &scene, &files)?;
@@ -198,20 +203,20 @@ pub(crate) async fn preview(app: &Arc<App>, owner: i64, mut scene: Scene) -> Res
         if said.code != Some(0) {
             return Err(nothing("The first step could not be made."));
         }
-        Ok::<Value, Fail>(crate::frames::still(&folder.0.join(".run"))?)
-    });
-    made.await.map_err(Fail::inner)?
+        Ok(crate::frames::still(&folder.0.join(".run"))?)
+    })
+    .await
 }
 
-/// What the solver said.
-pub(crate) struct Said {
+/// Answer of the solver.
+pub(crate) struct SolverAnswer {
     pub(crate) code: Option<i32>,
     pub(crate) answer: String,
     pub(crate) messages: String,
 }
 
-impl Said {
-    /// The answer, and what is wrong.
+impl SolverAnswer {
+    /// The answer, and the problems that it names.
     pub(crate) fn parts(&self) -> (Option<Value>, Vec<SceneProblem>) {
         let one = |message: &str| {
             let problem = SceneProblem {
@@ -259,10 +264,9 @@ pub(crate) fn solve(
     folder: &Folder,
     arguments: &[String],
     patience: Duration,
-) -> Result<Said> {
+) -> Result<SolverAnswer> {
     let cage = Cage {
         folder: folder.0.clone(),
-        read: Vec::new(),
         sandbox: app.options.sandbox,
         memory: MEMORY,
         file: 256 << 20,
@@ -285,7 +289,7 @@ pub(crate) fn solve(
             .read_to_end(&mut bytes)?;
         Ok(String::from_utf8_lossy(&bytes).into_owned())
     };
-    Ok(Said {
+    Ok(SolverAnswer {
         code,
         answer: read(answer)?,
         messages: read(messages)?,

@@ -15,7 +15,7 @@ pub(crate) const PIECE: u64 = 1 << 20;
 pub(crate) struct Content {
     /// Key, first byte in the file, length.
     pieces: Vec<(String, u64, u64)>,
-    /// What readers add: the end marker of frames.
+    /// Bytes that readers append: the end marker of frames.
     end: &'static [u8],
     bytes: u64,
 }

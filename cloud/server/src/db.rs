@@ -1,4 +1,4 @@
-//! What the server remembers: runs, attempts, events, users. SQLite, one writer.
+//! Database of the server: runs, attempts, events, users. SQLite, one writer.
 //!
 //! Every change of a run's state is one transaction that writes the row and an event, through [`Db::apply`].
 
@@ -9,7 +9,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use cloud_api::answers::{Attempt, EventRow, RunRow, Usage};
 use cloud_api::head::Cause;
-use cloud_api::lifecycle::{self, Event, Illegal, Policy, Run};
+use cloud_api::lifecycle::{self, Illegal, Policy, Run, RunEvent};
 use cloud_api::{Head, RunState, Wish};
 use cloud_engine::Engine;
 use rusqlite::{Connection, OptionalExtension, Row, Transaction, params};
@@ -82,7 +82,7 @@ pub(crate) struct Db {
 
 /// A run as the reconciler needs it.
 #[derive(Clone, Debug)]
-pub(crate) struct Live {
+pub(crate) struct LiveRun {
     pub(crate) id: String,
     pub(crate) owner: i64,
     pub(crate) run: Run,
@@ -94,7 +94,7 @@ pub(crate) struct Live {
 pub(crate) struct NewRun<'a> {
     pub(crate) id: &'a str,
     pub(crate) owner: i64,
-    /// Idempotency key with what was asked for.
+    /// Idempotency key and body of the request.
     pub(crate) key: Option<(&'a str, &'a str)>,
     pub(crate) title: &'a str,
     pub(crate) label: &'a str,
@@ -110,7 +110,7 @@ pub(crate) struct NewRun<'a> {
 pub(crate) struct NewStudy<'a> {
     pub(crate) id: &'a str,
     pub(crate) owner: i64,
-    /// Idempotency key with what was asked for.
+    /// Idempotency key and body of the request.
     pub(crate) key: Option<(&'a str, &'a str)>,
     pub(crate) title: &'a str,
     /// Keys, results and runs, as JSON.
@@ -118,14 +118,14 @@ pub(crate) struct NewStudy<'a> {
     pub(crate) project: Option<&'a str>,
 }
 
-/// Whose runs or studies a list has.
+/// Owner or project of the runs or studies of a list.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Of<'a> {
+pub(crate) enum ListScope<'a> {
     Owner(i64),
     Project(&'a str),
 }
 
-impl Of<'_> {
+impl ListScope<'_> {
     /// The column and its value.
     pub(crate) fn column(&self) -> (&'static str, &dyn rusqlite::ToSql) {
         match self {
@@ -135,7 +135,7 @@ impl Of<'_> {
     }
 }
 
-/// What `apply` came to.
+/// Result of [`Db::apply`].
 pub(crate) enum Applied {
     Done(Run, Vec<EventRow>),
     Missing,
@@ -199,7 +199,7 @@ impl Db {
     }
 
     /// All runs that the server has something to do about, those first that wait longest.
-    pub(crate) fn live(&self) -> Result<Vec<Live>> {
+    pub(crate) fn live(&self) -> Result<Vec<LiveRun>> {
         let connection = self.lock();
         let mut query = connection.prepare_cached(
             // Not the specs, of which a long queue has many.
@@ -207,7 +207,7 @@ impl Db {
              WHERE state IN ('queued', 'running', 'stopping') ORDER BY number",
         )?;
         let rows = query.query_map([], |row| {
-            Ok(Live {
+            Ok(LiveRun {
                 id: row.get("id")?,
                 owner: row.get("owner")?,
                 run: run_of(row)?,
@@ -279,11 +279,16 @@ impl Db {
         Ok(events)
     }
 
-    /// The run of an idempotency key, with what was asked for.
-    pub(crate) fn by_key(&self, owner: i64, key: &str) -> Result<Option<(String, String)>> {
+    /// Id and request of the run or study that was submitted with an idempotency key. `table`: `runs` or `studies`.
+    pub(crate) fn by_key(
+        &self,
+        table: &str,
+        owner: i64,
+        key: &str,
+    ) -> Result<Option<(String, String)>> {
         self.lock()
             .query_row(
-                "SELECT id, body FROM runs WHERE owner = ?1 AND key = ?2",
+                &format!("SELECT id, body FROM {table} WHERE owner = ?1 AND key = ?2"),
                 params![owner, key],
                 |row| Ok((row.get(0)?, row.get(1)?)),
             )
@@ -294,7 +299,7 @@ impl Db {
     pub(crate) fn apply(
         &self,
         id: &str,
-        event: &Event,
+        event: &RunEvent,
         head: Option<&Head>,
         engine: &dyn Engine,
     ) -> Result<Applied> {
@@ -328,7 +333,7 @@ impl Db {
         )?;
         let mut events = Vec::new();
         match event {
-            Event::Launched => {
+            RunEvent::Launched => {
                 transaction.execute(
                     "INSERT INTO attempts VALUES (?1, ?2, ?3, ?4, NULL, NULL, NULL, '', '', NULL, 0, ?5, NULL, NULL)",
                     params![id, after.epoch as i64, engine.name(), now(), engine.queue(before.barren)],
@@ -340,7 +345,7 @@ impl Db {
                     json!({"epoch": after.epoch, "began": true}),
                 )?);
             }
-            Event::Ended(ending, step) => {
+            RunEvent::Ended(ending, step) => {
                 let cause = serde_json::to_value(ending.cause).ok();
                 let cause = cause.as_ref().and_then(Value::as_str);
                 let machine = head.map_or("", |head| head.machine.as_str());
@@ -366,7 +371,7 @@ impl Db {
                 let data = json!({"epoch": before.epoch, "cause": cause, "code": ending.code, "message": ending.message});
                 events.push(add_event(&transaction, id, "attempt", data)?);
             }
-            Event::Resume | Event::Extend => {
+            RunEvent::Resume | RunEvent::Extend => {
                 transaction.execute(
                     "UPDATE runs SET cause=NULL, message='', results=NULL WHERE id=?1",
                     [id],
@@ -397,7 +402,7 @@ impl Db {
         Ok(Applied::Done(after, events))
     }
 
-    /// What a user takes, and may take.
+    /// Usage of a user, and its limits.
     pub(crate) fn usage(&self, user: i64) -> Result<Usage> {
         let connection = self.lock();
         let mut query = connection.prepare_cached(
@@ -438,7 +443,7 @@ impl Db {
         Ok(event)
     }
 
-    /// A further revision of a run's spec, for [`Event::Extend`].
+    /// A further revision of a run's spec, for [`RunEvent::Extend`].
     pub(crate) fn set_spec(&self, id: &str, spec: &str, of_steps: Option<u64>) -> Result<()> {
         self.lock().execute(
             "UPDATE runs SET spec=?2, of_steps=?3 WHERE id=?1",
@@ -464,14 +469,14 @@ impl Db {
     /// A page of runs, newest first. `after`: the last row of the page before.
     pub(crate) fn list(
         &self,
-        of: Of,
+        scope: ListScope,
         state: Option<&str>,
         label: Option<&str>,
         text: Option<&str>,
         after: Option<&str>,
     ) -> Result<Vec<RunRow>> {
         let connection = self.reader();
-        let (column, value) = of.column();
+        let (column, value) = scope.column();
         // The rows are chosen by an index alone: with their specs they are large.
         let mut query = connection.prepare_cached(&format!(
             "SELECT *, (SELECT name FROM users u WHERE u.id = owner) AS owner_name FROM runs WHERE number IN (SELECT number FROM runs WHERE {column} = ?1 AND (?2 IS NULL OR state = ?2)
@@ -487,9 +492,9 @@ impl Db {
     }
 
     /// How many runs of a user or a project are in each state.
-    pub(crate) fn states(&self, of: Of) -> Result<BTreeMap<String, u64>> {
+    pub(crate) fn states(&self, scope: ListScope) -> Result<BTreeMap<String, u64>> {
         let connection = self.reader();
-        let (column, value) = of.column();
+        let (column, value) = scope.column();
         let mut query = connection.prepare_cached(&format!(
             "SELECT state, count(*) FROM runs WHERE {column} = ?1 GROUP BY state"
         ))?;
@@ -746,7 +751,7 @@ mod tests {
         let mut after: Option<String> = None;
         loop {
             let mut page = db
-                .list(Of::Owner(1), None, None, None, after.as_deref())
+                .list(ListScope::Owner(1), None, None, None, after.as_deref())
                 .unwrap();
             let more = page.len() > MOST_ROWS;
             page.truncate(MOST_ROWS);
@@ -759,7 +764,7 @@ mod tests {
         seen.reverse();
         assert_eq!(seen, ids);
         assert!(
-            db.list(Of::Owner(2), None, None, None, None)
+            db.list(ListScope::Owner(2), None, None, None, None)
                 .unwrap()
                 .is_empty()
         );
@@ -771,10 +776,10 @@ mod tests {
         db.insert(&[new("a", Some(("k", "body")))], None).unwrap();
         assert!(db.insert(&[new("b", Some(("k", "other")))], None).is_err());
         assert_eq!(
-            db.by_key(1, "k").unwrap(),
+            db.by_key("runs", 1, "k").unwrap(),
             Some(("a".to_owned(), "body".to_owned()))
         );
-        assert_eq!(db.by_key(2, "k").unwrap(), None);
+        assert_eq!(db.by_key("runs", 2, "k").unwrap(), None);
     }
 
     #[test]
@@ -783,18 +788,18 @@ mod tests {
         db.insert(&[new("a", None)], None).unwrap();
         let before = db.newest_event().unwrap();
         assert!(matches!(
-            db.apply("a", &Event::Resume, None, &Local::new(1, ""))
+            db.apply("a", &RunEvent::Resume, None, &Local::new(1, ""))
                 .unwrap(),
             Applied::Illegal(_)
         ));
         assert!(matches!(
-            db.apply("b", &Event::Stop, None, &Local::new(1, ""))
+            db.apply("b", &RunEvent::Stop, None, &Local::new(1, ""))
                 .unwrap(),
             Applied::Missing
         ));
         assert_eq!(db.newest_event().unwrap(), before);
         assert!(matches!(
-            db.apply("a", &Event::Launched, None, &Local::new(1, ""))
+            db.apply("a", &RunEvent::Launched, None, &Local::new(1, ""))
                 .unwrap(),
             Applied::Done(..)
         ));

@@ -11,11 +11,12 @@ use axum::response::Response;
 use cloud_api::answers::RunFile;
 use cloud_api::{Head, RunId};
 use tokio_stream::Stream;
+use tokio_stream::wrappers::ReceiverStream;
 
-use crate::access::{Fail, LoggedIn};
+use crate::access::{ApiError, LoggedIn};
 use crate::content::{Content, PIECE};
 use crate::routes::{Answer, Shared, headed};
-use crate::runs::{blocking, mine};
+use crate::runs::{blocking, visible_run};
 use crate::state::App;
 
 fn files(head: &Head) -> Vec<RunFile> {
@@ -53,7 +54,7 @@ pub(crate) async fn run_files(
 }
 
 /// Bytes `first..=last` that a `Range` header asks for; `None`: all.
-fn range(headers: &HeaderMap, bytes: u64) -> Result<Option<(u64, u64)>, Fail> {
+fn range(headers: &HeaderMap, bytes: u64) -> Result<Option<(u64, u64)>, ApiError> {
     let Some(text) = headers
         .get(header::RANGE)
         .and_then(|value| value.to_str().ok())
@@ -69,7 +70,7 @@ fn range(headers: &HeaderMap, bytes: u64) -> Result<Option<(u64, u64)>, Fail> {
         return Ok(None);
     };
     let unsatisfiable = || {
-        Fail::new(
+        ApiError::new(
             StatusCode::RANGE_NOT_SATISFIABLE,
             "no such bytes",
             format!("The file has {bytes} bytes."),
@@ -110,27 +111,7 @@ fn stream(
             at += bytes;
         }
     });
-    receiver(receive)
-}
-
-pub(crate) fn receiver<T>(mut receive: tokio::sync::mpsc::Receiver<T>) -> impl Stream<Item = T> {
-    Polled(move |context: &mut std::task::Context<'_>| receive.poll_recv(context))
-}
-
-/// A stream from a function that is polled.
-struct Polled<F>(F);
-
-impl<T, F: FnMut(&mut std::task::Context<'_>) -> std::task::Poll<Option<T>> + Unpin> Stream
-    for Polled<F>
-{
-    type Item = T;
-
-    fn poll_next(
-        mut self: std::pin::Pin<&mut Self>,
-        context: &mut std::task::Context<'_>,
-    ) -> std::task::Poll<Option<T>> {
-        (self.0)(context)
-    }
+    ReceiverStream::new(receive)
 }
 
 /// The last part of a path as a name to save a file under; anything but plain characters is left out.
@@ -149,12 +130,12 @@ pub(crate) async fn run_file(
     LoggedIn(user): LoggedIn,
     Path((id, name)): Path<(String, String)>,
     headers: HeaderMap,
-) -> Result<Response, Fail> {
+) -> Result<Response, ApiError> {
     let shared = Arc::clone(&app);
     let file = name.clone();
     let content = blocking(move || {
         let (id, head) = headed(&shared, &user, &id)?;
-        Content::of(&id, &head, &file).ok_or_else(Fail::missing)
+        Content::of(&id, &head, &file).ok_or_else(ApiError::not_found)
     });
     let content = content.await?;
     let bytes = content.bytes();
@@ -189,7 +170,7 @@ pub(crate) async fn run_file(
     }
     answer
         .body(Body::from_stream(stream(app, content, first, end)))
-        .map_err(Fail::inner)
+        .map_err(ApiError::internal)
 }
 
 /// A writer whose bytes go to a listener.
@@ -221,11 +202,11 @@ pub(crate) async fn run_archive(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
     Path(id): Path<String>,
-) -> Result<Response, Fail> {
+) -> Result<Response, ApiError> {
     let shared = Arc::clone(&app);
     let (id, head, spec) = blocking(move || {
-        let (id, _, _, _, spec) = mine(&shared, &user, &id)?;
-        let head = shared.head(&id)?.ok_or_else(Fail::missing)?;
+        let (id, _, _, _, spec) = visible_run(&shared, &user, &id)?;
+        let head = shared.head(&id)?.ok_or_else(ApiError::not_found)?;
         Ok((id, head, spec))
     })
     .await?;
@@ -247,8 +228,8 @@ pub(crate) async fn run_archive(
             header::CONTENT_DISPOSITION,
             format!("attachment; filename=\"{name}.zip\""),
         )
-        .body(Body::from_stream(receiver(receive)))
-        .map_err(Fail::inner)
+        .body(Body::from_stream(ReceiverStream::new(receive)))
+        .map_err(ApiError::internal)
 }
 
 fn archive(

@@ -10,7 +10,7 @@ use cloud_api::requests::Scene;
 use cloud_api::{Head, RunId};
 use serde_json::Value;
 
-use crate::access::Fail;
+use crate::access::ApiError;
 use crate::projects;
 use crate::secrets;
 use crate::state::App;
@@ -41,7 +41,7 @@ fn named(scene: &Scene) -> BTreeSet<RunId> {
 
 /// Adds the checkpoints that a scene starts from to its files: once for all that is made of it, as the runs may go on meanwhile. A run
 /// that the user may not see has none.
-pub(crate) fn pin(app: &App, user: i64, scene: &mut Scene) -> Result<(), Fail> {
+pub(crate) fn pin(app: &App, user: i64, scene: &mut Scene) -> Result<(), ApiError> {
     for run in named(scene) {
         let folder = format!("{run}/");
         // A clone has the state that its original had.
@@ -59,7 +59,7 @@ pub(crate) fn pin(app: &App, user: i64, scene: &mut Scene) -> Result<(), Fail> {
             let detail = format!(
                 "The run {run} has no checkpoint yet: it writes one when it is stopped, and at its end."
             );
-            return Err(Fail::bad("the run has no state", detail));
+            return Err(ApiError::bad_request("the run has no state", detail));
         };
         let name = format!("{folder}{}", checkpoint.name);
         if app.db.input(&checkpoint.sha256, user)?.is_none() {
@@ -73,7 +73,7 @@ pub(crate) fn pin(app: &App, user: i64, scene: &mut Scene) -> Result<(), Fail> {
 }
 
 /// Copies the newest checkpoint of a run to the inputs.
-fn keep(app: &App, run: &RunId, head: &Head) -> Result<(), Fail> {
+fn keep(app: &App, run: &RunId, head: &Head) -> Result<(), ApiError> {
     let Some(checkpoint) = &head.checkpoint else {
         return Ok(());
     };
@@ -89,7 +89,7 @@ fn keep(app: &App, run: &RunId, head: &Head) -> Result<(), Fail> {
         .store
         .get_into(&format!("runs/{run}/{}", checkpoint.key), &mut file)?;
     if sha256 != checkpoint.sha256 {
-        return Err(Fail::inner(format!(
+        return Err(ApiError::internal(format!(
             "the checkpoint {} of run {run} is damaged",
             checkpoint.name
         )));

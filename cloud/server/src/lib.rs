@@ -2,6 +2,7 @@
 
 mod access;
 mod accounts;
+mod attempts;
 mod charts;
 mod check;
 mod content;
@@ -9,7 +10,7 @@ mod db;
 mod downloads;
 mod earlier;
 mod frames;
-mod live;
+
 mod openapi;
 mod prices;
 mod projects;
@@ -42,9 +43,6 @@ pub enum EngineChoice {
     /// AWS Batch.
     #[cfg(feature = "aws")]
     Aws(cloud_engine::Account),
-    /// Kubernetes.
-    #[cfg(feature = "kubernetes")]
-    Kubernetes(cloud_engine::Cluster),
 }
 
 /// How a server is to be.
@@ -80,7 +78,7 @@ pub struct Options {
     pub checkpoint_every: String,
     /// Seconds between two signs of life of a run; without it as engine and store need.
     pub beat: Option<f64>,
-    /// What cores cost; without it costs are core seconds alone.
+    /// Prices of cores; without them costs are core seconds alone.
     pub prices: Option<Prices>,
     /// Called when the engine has taken a job, before that is recorded. Tests end the server here.
     pub after_submit: fn(),

@@ -239,7 +239,7 @@ mod tests {
         let written = std::fs::read_to_string(path).unwrap_or_default();
         assert!(
             text == written,
-            "docs/formats/cloud-api.md is not what the API is; MERCURY_BLESS=1 writes it anew"
+            "docs/formats/cloud-api.md differs from the API; MERCURY_BLESS=1 writes it anew"
         );
     }
 

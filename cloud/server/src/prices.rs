@@ -1,4 +1,4 @@
-//! What a core costs for an hour, from a file that the operator keeps: no provider is asked.
+//! Price of a core for an hour, from a file that the operator keeps. No request is sent to a provider.
 
 use std::collections::BTreeMap;
 
@@ -10,14 +10,14 @@ use serde::Deserialize;
 pub struct Prices {
     /// Currency, as it is shown: `USD`, `EUR`.
     pub currency: String,
-    /// What a core costs without any discount; savings are against it.
+    /// Price of a core without any discount; savings are against it.
     #[serde(default)]
     pub on_demand: Option<f64>,
-    /// By queue on AWS Batch (the last part of its name or ARN), by engine elsewhere: `local`, `slurm`, `kubernetes`.
+    /// By queue on AWS Batch (the last part of its name or ARN), by engine elsewhere: `local` or `slurm`.
     pub core_hour: BTreeMap<String, f64>,
 }
 
-/// What an attempt costs, in the currency of the prices.
+/// Cost of an attempt, in the currency of the prices.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Cost {
     pub(crate) spent: Option<f64>,
@@ -25,7 +25,7 @@ pub(crate) struct Cost {
 }
 
 impl Prices {
-    /// What is wrong with them, if anything.
+    /// Checks currency and prices.
     ///
     /// # Errors
     /// The key and what is wrong with its value.
@@ -53,7 +53,7 @@ impl Prices {
             .copied()
     }
 
-    /// What so many core seconds in a queue cost.
+    /// Cost of so many core seconds in a queue.
     pub(crate) fn cost(&self, queue: &str, core_seconds: f64) -> Cost {
         let Some(price) = self.core_hour(queue) else {
             return Cost::default();

@@ -14,9 +14,9 @@ use cloud_api::requests::{NewMember, NewProject, Role};
 use rusqlite::{Connection, OptionalExtension, params};
 use serde_json::Value;
 
-use crate::access::{Fail, LoggedIn};
+use crate::access::{ApiError, LoggedIn};
 use crate::db::{self, MOST_ROWS, now};
-use crate::routes::{Answer, Of, Shared};
+use crate::routes::{Answer, JsonBody, Shared};
 use crate::runs::blocking;
 use crate::secrets::{self, User};
 use crate::state::App;
@@ -48,15 +48,15 @@ fn role_in(connection: &Connection, user: i64, project: &str) -> db::Result<Opti
 }
 
 /// Whether a user is a member of a project, if there is one.
-pub(crate) fn is_member(app: &App, user: i64, project: Option<&str>) -> Result<bool, Fail> {
+pub(crate) fn is_member(app: &App, user: i64, project: Option<&str>) -> Result<bool, ApiError> {
     let Some(project) = project else {
         return Ok(false);
     };
     Ok(role_in(&app.db.lock(), user, project)?.is_some())
 }
 
-/// What a user may do in a project; `None` for others than members, and for links to one run.
-pub(crate) fn role(app: &App, user: &User, project: &str) -> Result<Option<Role>, Fail> {
+/// Role of a user in a project; `None` for others than members, and for links to one run.
+pub(crate) fn role(app: &App, user: &User, project: &str) -> Result<Option<Role>, ApiError> {
     if user.share.is_some() {
         return Ok(None);
     }
@@ -64,15 +64,15 @@ pub(crate) fn role(app: &App, user: &User, project: &str) -> Result<Option<Role>
 }
 
 /// Refuses what needs a role that the user does not have in a project. A project of others is not there.
-pub(crate) fn need(app: &App, user: &User, project: &str, least: Role) -> Result<(), Fail> {
+pub(crate) fn need(app: &App, user: &User, project: &str, least: Role) -> Result<(), ApiError> {
     enough(role(app, user, project)?, least)
 }
 
-fn enough(role: Option<Role>, least: Role) -> Result<(), Fail> {
+fn enough(role: Option<Role>, least: Role) -> Result<(), ApiError> {
     match role {
-        None => Err(Fail::missing()),
+        None => Err(ApiError::not_found()),
         Some(role) if role >= least => Ok(()),
-        Some(role) => Err(Fail::new(
+        Some(role) => Err(ApiError::new(
             StatusCode::FORBIDDEN,
             "not allowed",
             format!(
@@ -131,26 +131,26 @@ fn list(connection: &Connection, user: i64) -> db::Result<Vec<ProjectRow>> {
 pub(crate) async fn project_add(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
-    Of(body): Of<NewProject>,
-) -> Result<Response, Fail> {
+    JsonBody(body): JsonBody<NewProject>,
+) -> Result<Response, ApiError> {
     let name = body.name.trim().to_owned();
     if name.is_empty() || name.len() > LONGEST_NAME || name.chars().any(char::is_control) {
-        return Err(Fail::bad(
-            "the name is not taken",
+        return Err(ApiError::bad_request(
+            "invalid name",
             format!("A name has 1 to {LONGEST_NAME} bytes, without control characters."),
         ));
     }
     blocking(move || {
         let id = secrets::run_id()?.to_string();
         let mut connection = app.db.lock();
-        let mine: i64 = connection.query_row(
+        let count: i64 = connection.query_row(
             "SELECT count(*) FROM members WHERE user = ?1",
             [user.id],
             |row| row.get(0),
         )?;
-        if mine >= MOST_ROWS as i64 {
+        if count >= MOST_ROWS as i64 {
             let detail = format!("A user is in {MOST_ROWS} projects at most.");
-            return Err(Fail::bad("too many projects", detail));
+            return Err(ApiError::bad_request("too many projects", detail));
         }
         let transaction = connection.transaction()?;
         transaction.execute(
@@ -183,7 +183,7 @@ pub(crate) async fn project_remove(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
     Path(project): Path<String>,
-) -> Result<StatusCode, Fail> {
+) -> Result<StatusCode, ApiError> {
     blocking(move || {
         need(&app, &user, &project, Role::Manager)?;
         let mut connection = app.db.lock();
@@ -209,8 +209,8 @@ pub(crate) async fn member_set(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
     Path((project, name)): Path<(String, String)>,
-    Of(body): Of<NewMember>,
-) -> Result<StatusCode, Fail> {
+    JsonBody(body): JsonBody<NewMember>,
+) -> Result<StatusCode, ApiError> {
     change_members(app, user, project, name, Some(body.role)).await
 }
 
@@ -221,7 +221,7 @@ pub(crate) async fn member_remove(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
     Path((project, name)): Path<(String, String)>,
-) -> Result<StatusCode, Fail> {
+) -> Result<StatusCode, ApiError> {
     change_members(app, user, project, name, None).await
 }
 
@@ -231,7 +231,7 @@ async fn change_members(
     project: String,
     name: String,
     role: Option<Role>,
-) -> Result<StatusCode, Fail> {
+) -> Result<StatusCode, ApiError> {
     blocking(move || {
         let leaves = role.is_none() && name == user.name;
         let least = if leaves { Role::Viewer } else { Role::Manager };
@@ -243,7 +243,7 @@ async fn change_members(
             .optional()?;
         let Some(member) = member else {
             let detail = "This server has no user of this name.";
-            return Err(Fail::new(StatusCode::NOT_FOUND, "no such user", detail));
+            return Err(ApiError::new(StatusCode::NOT_FOUND, "no such user", detail));
         };
         let changed = match role {
             Some(role) => transaction.execute(
@@ -256,7 +256,7 @@ async fn change_members(
             )?,
         };
         if changed == 0 {
-            return Err(Fail::missing());
+            return Err(ApiError::not_found());
         }
         let managers: i64 = transaction.query_row(
             "SELECT count(*) FROM members WHERE project = ?1 AND role = ?2",
@@ -265,7 +265,7 @@ async fn change_members(
         )?;
         if managers == 0 {
             let detail = "A project has a manager: make another member one first, or remove the project.";
-            return Err(Fail::new(StatusCode::CONFLICT, "the last manager", detail));
+            return Err(ApiError::new(StatusCode::CONFLICT, "the last manager", detail));
         }
         transaction.commit()?;
         Ok(StatusCode::NO_CONTENT)
@@ -274,6 +274,6 @@ async fn change_members(
 }
 
 /// Whose runs a list has: those of a project, or those of the user.
-pub(crate) fn of<'a>(project: Option<&'a str>, user: &User) -> db::Of<'a> {
-    project.map_or(db::Of::Owner(user.id), db::Of::Project)
+pub(crate) fn of<'a>(project: Option<&'a str>, user: &User) -> db::ListScope<'a> {
+    project.map_or(db::ListScope::Owner(user.id), db::ListScope::Project)
 }

@@ -1,6 +1,6 @@
 //! One loop that looks at every live run and does the next thing about it.
 //!
-//! What to do is decided by `cloud_api::lifecycle::next`, from the row in the database, the head in the store and what
+//! The next action is decided by `cloud_api::lifecycle::next`, from the row in the database, the head in the store and what
 //! the engine says. A server that was killed looks anew and goes on; there is no recovery apart.
 
 use std::collections::HashMap;
@@ -9,19 +9,19 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use cloud_api::lifecycle::{Event, Job, Seen, Todo, next};
+use cloud_api::lifecycle::{JobState, Observation, RunEvent, Todo, next};
 use cloud_api::{Beat, Control, Head, Phase, RunState, Wish};
 use cloud_engine::{Launch, Observed, Stop, job_name};
 use serde_json::json;
 
 use crate::EngineChoice;
-use crate::db::{Applied, Live, now};
+use crate::db::{Applied, LiveRun, now};
 use crate::state::{App, Message};
 
 /// How often the loop looks at least, if nothing wakes it.
 const LOOK: Duration = Duration::from_millis(500);
 
-/// How often it looks while runs wait for a place on this machine, which short runs leave soon.
+/// How often it looks while runs wait for capacity on this machine, which short runs leave soon.
 const LOOK_FOR_PLACE: Duration = Duration::from_millis(150);
 
 /// Looks between two beats: more would see nothing new.
@@ -46,7 +46,7 @@ pub(crate) fn begin(app: Arc<App>) -> Result<()> {
         .spawn(move || {
             loop {
                 let begin = Instant::now();
-                let wait = look(&app).unwrap_or_else(|error| {
+                let wait = reconcile_all(&app).unwrap_or_else(|error| {
                     eprintln!("{error:#}");
                     LOOK
                 });
@@ -59,8 +59,8 @@ pub(crate) fn begin(app: Arc<App>) -> Result<()> {
     Ok(())
 }
 
-/// Looks at all runs; returns when to look again, if nothing wakes the loop before.
-fn look(app: &App) -> Result<Duration> {
+/// Reconciles all runs; returns the time until the next pass, if nothing wakes the loop before.
+fn reconcile_all(app: &App) -> Result<Duration> {
     let every = Duration::from_secs_f64(app.db.policy().beat / LOOKS_PER_BEAT).max(LOOK);
     let runs = app.db.live()?;
     if runs.is_empty() {
@@ -71,20 +71,20 @@ fn look(app: &App) -> Result<Duration> {
         match app.engine.observe() {
             Ok(jobs) => Some(jobs),
             Err(error) => {
-                eprintln!("the engine gives no answer: {error}");
+                eprintln!("the engine does not respond: {error}");
                 None
             }
         }
     } else {
         Some(HashMap::new())
     };
-    let busy = |wanted: &dyn Fn(&Live) -> u64| -> u64 {
+    let busy = |wanted: &dyn Fn(&LiveRun) -> u64| -> u64 {
         runs.iter()
             .filter(|live| live.run.state.has_attempt())
             .map(wanted)
             .sum()
     };
-    let mut room = Room {
+    let mut capacity = FreeCapacity {
         cores: app
             .engine
             .abilities()
@@ -96,23 +96,23 @@ fn look(app: &App) -> Result<Duration> {
         taken: HashMap::new(),
     };
     for live in runs.iter().filter(|live| live.run.state.has_attempt()) {
-        *room.taken.entry(live.owner).or_default() += u64::from(live.threads);
+        *capacity.taken.entry(live.owner).or_default() += u64::from(live.threads);
     }
     let mut to_submit = Vec::new();
     for live in runs {
-        let place = room.has(&live);
+        let has_capacity = capacity.fits(&live);
         // Most of a long queue waits for its turn: nothing has to be read for that.
-        if live.run.state == RunState::Queued && !place && live.run.epoch == 0 {
+        if live.run.state == RunState::Queued && !has_capacity && live.run.epoch == 0 {
             waiting = true;
             continue;
         }
         let began = !live.run.state.has_attempt();
-        match one(app, live.clone(), jobs.as_ref(), place) {
+        match reconcile_run(app, live.clone(), jobs.as_ref(), has_capacity) {
             Ok(after) => {
                 if began && after.has_attempt() {
-                    room.take(&live);
+                    capacity.reserve(&live);
                 }
-                if let After::Submit(ready) = after {
+                if let Reconciled::Submit(ready) = after {
                     to_submit.push(*ready);
                 }
             }
@@ -128,8 +128,8 @@ fn look(app: &App) -> Result<Duration> {
     })
 }
 
-/// What is free on this machine.
-struct Room {
+/// Free cores and memory of this machine, and limits of users.
+struct FreeCapacity {
     /// `None`: the engine has a queue of its own.
     cores: Option<i64>,
     memory: u64,
@@ -140,9 +140,9 @@ struct Room {
     taken: HashMap<i64, u64>,
 }
 
-impl Room {
+impl FreeCapacity {
     /// A run that is larger than the machine runs alone: it was let in by the check, or the machine was larger then.
-    fn has(&self, live: &Live) -> bool {
+    fn fits(&self, live: &LiveRun) -> bool {
         let taken = self.taken.get(&live.owner).copied().unwrap_or(0);
         if (self.limits.get(&live.owner))
             .is_some_and(|&most| taken + u64::from(live.threads) > most)
@@ -154,7 +154,7 @@ impl Room {
         })
     }
 
-    fn take(&mut self, live: &Live) {
+    fn reserve(&mut self, live: &LiveRun) {
         self.cores = self.cores.map(|cores| cores - i64::from(live.threads));
         self.memory = self.memory.saturating_sub(live.memory);
         self.empty = false;
@@ -162,15 +162,15 @@ impl Room {
     }
 }
 
-/// How a look leaves a run.
-enum After {
+/// Result of reconciling a run.
+enum Reconciled {
     /// Without an attempt, or with one that needs nothing.
     Attempt(bool),
     /// With an attempt that the engine is to start, together with those of other runs.
-    Submit(Box<(Live, Launch)>),
+    Submit(Box<(LiveRun, Launch)>),
 }
 
-impl After {
+impl Reconciled {
     fn has_attempt(&self) -> bool {
         match self {
             Self::Attempt(has_attempt) => *has_attempt,
@@ -180,8 +180,8 @@ impl After {
 }
 
 /// Starts attempts, and records those that the engine took.
-fn submit(app: &App, ready: Vec<(Live, Launch)>) {
-    let (runs, launches): (Vec<Live>, Vec<Launch>) = ready.into_iter().unzip();
+fn submit(app: &App, ready: Vec<(LiveRun, Launch)>) {
+    let (runs, launches): (Vec<LiveRun>, Vec<Launch>) = ready.into_iter().unzip();
     if launches.is_empty() {
         return;
     }
@@ -191,7 +191,7 @@ fn submit(app: &App, ready: Vec<(Live, Launch)>) {
             continue;
         }
         (app.options.after_submit)();
-        app.lives.with(&live.id, live.run.epoch, |seen| {
+        app.attempts.with(&live.id, live.run.epoch, |seen| {
             seen.submitted = Instant::now();
             seen.changed = Instant::now();
         });
@@ -199,10 +199,10 @@ fn submit(app: &App, ready: Vec<(Live, Launch)>) {
             let engine = app.engine.as_ref();
             Ok(app
                 .db
-                .apply(&live.id, &Event::Submitted, Some(&head), engine)?)
+                .apply(&live.id, &RunEvent::Submitted, Some(&head), engine)?)
         });
         match recorded {
-            Ok(Applied::Done(_, events)) => app.tell(events),
+            Ok(Applied::Done(_, events)) => app.publish(events),
             Ok(Applied::Missing) => {}
             Ok(Applied::Illegal(error)) => eprintln!("run {}: {error}", live.id),
             // The next look finds the job by its name.
@@ -211,13 +211,13 @@ fn submit(app: &App, ready: Vec<(Live, Launch)>) {
     }
 }
 
-/// Does what is due about a run.
-fn one(
+/// Executes the actions that are due for a run.
+fn reconcile_run(
     app: &App,
-    mut live: Live,
+    mut live: LiveRun,
     jobs: Option<&HashMap<String, Observed>>,
-    place: bool,
-) -> Result<After> {
+    has_capacity: bool,
+) -> Result<Reconciled> {
     for _ in 0..IN_A_ROW {
         let head_key = format!("runs/{}/head.json", live.id);
         let versioned = match app.store.get_versioned(&head_key) {
@@ -225,10 +225,10 @@ fn one(
             Err(error) => {
                 eprintln!("{error}");
                 // Silence of the store is not silence of the run.
-                app.lives.with(&live.id, live.run.epoch, |seen| {
+                app.attempts.with(&live.id, live.run.epoch, |seen| {
                     seen.changed = Instant::now()
                 });
-                return Ok(After::Attempt(live.run.state.has_attempt()));
+                return Ok(Reconciled::Attempt(live.run.state.has_attempt()));
             }
         };
         let (head, version) = match versioned {
@@ -240,11 +240,11 @@ fn one(
             None => (Head::default(), None),
         };
         let job = match jobs {
-            None => Job::Unknown,
+            None => JobState::Unknown,
             Some(jobs) => match jobs.get(&job_name(&live.id, live.run.epoch)) {
-                None => Job::Absent,
-                Some(Observed::Pending(_)) => Job::Pending,
-                Some(Observed::Running(_)) => Job::Running,
+                None => JobState::Absent,
+                Some(Observed::Pending(_)) => JobState::Pending,
+                Some(Observed::Running(_)) => JobState::Running,
             },
         };
         let beat = if live.run.state.has_attempt() && head.phase == Phase::Running {
@@ -257,21 +257,21 @@ fn one(
         } else {
             None
         };
-        notice(app, &live, &head, beat, job);
-        let (changed, submitted) = app.lives.with(&live.id, live.run.epoch, |seen| {
+        record_signs(app, &live, &head, beat, job);
+        let (changed, submitted) = app.attempts.with(&live.id, live.run.epoch, |seen| {
             (seen.changed, seen.submitted)
         });
-        let seen = Seen {
+        let seen = Observation {
             head: Some(&head),
             job,
             silent: changed.elapsed().as_secs_f64(),
             since_submit: submitted.elapsed().as_secs_f64(),
-            place,
+            has_capacity,
             now: now(),
         };
         let event = match next(&live.run, &seen, app.db.policy()) {
             Todo::Nothing => break,
-            Todo::Launch => Event::Launched,
+            Todo::Launch => RunEvent::Launched,
             Todo::Claim => {
                 let claimed = Head {
                     epoch: live.run.epoch,
@@ -291,11 +291,11 @@ fn one(
             }
             Todo::Submit => {
                 let launch = launch(app, &live)?;
-                return Ok(After::Submit(Box::new((live, launch))));
+                return Ok(Reconciled::Submit(Box::new((live, launch))));
             }
-            Todo::Tell => {
+            Todo::SendWish => {
                 let (epoch, wish) = (live.run.epoch, live.run.wish);
-                let wished = app.lives.with(&live.id, epoch, |seen| {
+                let wished = app.attempts.with(&live.id, epoch, |seen| {
                     *seen.wished.get_or_insert_with(Instant::now)
                 });
                 let control = serde_json::to_vec(&Control { epoch, wish })?;
@@ -311,7 +311,7 @@ fn one(
             Todo::Interrupt => {
                 let epoch = live.run.epoch;
                 // First the gentle way; a job that does not go is ended.
-                let since = app.lives.with(&live.id, epoch, |seen| {
+                let since = app.attempts.with(&live.id, epoch, |seen| {
                     *seen.interrupted.get_or_insert_with(Instant::now)
                 });
                 let grace = app.engine.abilities().grace;
@@ -323,9 +323,9 @@ fn one(
                 app.engine.stop(&job_name(&live.id, epoch), how)?;
                 break;
             }
-            Todo::Close(ending) => Event::Ended(ending, head.step),
+            Todo::Close(ending) => RunEvent::Ended(ending, head.step),
         };
-        let closed = matches!(event, Event::Ended(..));
+        let closed = matches!(event, RunEvent::Ended(..));
         match app.db.apply(
             &live.id,
             &event,
@@ -334,29 +334,29 @@ fn one(
         )? {
             Applied::Done(run, events) => {
                 live.run = run;
-                app.tell(events);
+                app.publish(events);
             }
-            Applied::Missing => return Ok(After::Attempt(false)),
+            Applied::Missing => return Ok(Reconciled::Attempt(false)),
             Applied::Illegal(error) => eprintln!("run {}: {error}", live.id),
         }
         if closed {
             if !live.run.state.is_live() {
-                app.lives.forget(&live.id);
+                app.attempts.forget(&live.id);
             }
             break;
         }
     }
-    Ok(After::Attempt(live.run.state.has_attempt()))
+    Ok(Reconciled::Attempt(live.run.state.has_attempt()))
 }
 
-fn head_of(app: &App, live: &Live) -> Result<Head> {
+fn head_of(app: &App, live: &LiveRun) -> Result<Head> {
     let id = live.id.parse()?;
     Ok(app.head(&id)?.unwrap_or_default())
 }
 
-/// Takes note of signs of life, and passes them on to listeners.
-fn notice(app: &App, live: &Live, head: &Head, beat: Option<Beat>, job: Job) {
-    let (news, notes) = app.lives.with(&live.id, live.run.epoch, |seen| {
+/// Records signs of life, and publishes them.
+fn record_signs(app: &App, live: &LiveRun, head: &Head, beat: Option<Beat>, job: JobState) {
+    let (news, notes) = app.attempts.with(&live.id, live.run.epoch, |seen| {
         let beats =
             beat.as_ref().map(|beat| beat.count) != seen.beat.as_ref().map(|beat| beat.count);
         let changed = beats || head.commit != seen.commit || job != seen.job;
@@ -393,19 +393,19 @@ fn notice(app: &App, live: &Live, head: &Head, beat: Option<Beat>, job: Job) {
             .any(|event| event.kind == "note" && event.data == data)
             && let Ok(event) = app.db.event(&live.id, "note", data)
         {
-            app.tell(vec![event]);
+            app.publish(vec![event]);
         }
     }
 }
 
-fn launch(app: &App, live: &Live) -> Result<Launch> {
+fn launch(app: &App, live: &LiveRun) -> Result<Launch> {
     let job = job_name(&live.id, live.run.epoch);
     let options = &app.options;
-    let (program, solver, scratch) = match (app.engine.place(), &options.engine) {
-        (Some(place), _) => (
-            place.program.clone(),
-            place.solver.clone(),
-            place.scratch.clone(),
+    let (program, solver, scratch) = match (app.engine.image(), &options.engine) {
+        (Some(image), _) => (
+            image.program.clone(),
+            image.solver.clone(),
+            image.scratch.clone(),
         ),
         // By a name that is the program that runs now, also when its file has been replaced by a newer one.
         (None, EngineChoice::Local) => (
@@ -432,8 +432,8 @@ fn launch(app: &App, live: &Live) -> Result<Launch> {
     add("--checkpoint-every", (&options.checkpoint_every).into());
     if !app
         .engine
-        .place()
-        .map_or(options.sandbox, |place| place.sandbox)
+        .image()
+        .map_or(options.sandbox, |image| image.sandbox)
     {
         command.push("--no-sandbox".into());
     }

@@ -1,17 +1,17 @@
-//! What users do with runs: submit, extend, clone, delete.
+//! Requests of users about runs: submit, extend, clone, delete.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use axum::http::StatusCode;
 use cloud_api::answers::{Checked, RunRow};
-use cloud_api::lifecycle::Event;
+use cloud_api::lifecycle::RunEvent;
 use cloud_api::requests::{Role, Scene, Submit};
 use cloud_api::{Head, InputFile, RunId, Spec};
 use cloud_store::sha256;
 use serde_json::Value;
 
-use crate::access::Fail;
+use crate::access::ApiError;
 use crate::check::{check, inspect};
 use crate::db::{Applied, NewRun};
 use crate::secrets::{self, User};
@@ -21,7 +21,7 @@ use crate::{earlier, projects};
 /// The longest title and label, in bytes.
 const LONGEST_TITLE: usize = 200;
 
-/// What a memory forecast is off by at most, and what a solver needs besides, in bytes.
+/// Largest error of a memory forecast plus the memory of the solver itself, in bytes.
 const MEMORY_MARGIN: u64 = 256 << 20;
 
 /// The least disk that a run may have, in bytes.
@@ -34,7 +34,7 @@ struct Forecast {
     steps: Option<u64>,
 }
 
-fn forecast(app: &App, plan: &Value, threads: u32) -> Result<Forecast, Fail> {
+fn forecast(app: &App, plan: &Value, threads: u32) -> Result<Forecast, ApiError> {
     let number = |group: &str, name: &str| plan[group][name].as_f64().unwrap_or(0.0);
     let memory = (number("memory", "at_most") * 1.25) as u64 + MEMORY_MARGIN;
     let disk = number("disk", "bytes");
@@ -44,21 +44,21 @@ fn forecast(app: &App, plan: &Value, threads: u32) -> Result<Forecast, Fail> {
         .cores
         .is_some_and(|cores| threads > cores)
     {
-        return Err(Fail::bad(
+        return Err(ApiError::bad_request(
             "too many threads",
             format!("This server has {} cores for runs.", app.options.cores),
         ));
     }
     if memory > app.options.memory {
         let (needs, has) = (memory >> 20, app.options.memory >> 20);
-        return Err(Fail::bad(
+        return Err(ApiError::bad_request(
             "too large",
             format!("The run may need {needs} MB of memory; there are {has} MB."),
         ));
     }
     if disk > app.options.disk as f64 {
         let (needs, has) = (disk / 1e6, app.options.disk / 1_000_000);
-        return Err(Fail::bad(
+        return Err(ApiError::bad_request(
             "too large",
             format!("The run will write {needs:.0} MB; a run may have {has} MB."),
         ));
@@ -71,12 +71,17 @@ fn forecast(app: &App, plan: &Value, threads: u32) -> Result<Forecast, Fail> {
 }
 
 /// Refuses what a user may not have: so many cores at once, so many bytes on top of what there is.
-pub(crate) fn within_quota(app: &App, user: &User, threads: u32, bytes: f64) -> Result<(), Fail> {
+pub(crate) fn within_quota(
+    app: &App,
+    user: &User,
+    threads: u32,
+    bytes: f64,
+) -> Result<(), ApiError> {
     let usage = app.db.usage(user.id)?;
     if let Some(most) = usage.most_cores
         && u64::from(threads) > most
     {
-        return Err(Fail::new(
+        return Err(ApiError::new(
             StatusCode::FORBIDDEN,
             "too many threads",
             format!("Your runs may have {most} cores at once."),
@@ -91,7 +96,7 @@ pub(crate) fn within_quota(app: &App, user: &User, threads: u32, bytes: f64) -> 
             megabytes(usage.disk as f64),
             megabytes(most as f64),
         );
-        return Err(Fail::new(
+        return Err(ApiError::new(
             StatusCode::FORBIDDEN,
             "too little disk is left",
             format!(
@@ -108,14 +113,14 @@ pub(crate) fn expected_bytes(plan: &Value) -> f64 {
 }
 
 /// A word for a title: what the user says, what the scene says, what the file is called.
-pub(crate) fn title(asked: Option<&str>, plan: &Value, scene: &Scene) -> Result<String, Fail> {
+pub(crate) fn title(given: Option<&str>, plan: &Value, scene: &Scene) -> Result<String, ApiError> {
     let own = plan["title"].as_str().filter(|title| !title.is_empty());
-    let title = asked
+    let title = given
         .filter(|title| !title.trim().is_empty())
         .or(own)
         .unwrap_or(&scene.name);
     if title.len() > LONGEST_TITLE {
-        return Err(Fail::bad(
+        return Err(ApiError::bad_request(
             "the title is too long",
             format!("A title has at most {LONGEST_TITLE} bytes."),
         ));
@@ -123,10 +128,10 @@ pub(crate) fn title(asked: Option<&str>, plan: &Value, scene: &Scene) -> Result<
     Ok(title.to_owned())
 }
 
-pub(crate) fn label(asked: Option<&str>) -> Result<&str, Fail> {
-    let label = asked.unwrap_or_default();
+pub(crate) fn label(given: Option<&str>) -> Result<&str, ApiError> {
+    let label = given.unwrap_or_default();
     if label.len() > LONGEST_TITLE {
-        return Err(Fail::bad(
+        return Err(ApiError::bad_request(
             "the label is too long",
             format!("A label has at most {LONGEST_TITLE} bytes."),
         ));
@@ -135,16 +140,16 @@ pub(crate) fn label(asked: Option<&str>) -> Result<&str, Fail> {
 }
 
 /// The plan of a scene that can run.
-async fn plan(app: &Arc<App>, user: &User, scene: &Scene) -> Result<Value, Fail> {
+async fn plan(app: &Arc<App>, user: &User, scene: &Scene) -> Result<Value, ApiError> {
     let Checked { problems, plan } = check(app, user.id, scene.clone(), false).await?;
     match plan {
         Some(plan) if problems.is_empty() => Ok(plan),
-        _ => Err(Fail::scene(problems)),
+        _ => Err(ApiError::unrunnable(problems)),
     }
 }
 
-/// A run that is ready to be written.
-pub(crate) struct Ready {
+/// A run before it is written.
+pub(crate) struct PreparedRun {
     pub(crate) id: RunId,
     pub(crate) title: String,
     pub(crate) spec: Spec,
@@ -152,16 +157,16 @@ pub(crate) struct Ready {
     pub(crate) steps: Option<u64>,
 }
 
-pub(crate) fn ready(
+pub(crate) fn prepare(
     app: &App,
     user: &User,
     submit: &Submit,
     plan: &Value,
     title: String,
-) -> Result<Ready, Fail> {
+) -> Result<PreparedRun, ApiError> {
     if !(1..=1024).contains(&submit.threads) {
-        return Err(Fail::bad(
-            "threads are not taken",
+        return Err(ApiError::bad_request(
+            "invalid number of threads",
             "A run has 1 to 1024 threads.",
         ));
     }
@@ -196,8 +201,8 @@ pub(crate) fn ready(
         memory: forecast.memory,
         solver: app.version.clone(),
     };
-    let spec_text = serde_json::to_string(&spec).map_err(Fail::inner)?;
-    Ok(Ready {
+    let spec_text = serde_json::to_string(&spec).map_err(ApiError::internal)?;
+    Ok(PreparedRun {
         id: secrets::run_id()?,
         title,
         spec,
@@ -206,14 +211,14 @@ pub(crate) fn ready(
     })
 }
 
-/// Writes what the store has to have, before the database knows of the run: a run without its files is never seen.
-pub(crate) fn write(app: &App, run: &Ready) -> Result<(), Fail> {
+/// Writes the files of a run into the store, before the database knows of the run: a run without its files is never seen.
+pub(crate) fn write(app: &App, run: &PreparedRun) -> Result<(), ApiError> {
     let id = &run.id;
     app.store.put(
         &format!("runs/{id}/spec.{}.json", run.spec.revision),
         run.spec_text.as_bytes(),
     )?;
-    let head = serde_json::to_vec_pretty(&Head::default()).map_err(Fail::inner)?;
+    let head = serde_json::to_vec_pretty(&Head::default()).map_err(ApiError::internal)?;
     app.store
         .swap(&format!("runs/{id}/head.json"), None, &head)?;
     Ok(())
@@ -225,9 +230,9 @@ pub(crate) async fn submit(
     user: &User,
     mut submit: Submit,
     key: Option<&str>,
-) -> Result<String, Fail> {
-    let body = serde_json::to_string(&submit).map_err(Fail::inner)?;
-    if let Some(id) = known(app, user, key, &body)? {
+) -> Result<String, ApiError> {
+    let body = serde_json::to_string(&submit).map_err(ApiError::internal)?;
+    if let Some(id) = by_idempotency_key(app, "runs", user, key, &body)? {
         return Ok(id);
     }
     let (shared, owner) = (Arc::clone(app), user.id);
@@ -245,7 +250,7 @@ pub(crate) async fn submit(
             projects::need(&app, &user, project, Role::Member)?;
         }
         within_quota(&app, &user, submit.threads, expected_bytes(&plan))?;
-        let run = ready(&app, &user, &submit, &plan, title)?;
+        let run = prepare(&app, &user, &submit, &plan, title)?;
         write(&app, &run)?;
         let id = run.id.to_string();
         let new = NewRun {
@@ -263,45 +268,48 @@ pub(crate) async fn submit(
         };
         let inserted = app.db.insert(&[new], None);
         match inserted {
-            Ok(events) => app.tell(events),
+            Ok(events) => app.publish(events),
             // Two requests with one key at once: the other one was faster.
             Err(error) => {
                 app.store.delete_all(&format!("runs/{id}/"))?;
-                return known(&app, &user, key.as_deref(), &body)?
-                    .ok_or_else(|| Fail::inner(error));
+                return by_idempotency_key(&app, "runs", &user, key.as_deref(), &body)?
+                    .ok_or_else(|| ApiError::internal(error));
             }
         }
-        app.look();
+        app.wake_reconciler();
         Ok(id)
     })
     .await
 }
 
-fn known(app: &App, user: &User, key: Option<&str>, body: &str) -> Result<Option<String>, Fail> {
+/// Id of the run or study that was submitted with this key. `table`: `runs` or `studies`.
+pub(crate) fn by_idempotency_key(
+    app: &App,
+    table: &str,
+    user: &User,
+    key: Option<&str>,
+    body: &str,
+) -> Result<Option<String>, ApiError> {
     let Some(key) = key else { return Ok(None) };
-    match app.db.by_key(user.id, key)? {
+    match app.db.by_key(table, user.id, key)? {
         Some((id, before)) if before == body => Ok(Some(id)),
-        Some(_) => {
-            let detail =
-                "This Idempotency-Key belongs to a run that was submitted with another body.";
-            Err(Fail::new(
-                StatusCode::CONFLICT,
-                "another run has this key",
-                detail,
-            ))
-        }
+        Some(_) => Err(ApiError::new(
+            StatusCode::CONFLICT,
+            "the key is in use",
+            "This Idempotency-Key was sent with another body before.",
+        )),
         None => Ok(None),
     }
 }
 
 /// A run that the user may see.
-pub(crate) fn mine(
+pub(crate) fn visible_run(
     app: &App,
     user: &User,
     id: &str,
-) -> Result<(RunId, i64, cloud_api::lifecycle::Run, RunRow, Spec), Fail> {
-    let id: RunId = id.parse().map_err(|_| Fail::missing())?;
-    let (owner, run, row, spec) = app.db.run(id.as_str())?.ok_or_else(Fail::missing)?;
+) -> Result<(RunId, i64, cloud_api::lifecycle::Run, RunRow, Spec), ApiError> {
+    let id: RunId = id.parse().map_err(|_| ApiError::not_found())?;
+    let (owner, run, row, spec) = app.db.run(id.as_str())?.ok_or_else(ApiError::not_found)?;
     let is_visible = match (&user.share, &row.project) {
         (Some(share), _) => share == id.as_str(),
         (None, _) if owner == user.id => true,
@@ -309,19 +317,19 @@ pub(crate) fn mine(
         (None, None) => false,
     };
     if !is_visible {
-        return Err(Fail::missing());
+        return Err(ApiError::not_found());
     }
     Ok((
         id,
         owner,
         run,
         row,
-        serde_json::from_str(&spec).map_err(Fail::inner)?,
+        serde_json::from_str(&spec).map_err(ApiError::internal)?,
     ))
 }
 
 /// Refuses to change a run of which the user may only see something.
-pub(crate) fn may_change(app: &App, user: &User, owner: i64, row: &RunRow) -> Result<(), Fail> {
+pub(crate) fn may_change(app: &App, user: &User, owner: i64, row: &RunRow) -> Result<(), ApiError> {
     match &row.project {
         Some(project) if owner != user.id => projects::need(app, user, project, Role::Member),
         _ => Ok(()),
@@ -329,34 +337,37 @@ pub(crate) fn may_change(app: &App, user: &User, owner: i64, row: &RunRow) -> Re
 }
 
 /// Records an event that the user wants.
-pub(crate) fn change(app: &App, user: &User, id: &str, event: &Event) -> Result<(), Fail> {
-    let (id, owner, _, row, _) = mine(app, user, id)?;
+pub(crate) fn change(app: &App, user: &User, id: &str, event: &RunEvent) -> Result<(), ApiError> {
+    let (id, owner, _, row, _) = visible_run(app, user, id)?;
     may_change(app, user, owner, &row)?;
     match app
         .db
         .apply(id.as_str(), event, None, app.engine.as_ref())?
     {
-        Applied::Done(_, events) => app.tell(events),
-        Applied::Missing => return Err(Fail::missing()),
+        Applied::Done(_, events) => app.publish(events),
+        Applied::Missing => return Err(ApiError::not_found()),
         Applied::Illegal(illegal) => {
-            return Err(Fail::new(
+            return Err(ApiError::new(
                 StatusCode::CONFLICT,
                 "not in this state",
                 illegal.to_string(),
             ));
         }
     }
-    app.look();
+    app.wake_reconciler();
     Ok(())
 }
 
 /// The scene of a run as it was submitted, to be cloned.
-pub(crate) fn scene(app: &App, spec: &Spec) -> Result<Scene, Fail> {
-    let text = spec.files.get(&spec.scene).ok_or_else(Fail::missing)?;
+pub(crate) fn scene(app: &App, spec: &Spec) -> Result<Scene, ApiError> {
+    let text = spec
+        .files
+        .get(&spec.scene)
+        .ok_or_else(ApiError::not_found)?;
     let text = app
         .store
         .get(&format!("inputs/{}", text.sha256))?
-        .ok_or_else(Fail::missing)?;
+        .ok_or_else(ApiError::not_found)?;
     let others = spec.files.iter().filter(|(name, _)| **name != spec.scene);
     Ok(Scene {
         name: spec.scene.clone(),
@@ -369,21 +380,26 @@ pub(crate) fn scene(app: &App, spec: &Spec) -> Result<Scene, Fail> {
 }
 
 /// Gives a run a later end: a further revision of its spec, on the same data.
-pub(crate) async fn extend(app: &Arc<App>, user: &User, id: &str, end: f64) -> Result<(), Fail> {
+pub(crate) async fn extend(
+    app: &Arc<App>,
+    user: &User,
+    id: &str,
+    end: f64,
+) -> Result<(), ApiError> {
     if !end.is_finite() || end <= 0.0 {
-        return Err(Fail::bad(
-            "the end is not taken",
+        return Err(ApiError::bad_request(
+            "invalid end",
             "It is a time in s, larger than 0.",
         ));
     }
-    let (id, owner, run, row, mut spec) = mine(app, user, id)?;
+    let (id, owner, run, row, mut spec) = visible_run(app, user, id)?;
     may_change(app, user, owner, &row)?;
     if end <= row.time {
         let detail = format!(
             "The run has come to {} s already; its new end is later than that.",
             row.time
         );
-        return Err(Fail::bad("the end is not taken", detail));
+        return Err(ApiError::bad_request("invalid end", detail));
     }
     let mut scene = scene(app, &spec)?;
     scene
@@ -399,33 +415,33 @@ pub(crate) async fn extend(app: &Arc<App>, user: &User, id: &str, end: f64) -> R
     within_quota(app, &owner_user, spec.threads, 0.0)?;
     spec.revision = run.revision + 1;
     spec.set = scene.set;
-    let text = serde_json::to_string(&spec).map_err(Fail::inner)?;
+    let text = serde_json::to_string(&spec).map_err(ApiError::internal)?;
     let (app, user) = (Arc::clone(app), user.clone());
     blocking(move || {
         app.store.put(
             &format!("runs/{id}/spec.{}.json", spec.revision),
             text.as_bytes(),
         )?;
-        change(&app, &user, id.as_str(), &Event::Extend)?;
+        change(&app, &user, id.as_str(), &RunEvent::Extend)?;
         Ok(app.db.set_spec(id.as_str(), &text, forecast.steps)?)
     })
     .await
 }
 
 /// Removes a run with all its files. One that has an attempt has to be stopped first.
-pub(crate) fn delete(app: &App, user: &User, id: &str) -> Result<(), Fail> {
-    let (id, owner, run, row, _) = mine(app, user, id)?;
+pub(crate) fn delete(app: &App, user: &User, id: &str) -> Result<(), ApiError> {
+    let (id, owner, run, row, _) = visible_run(app, user, id)?;
     may_change(app, user, owner, &row)?;
     if run.state.is_live() {
         let detail = "Stop the run first.";
-        return Err(Fail::new(
+        return Err(ApiError::new(
             StatusCode::CONFLICT,
             "the run is not over",
             detail,
         ));
     }
     app.db.delete(id.as_str())?;
-    app.lives.forget(id.as_str());
+    app.attempts.forget(id.as_str());
     app.cache.forget(id.as_str());
     // The head last but one glance: a worker that was given up finds it gone, and ends.
     app.store.delete_all(&format!("runs/{id}/"))?;
@@ -434,17 +450,17 @@ pub(crate) fn delete(app: &App, user: &User, id: &str) -> Result<(), Fail> {
 
 /// Work that waits for disks, on a thread that may.
 pub(crate) async fn blocking<T: Send + 'static>(
-    work: impl FnOnce() -> Result<T, Fail> + Send + 'static,
-) -> Result<T, Fail> {
+    work: impl FnOnce() -> Result<T, ApiError> + Send + 'static,
+) -> Result<T, ApiError> {
     tokio::task::spawn_blocking(work)
         .await
-        .map_err(Fail::inner)?
+        .map_err(ApiError::internal)?
 }
 
 /// Adds to a row what was seen of the run lately.
 pub(crate) fn with_life(app: &App, mut row: RunRow) -> RunRow {
     if row.state.has_attempt()
-        && let Some(seen) = app.lives.get(&row.id)
+        && let Some(seen) = app.attempts.get(&row.id)
         && let Some(beat) = seen.beat
     {
         row.step = row.step.max(beat.step);

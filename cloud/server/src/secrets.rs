@@ -26,9 +26,9 @@ const TRIES: usize = 5;
 /// Seconds of a day.
 pub(crate) const DAY: f64 = 86_400.0;
 
-/// What a secret is for.
+/// Use of a secret.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum SecretKind {
     /// A cookie.
     Session,
     /// A bearer token of the API.
@@ -39,7 +39,7 @@ pub(crate) enum Kind {
     Share,
 }
 
-impl Kind {
+impl SecretKind {
     fn word(self) -> &'static str {
         match self {
             Self::Session => "session",
@@ -120,7 +120,7 @@ pub(crate) fn set_user(db: &Db, user: &NewUser) -> Result<()> {
 /// A new secret. It is returned, and only its hash is kept.
 pub(crate) fn issue(
     db: &Db,
-    kind: Kind,
+    kind: SecretKind,
     user: i64,
     name: &str,
     run: Option<&str>,
@@ -128,7 +128,7 @@ pub(crate) fn issue(
     read_only: bool,
 ) -> Result<(i64, String, f64)> {
     let secret = match kind {
-        Kind::Token => format!("mc_{}", random()?),
+        SecretKind::Token => format!("mc_{}", random()?),
         _ => random()?,
     };
     let expires = now() + days * DAY;
@@ -142,7 +142,7 @@ pub(crate) fn issue(
 }
 
 /// The user whose secret of this kind it is. The comparison is by hash, so its time tells nothing of the secret.
-pub(crate) fn recognise(db: &Db, kind: Kind, secret: &str) -> db::Result<Option<User>> {
+pub(crate) fn recognise(db: &Db, kind: SecretKind, secret: &str) -> db::Result<Option<User>> {
     db.lock()
         .query_row(
             "SELECT u.id, u.name, u.admin, s.read_only, s.run FROM secrets s JOIN users u ON u.id = s.user
@@ -204,7 +204,7 @@ pub(crate) fn log_in(db: &Db, name: &str, password: &str) -> Result<Option<User>
     }
 }
 
-pub(crate) fn revoke(db: &Db, kind: Kind, secret: &str) -> db::Result<()> {
+pub(crate) fn revoke(db: &Db, kind: SecretKind, secret: &str) -> db::Result<()> {
     let hash = sha256(secret.as_bytes());
     db.lock().execute(
         "DELETE FROM secrets WHERE hash = ?1 AND kind = ?2",
@@ -217,11 +217,11 @@ pub(crate) fn revoke(db: &Db, kind: Kind, secret: &str) -> db::Result<()> {
 pub(crate) fn link_token(db: &Db, data: &Path) -> Result<String> {
     let path = data.join("link-token");
     if let Ok(token) = fs::read_to_string(&path)
-        && recognise(db, Kind::Link, token.trim())?.is_some()
+        && recognise(db, SecretKind::Link, token.trim())?.is_some()
     {
         return Ok(token.trim().to_owned());
     }
-    let (_, token, _) = issue(db, Kind::Link, 1, "link", None, 3650.0, false)?;
+    let (_, token, _) = issue(db, SecretKind::Link, 1, "link", None, 3650.0, false)?;
     write_secret(&path, &token)?;
     Ok(token)
 }
@@ -273,19 +273,19 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let db = Db::open(&folder.path().join("db"), Policy::default(), None).unwrap();
         first_user(&db).unwrap();
-        let (_, token, _) = issue(&db, Kind::Token, 1, "x", None, 1.0, true).unwrap();
+        let (_, token, _) = issue(&db, SecretKind::Token, 1, "x", None, 1.0, true).unwrap();
         assert!(
-            recognise(&db, Kind::Token, &token)
+            recognise(&db, SecretKind::Token, &token)
                 .unwrap()
                 .unwrap()
                 .read_only
         );
-        assert_eq!(recognise(&db, Kind::Session, &token).unwrap(), None);
-        assert_eq!(recognise(&db, Kind::Token, "mc_0").unwrap(), None);
-        let (_, old, _) = issue(&db, Kind::Token, 1, "x", None, -1.0, false).unwrap();
-        assert_eq!(recognise(&db, Kind::Token, &old).unwrap(), None);
-        revoke(&db, Kind::Token, &token).unwrap();
-        assert_eq!(recognise(&db, Kind::Token, &token).unwrap(), None);
+        assert_eq!(recognise(&db, SecretKind::Session, &token).unwrap(), None);
+        assert_eq!(recognise(&db, SecretKind::Token, "mc_0").unwrap(), None);
+        let (_, old, _) = issue(&db, SecretKind::Token, 1, "x", None, -1.0, false).unwrap();
+        assert_eq!(recognise(&db, SecretKind::Token, &old).unwrap(), None);
+        revoke(&db, SecretKind::Token, &token).unwrap();
+        assert_eq!(recognise(&db, SecretKind::Token, &token).unwrap(), None);
         let kept: i64 = db
             .lock()
             .query_row(

@@ -1,4 +1,4 @@
-//! What all requests share.
+//! State that all requests share.
 
 use std::collections::HashMap;
 use std::fs::{self, File, OpenOptions};
@@ -17,9 +17,9 @@ use cloud_engine::{Engine, Local, Slurm};
 use cloud_store::Store;
 use tokio::sync::{Semaphore, broadcast, watch};
 
+use crate::attempts::Attempts;
 use crate::db::Db;
 use crate::frames::Cache;
-use crate::live::Lives;
 use crate::secrets::Tries;
 use crate::{EngineChoice, Options, secrets, templates};
 
@@ -32,7 +32,7 @@ const REMOTE_BEAT: f64 = 15.0;
 /// How many scenes are checked at once.
 const CHECKS: usize = 2;
 
-/// Something that listeners of `GET /events` hear of.
+/// A message to listeners of `GET /events`.
 #[derive(Clone, Debug)]
 pub(crate) struct Message {
     /// Users who may see the run.
@@ -56,7 +56,7 @@ pub(crate) struct App {
     /// This program.
     pub(crate) program: PathBuf,
     pub(crate) templates: Vec<Template>,
-    pub(crate) lives: Lives,
+    pub(crate) attempts: Attempts,
     pub(crate) cache: Cache,
     pub(crate) tries: Tries,
     pub(crate) checks: Semaphore,
@@ -64,7 +64,7 @@ pub(crate) struct App {
     pub(crate) wake: std::sync::mpsc::SyncSender<()>,
     pub(crate) woken: Mutex<Option<std::sync::mpsc::Receiver<()>>>,
     closed: watch::Sender<bool>,
-    /// Held for as long as the server lives: a second one on the same data is refused.
+    /// Held for as long as the server attempts: a second one on the same data is refused.
     _lock: File,
 }
 
@@ -103,8 +103,6 @@ impl App {
             EngineChoice::Slurm(site) => Box::new(Slurm::new(site, data.join("arrays"))),
             #[cfg(feature = "aws")]
             EngineChoice::Aws(account) => Box::new(cloud_engine::Batch::new(account)?),
-            #[cfg(feature = "kubernetes")]
-            EngineChoice::Kubernetes(cluster) => Box::new(cloud_engine::Kubernetes::new(cluster)),
         };
         let beat = options.beat.unwrap_or_else(|| {
             let least = if cloud_store::is_remote(&store_url) {
@@ -133,7 +131,7 @@ impl App {
             version,
             program: std::env::current_exe().context("the path of mercury-cloud")?,
             templates,
-            lives: Lives::default(),
+            attempts: Attempts::default(),
             tries: Tries::default(),
             checks: Semaphore::new(CHECKS),
             news: broadcast::channel(BACKLOG).0,
@@ -179,13 +177,13 @@ impl App {
     }
 
     /// Has the reconciler look at once.
-    pub(crate) fn look(&self) {
+    pub(crate) fn wake_reconciler(&self) {
         // One that is pending already is enough.
         let _ = self.wake.try_send(());
     }
 
     /// Sends listeners the events of runs that are in the database.
-    pub(crate) fn tell(&self, events: Vec<EventRow>) {
+    pub(crate) fn publish(&self, events: Vec<EventRow>) {
         for event in events {
             let audience = self.db.audience(&event.run).unwrap_or_default();
             let text = serde_json::to_string(&event).unwrap_or_default();
@@ -223,14 +221,14 @@ fn version(solver: &std::path::Path) -> Result<String> {
         .output()
         .with_context(|| {
             format!(
-                "the solver {} cannot be started; --solver says where it is",
+                "the solver {} cannot be started; give its path by --solver",
                 solver.display()
             )
         })?;
     let text = String::from_utf8_lossy(&output.stdout);
     let version = text.split_whitespace().last().unwrap_or_default();
     if !output.status.success() || version.is_empty() {
-        bail!("{} --version says nothing", solver.display());
+        bail!("{} --version prints no version", solver.display());
     }
     Ok(version.to_owned())
 }

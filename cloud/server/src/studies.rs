@@ -1,6 +1,6 @@
 //! Studies: one scene at many values of its keys.
 //!
-//! Which runs a study has, what they are called and whether they can run is said by the solver (`--check --json` of
+//! Runs of a study, their names and their problems come from the solver (`--check --json` of
 //! `--sweep`, or of a study file), so a grid means the same here as at the command line.
 
 use std::collections::BTreeMap;
@@ -15,21 +15,22 @@ use cloud_api::answers::{
 use cloud_api::problem::SceneProblem;
 use cloud_api::requests::{Role, Study};
 use cloud_api::{RunId, RunState};
+use mercury_common::formats::csv_line::csv_line;
 use rusqlite::{OptionalExtension, params};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use crate::access::Fail;
+use crate::access::ApiError;
 use crate::check::{LARGEST_SCENE, inspect, lay_out, solve};
 use crate::content::Content;
-use crate::db::{MOST_ROWS, NewRun, NewStudy, Of};
-use crate::runs::{Ready, blocking, expected_bytes, label, ready, title, within_quota, write};
+use crate::db::{ListScope, MOST_ROWS, NewRun, NewStudy};
+use crate::runs::{
+    PreparedRun, blocking, by_idempotency_key, expected_bytes, label, prepare, title, within_quota,
+    write,
+};
 use crate::secrets::{self, User};
 use crate::state::App;
 use crate::{earlier, projects};
-
-/// The most runs of a study.
-const MOST_RUNS: usize = 10_000;
 
 /// The most keys of a grid.
 const MOST_SWEEPS: usize = 20;
@@ -43,87 +44,71 @@ const WRITERS: usize = 8;
 /// Name of a study file beside its scene.
 const FILE: &str = "study.toml";
 
-/// What a study is, in the database.
+/// Keys, results and runs of a study: read from the solver's `--check --json`, kept in the database.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Plan {
     keys: Vec<String>,
-    /// Name and what it is.
+    /// Name and definition.
     results: Vec<(String, String)>,
     plots: Vec<String>,
     runs: Vec<PlannedRun>,
-    /// What the solver says of the scene: its title.
-    #[serde(skip)]
-    scene: Value,
+    /// Title of the scene.
+    #[serde(default, skip_serializing)]
+    title: String,
 }
 
 /// A run of a plan.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 struct PlannedRun {
     id: String,
     name: String,
     values: Vec<Option<String>>,
     /// All `--set` of the run.
-    #[serde(skip)]
+    #[serde(skip_serializing)]
     set: Vec<String>,
-    /// What it takes, in the words of a plan.
-    #[serde(skip)]
-    needs: Value,
+    #[serde(skip_serializing)]
+    steps: Value,
+    /// Most memory, in bytes.
+    #[serde(skip_serializing)]
+    memory: Value,
+    /// Size of all files, in bytes.
+    #[serde(skip_serializing)]
+    disk: Value,
 }
 
-impl Plan {
-    /// The plan as the solver gives it.
-    fn read(answer: &Value) -> Option<Self> {
-        let study = answer.get("study")?;
-        let texts = |value: &Value| -> Vec<String> {
-            let list = value.as_array().into_iter().flatten();
-            list.filter_map(|text| text.as_str().map(str::to_owned))
-                .collect()
-        };
-        let keys = texts(&study["keys"]);
-        let run = |run: &Value| {
-            let set = texts(&run["set"]);
-            let value = |key: &String| {
-                let of_key = |set: &String| {
-                    let (name, value) = set.split_once('=')?;
-                    (name == key).then(|| value.to_owned())
-                };
-                // A key may hold an equals sign within quotes.
-                let quoted =
-                    |set: &String| Some(set.strip_prefix(key)?.strip_prefix('=')?.to_owned());
-                set.iter()
-                    .rev()
-                    .find_map(|set| of_key(set).or_else(|| quoted(set)))
-            };
-            Some(PlannedRun {
-                id: String::new(),
-                name: run["name"].as_str()?.to_owned(),
-                values: keys.iter().map(value).collect(),
-                set,
-                needs: json!({
-                    "time": {"steps": run["steps"]},
-                    "memory": {"at_most": run["memory"]},
-                    "disk": {"bytes": run["disk"]},
-                }),
-            })
-        };
-        let results = study["results"].as_object().into_iter().flatten();
-        Some(Self {
-            results: results
-                .filter_map(|(name, what)| Some((name.clone(), what.as_str()?.to_owned())))
-                .collect(),
-            plots: texts(&study["plots"]),
-            scene: json!({"title": study["title"]}),
-            runs: study["runs"]
-                .as_array()?
-                .iter()
-                .map(run)
-                .collect::<Option<_>>()?,
-            keys,
+impl PlannedRun {
+    /// Steps, memory and disk as the plan of a single run has them.
+    fn needs(&self) -> Value {
+        json!({
+            "time": {"steps": self.steps},
+            "memory": {"at_most": self.memory},
+            "disk": {"bytes": self.disk},
         })
+    }
+
+    /// The value of a key: that of the last `--set`.
+    fn value(&self, key: &str) -> Option<String> {
+        let value = |set: &String| Some(set.strip_prefix(key)?.strip_prefix('=')?.to_owned());
+        self.set.iter().rev().find_map(value)
     }
 }
 
-/// What is wrong, in words of our own.
+impl Plan {
+    /// The plan in an answer of the solver.
+    fn read(answer: &Value) -> Option<Self> {
+        let mut study = answer.get("study")?.clone();
+        let results = study["results"].as_object().into_iter().flatten();
+        study["results"] = results.map(|(name, what)| json!([name, what])).collect();
+        let mut plan: Self = serde_json::from_value(study).ok()?;
+        for run in &mut plan.runs {
+            run.values = plan.keys.iter().map(|key| run.value(key)).collect();
+        }
+        Some(plan)
+    }
+}
+
+/// A problem found by the server itself.
 fn wrong(message: String, help: &str) -> SceneProblem {
     SceneProblem {
         message,
@@ -132,7 +117,7 @@ fn wrong(message: String, help: &str) -> SceneProblem {
     }
 }
 
-/// Whether a text has the table `study`. What else is wrong with it is said by the solver.
+/// Whether a text has the table `study`. The solver reports other errors.
 fn is_study(text: &str) -> bool {
     match text.parse::<toml::Table>() {
         Ok(document) => document.contains_key("study"),
@@ -140,20 +125,20 @@ fn is_study(text: &str) -> bool {
     }
 }
 
-/// The plan of a study, or what is wrong with it.
-fn expand(app: &App, owner: i64, study: &Study) -> Result<(Plan, Vec<SceneProblem>), Fail> {
+/// The plan of a study, or its problems.
+fn expand(app: &App, owner: i64, study: &Study) -> Result<(Plan, Vec<SceneProblem>), ApiError> {
     let scene = &study.base.scene;
     let files = inspect(app, owner, scene)?;
     let nothing = |problem| Ok((Plan::default(), vec![problem]));
     if study.file.is_some() != study.sweep.is_empty() {
-        return Err(Fail::bad(
-            "the study is not taken",
-            "It has `sweep`, or else `file`.",
+        return Err(ApiError::bad_request(
+            "invalid study",
+            "Expected either `sweep` or `file`.",
         ));
     }
     if study.sweep.len() > MOST_SWEEPS || study.base.result.len() > MOST_ROWS {
-        return Err(Fail::bad(
-            "the study is not taken",
+        return Err(ApiError::bad_request(
+            "invalid study",
             format!("At most {MOST_SWEEPS} keys and {MOST_ROWS} results."),
         ));
     }
@@ -162,9 +147,9 @@ fn expand(app: &App, owner: i64, study: &Study) -> Result<(Plan, Vec<SceneProble
         .clone()
         .any(|text| text.contains('\0') || text.len() > 100_000)
     {
-        return Err(Fail::bad(
-            "the study is not taken",
-            "A text in it is too long, or no text.",
+        return Err(ApiError::bad_request(
+            "invalid study",
+            "A sweep or a result is too long, or contains a zero byte.",
         ));
     }
     let folder = lay_out(app, scene, &files)?;
@@ -173,7 +158,7 @@ fn expand(app: &App, owner: i64, study: &Study) -> Result<(Plan, Vec<SceneProble
         Some(text) => {
             if text.len() > LARGEST_SCENE {
                 let detail = "A study has at most 1 MB.";
-                return Err(Fail::new(
+                return Err(ApiError::new(
                     StatusCode::PAYLOAD_TOO_LARGE,
                     "the study is too long",
                     detail,
@@ -215,7 +200,7 @@ fn expand(app: &App, owner: i64, study: &Study) -> Result<(Plan, Vec<SceneProble
     };
     let Some(plan) = Plan::read(&answer) else {
         return nothing(wrong(
-            "the solver takes it for one run".to_owned(),
+            "the study has one run".to_owned(),
             "give a key several values",
         ));
     };
@@ -229,23 +214,16 @@ fn expand(app: &App, owner: i64, study: &Study) -> Result<(Plan, Vec<SceneProble
             "use the name of the scene, without folders",
         ));
     }
-    if plan.runs.is_empty() || plan.runs.len() > MOST_RUNS {
-        let count = plan.runs.len();
-        return nothing(wrong(
-            format!("the study has {count} runs"),
-            "a study has 1 to 10000 runs",
-        ));
-    }
     Ok((plan, Vec::new()))
 }
 
-/// What a study is made of, and what is wrong with it.
+/// Keys, runs and results of a study, and its problems.
 pub(crate) async fn check(
     app: &Arc<App>,
     user: &User,
     mut study: Study,
-) -> Result<StudyChecked, Fail> {
-    let _turn = app.checks.acquire().await.map_err(Fail::inner)?;
+) -> Result<StudyChecked, ApiError> {
+    let _turn = app.checks.acquire().await.map_err(ApiError::internal)?;
     let (app, owner) = (Arc::clone(app), user.id);
     blocking(move || {
         earlier::pin(&app, owner, &mut study.base.scene)?;
@@ -266,28 +244,33 @@ pub(crate) async fn submit(
     user: &User,
     mut study: Study,
     key: Option<String>,
-) -> Result<StudySubmitted, Fail> {
-    let body = serde_json::to_string(&study).map_err(Fail::inner)?;
-    if let Some(before) = known(app, user, key.as_deref(), &body)? {
+) -> Result<StudySubmitted, ApiError> {
+    let body = serde_json::to_string(&study).map_err(ApiError::internal)?;
+    if let Some(before) = submitted(app, user, key.as_deref(), &body)? {
         return Ok(before);
     }
-    let _turn = app.checks.acquire().await.map_err(Fail::inner)?;
+    let _turn = app.checks.acquire().await.map_err(ApiError::internal)?;
     let (app, user) = (Arc::clone(app), user.clone());
     blocking(move || {
         earlier::pin(&app, user.id, &mut study.base.scene)?;
         let (mut plan, problems) = expand(&app, user.id, &study)?;
         if !problems.is_empty() {
-            return Err(Fail::scene(problems));
+            return Err(ApiError::unrunnable(problems));
         }
         let base = &study.base;
         if let Some(project) = &base.project {
             projects::need(&app, &user, project, Role::Member)?;
         }
-        let bytes: f64 = plan.runs.iter().map(|run| expected_bytes(&run.needs)).sum();
+        let bytes: f64 = plan
+            .runs
+            .iter()
+            .map(|run| expected_bytes(&run.needs()))
+            .sum();
         within_quota(&app, &user, base.threads, bytes)?;
         let id = secrets::run_id()?.to_string();
         let mut called = None;
-        let mut runs: Vec<Ready> = Vec::new();
+        let scene = json!({"title": plan.title});
+        let mut runs: Vec<PreparedRun> = Vec::new();
         for run in &mut plan.runs {
             let mut one = base.clone();
             one.scene.set.clone_from(&run.set);
@@ -296,10 +279,9 @@ pub(crate) async fn submit(
                 .iter()
                 .map(|(name, what)| format!("{name}={what}"))
                 .collect();
-            let called =
-                called.get_or_insert(title(base.title.as_deref(), &plan.scene, &base.scene)?);
+            let called = called.get_or_insert(title(base.title.as_deref(), &scene, &base.scene)?);
             let named = shortened(called, &run.name);
-            let made = ready(&app, &user, &one, &run.needs, named)?;
+            let made = prepare(&app, &user, &one, &run.needs(), named)?;
             run.id = made.id.to_string();
             runs.push(made);
         }
@@ -322,7 +304,7 @@ pub(crate) async fn submit(
                 project: base.project.as_deref(),
             })
             .collect();
-        let plan = serde_json::to_string(&plan).map_err(Fail::inner)?;
+        let plan = serde_json::to_string(&plan).map_err(ApiError::internal)?;
         let row = NewStudy {
             id: &id,
             owner: user.id,
@@ -332,24 +314,24 @@ pub(crate) async fn submit(
             project: base.project.as_deref(),
         };
         match app.db.insert(&new, Some(&row)) {
-            Ok(events) => app.tell(events),
+            Ok(events) => app.publish(events),
             // Two requests with one key at once: the other one was faster.
             Err(error) => {
                 for name in &ids {
                     app.store.delete_all(&format!("runs/{name}/"))?;
                 }
-                return known(&app, &user, key.as_deref(), &body)?
-                    .ok_or_else(|| Fail::inner(error));
+                return submitted(&app, &user, key.as_deref(), &body)?
+                    .ok_or_else(|| ApiError::internal(error));
             }
         }
-        app.look();
+        app.wake_reconciler();
         Ok(StudySubmitted { id, runs: ids })
     })
     .await
 }
 
 /// Writes what the store has to have, several runs at a time: each waits for a disk or a network.
-fn write_all(app: &App, runs: &[Ready]) -> Result<(), Fail> {
+fn write_all(app: &App, runs: &[PreparedRun]) -> Result<(), ApiError> {
     let share = runs.len().div_ceil(WRITERS).max(1);
     std::thread::scope(|scope| {
         let parts: Vec<_> = (runs.chunks(share))
@@ -357,7 +339,7 @@ fn write_all(app: &App, runs: &[Ready]) -> Result<(), Fail> {
             .collect();
         parts.into_iter().try_for_each(|part| {
             part.join()
-                .map_err(|_| Fail::inner("a thread that writes has failed"))?
+                .map_err(|_| ApiError::internal("a writer thread ended unexpectedly"))?
         })
     })
 }
@@ -375,47 +357,31 @@ fn shortened(study: &str, run: &str) -> String {
     format!("{} …", &title[..end])
 }
 
-fn known(
+/// Id and runs of the study that was submitted with this key.
+fn submitted(
     app: &App,
     user: &User,
     key: Option<&str>,
     body: &str,
-) -> Result<Option<StudySubmitted>, Fail> {
-    let Some(key) = key else { return Ok(None) };
-    let found = app
-        .db
-        .lock()
-        .query_row(
-            "SELECT id, body, plan FROM studies WHERE owner = ?1 AND key = ?2",
-            params![user.id, key],
-            |row| {
-                Ok((
-                    row.get::<_, String>(0)?,
-                    row.get::<_, String>(1)?,
-                    row.get::<_, String>(2)?,
-                ))
-            },
-        )
-        .optional()?;
-    match found {
-        Some((id, before, plan)) if before == body => {
-            let plan: Plan = serde_json::from_str(&plan).map_err(Fail::inner)?;
-            let runs = plan.runs.into_iter().map(|run| run.id).collect();
-            Ok(Some(StudySubmitted { id, runs }))
-        }
-        Some(_) => Err(Fail::new(
-            StatusCode::CONFLICT,
-            "another study has this key",
-            "This Idempotency-Key belongs to a study that was submitted with another body.",
-        )),
-        None => Ok(None),
-    }
+) -> Result<Option<StudySubmitted>, ApiError> {
+    let Some(id) = by_idempotency_key(app, "studies", user, key, body)? else {
+        return Ok(None);
+    };
+    let query = "SELECT plan FROM studies WHERE id = ?1";
+    let plan: String = (app.db.lock()).query_row(query, [&id], |row| row.get(0))?;
+    let plan: Plan = serde_json::from_str(&plan).map_err(ApiError::internal)?;
+    let runs = plan.runs.into_iter().map(|run| run.id).collect();
+    Ok(Some(StudySubmitted { id, runs }))
 }
 
 /// A page of studies, newest first.
-pub(crate) fn list(app: &App, of: Of, after: Option<&str>) -> Result<StudyList, Fail> {
+pub(crate) fn list(
+    app: &App,
+    scope: ListScope,
+    after: Option<&str>,
+) -> Result<StudyList, ApiError> {
     let connection = app.db.lock();
-    let (column, value) = of.column();
+    let (column, value) = scope.column();
     let mut query = connection.prepare_cached(&format!(
         "SELECT id, title, created FROM studies WHERE {column} = ?1
          AND (?2 IS NULL OR number < (SELECT number FROM studies WHERE id = ?2)) ORDER BY number DESC LIMIT ?3",
@@ -452,10 +418,10 @@ struct Row {
     results: Option<String>,
 }
 
-/// The table of a study: what differs between its runs, and what came out.
-pub(crate) fn table(app: &App, user: &User, id: &str) -> Result<StudyTable, Fail> {
+/// The table of a study: values of its keys, and results of its runs.
+pub(crate) fn table(app: &App, user: &User, id: &str) -> Result<StudyTable, ApiError> {
     if user.share.is_some() {
-        return Err(Fail::missing());
+        return Err(ApiError::not_found());
     }
     let found = app
         .db
@@ -473,8 +439,8 @@ pub(crate) fn table(app: &App, user: &User, id: &str) -> Result<StudyTable, Fail
             },
         )
         .optional()?;
-    let (title, created, plan) = found.ok_or_else(Fail::missing)?;
-    let plan: Plan = serde_json::from_str(&plan).map_err(Fail::inner)?;
+    let (title, created, plan) = found.ok_or_else(ApiError::not_found)?;
+    let plan: Plan = serde_json::from_str(&plan).map_err(ApiError::internal)?;
     let rows = rows(app, id)?;
     let mut states: BTreeMap<String, u64> = BTreeMap::new();
     let mut columns: Vec<ResultColumn> = (plan.results.iter())
@@ -533,7 +499,7 @@ pub(crate) fn table(app: &App, user: &User, id: &str) -> Result<StudyTable, Fail
     })
 }
 
-fn rows(app: &App, study: &str) -> Result<BTreeMap<String, Row>, Fail> {
+fn rows(app: &App, study: &str) -> Result<BTreeMap<String, Row>, ApiError> {
     let connection = app.db.lock();
     let mut query = connection.prepare_cached(
         "SELECT id, state, message, step, core_seconds, results FROM runs WHERE study = ?1",
@@ -554,9 +520,9 @@ fn rows(app: &App, study: &str) -> Result<BTreeMap<String, Row>, Fail> {
     Ok(rows.collect::<Result<_, _>>()?)
 }
 
-/// What `--result` found, from the summary of a finished run; kept in the database from then on.
-fn results(app: &App, id: &str) -> Result<Value, Fail> {
-    let run: RunId = id.parse().map_err(|_| Fail::missing())?;
+/// Results of `--result`, from the summary of a finished run; kept in the database from then on.
+fn results(app: &App, id: &str) -> Result<Value, ApiError> {
+    let run: RunId = id.parse().map_err(|_| ApiError::not_found())?;
     let Some(head) = app.head(&run)? else {
         return Ok(Value::Null);
     };
@@ -575,21 +541,6 @@ fn results(app: &App, id: &str) -> Result<Value, Fail> {
 
 /// The table as comma-separated values, with units in the head, as in the solver's `study.csv`.
 pub(crate) fn csv(table: &StudyTable) -> String {
-    let mut text = String::new();
-    let mut line = |cells: Vec<String>| {
-        let quoted: Vec<String> = cells
-            .into_iter()
-            .map(|cell| {
-                if cell.contains(['"', ',', '\n', '\r']) {
-                    format!("\"{}\"", cell.replace('"', "\"\""))
-                } else {
-                    cell
-                }
-            })
-            .collect();
-        text += &quoted.join(",");
-        text.push('\n');
-    };
     let mut head: Vec<String> = [
         "run",
         "id",
@@ -610,7 +561,7 @@ pub(crate) fn csv(table: &StudyTable) -> String {
                 unit => format!("{} [{unit}]", column.name),
             }),
     );
-    line(head);
+    let mut text = csv_line(head);
     for row in &table.rows {
         let mut cells = vec![
             row.name.clone(),
@@ -627,7 +578,7 @@ pub(crate) fn csv(table: &StudyTable) -> String {
         );
         let number = |value: &Option<f64>| value.map_or(String::new(), |value| value.to_string());
         cells.extend(row.results.iter().map(number));
-        line(cells);
+        text += &csv_line(cells);
     }
     text
 }

@@ -26,7 +26,7 @@ pub enum StoreError {
     #[error("{0:?} is no key: parts of letters, digits and . _ - with / between")]
     Key(String),
     /// The store gives no answer, or the wrong one. May pass.
-    #[error("the store gives no answer at {key}: {source}")]
+    #[error("the store does not respond at {key}: {source}")]
     OutOfReach {
         /// Key.
         key: String,
@@ -42,7 +42,7 @@ pub enum StoreError {
     Url {
         /// The address.
         url: String,
-        /// What is wrong with it.
+        /// The problem.
         why: String,
     },
     /// A folder that is no store, and cannot become one.

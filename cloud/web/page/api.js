@@ -26,7 +26,7 @@ async function request(method, path, body, more = {}) {
     answer = await fetch(`/api/v1${path}`, { ...more, method, headers, body: body === undefined || binary ? body : JSON.stringify(body) });
   } catch (error) {
     if (error instanceof DOMException && error.name === "AbortError") throw error;
-    throw new Problem({ title: "the server gives no answer", status: 0 });
+    throw new Problem({ title: "the server does not respond", status: 0 });
   }
   if (answer.ok) return answer;
   const found = await answer.json().catch(() => ({ title: `the server answers ${answer.status}`, status: answer.status }));

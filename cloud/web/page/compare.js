@@ -54,7 +54,7 @@ export async function showCompare(main, ids) {
   document.title = "Compare · Mercury";
   const runs = await Promise.all(ids.slice(0, 20).map((id) => get(`/runs/${id}`)));
   const tables = await Promise.all(runs.map((run) => get(`/runs/${run.id}/tables`)));
-  /** What is set in each run, by key. */
+  /** Settings of each run, by key. */
   const sets = runs.map((run) => Object.fromEntries(run.spec.set.map((/** @type {string} */ one) => one.split(/=(.*)/s).slice(0, 2))));
   const keys = [...new Set(sets.flatMap((set) => Object.keys(set)))].filter((key) => new Set(sets.map((set) => set[key])).size > 1);
   const study = runs.every((run) => run.study && run.study === runs[0].study) ? runs[0].study : null;

@@ -6,5 +6,5 @@ export function money(amount, of) {
   return `${amount.toFixed(digits)} ${of?.currency ?? ""}`.trim();
 }
 
-/** What so many core seconds cost. @param {number} coreSeconds @param {{currency: string, core_hour: number}} of */
+/** Cost of so many core seconds. @param {number} coreSeconds @param {{currency: string, core_hour: number}} of */
 export const price = (coreSeconds, of) => money((coreSeconds / 3600) * of.core_hour, of);

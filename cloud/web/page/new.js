@@ -296,7 +296,7 @@ export async function showNew(main, from) {
     const submitted = await post(`/runs/${from}/clone`, {});
     name = submitted.scene.name;
     files = submitted.scene.files;
-    // What was set beside the scene is part of it; the text has to be changed by hand then.
+    // Settings beside the scene are part of it; the text has to be changed by hand then.
     text.value = submitted.scene.text;
     title.value = submitted.title ?? "";
     label.value = submitted.label ?? "";

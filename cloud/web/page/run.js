@@ -142,7 +142,7 @@ export async function showRun(main, id) {
 
   /** @type {any[]} */
   let tables = [];
-  /** What is drawn in the pane Charts. */
+  /** Charts that the pane Charts shows, as text. */
   let drawn = "";
   /** @param {string} file @param {string} column @param {string | null} [name] */
   const curve = async (file, column, name) => {

@@ -1,4 +1,4 @@
-// What a plot of a study shows: one point for all runs that differ in the seed alone.
+// Points of a plot of a study: one for all runs that differ in the seed alone.
 
 /** A number of a value of TOML, or null. @param {string | null | undefined} text */
 export const numeric = (text) => (text != null && /^[-+0-9.eE_]+$/.test(text.trim()) && Number.isFinite(Number(text.replaceAll("_", ""))) ? Number(text.replaceAll("_", "")) : null);

@@ -360,7 +360,7 @@ export class Viewer {
     if (!gl || !this.wall) return;
     const before = this.meshes;
     this.meshes = walls.map((wall, k) => {
-      // The same triangles as before only stand elsewhere.
+      // Triangles are those of before, at other places.
       const key = `${wall.corners.length}:${wall.corners.slice(0, 18).join()}`;
       const same = before[k]?.key === key ? before[k] : null;
       if (same) return { ...same, present: wall.present, pose: wall.pose };

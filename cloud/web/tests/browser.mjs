@@ -29,7 +29,7 @@ export class Browser {
     await new Promise((done) => browser.socket.addEventListener("open", done));
     browser.next = 1;
     browser.waiting = new Map();
-    /** What the console, the network and the policy complain about. */
+    /** Errors of the console, the network and the policy. */
     browser.complaints = [];
     browser.socket.addEventListener("message", (event) => {
       const message = JSON.parse(event.data);

@@ -29,7 +29,7 @@ try {
   await browser.until(`document.body.innerText.includes("Submit 6 runs")`, "the grid has no six runs", 15);
   await browser.run(`document.querySelector("details").scrollIntoView({ block: "center" })`);
   await browser.picture("study-new.png");
-  // The same as a file, and back.
+  // This grid as a file, and back.
   await browser.click("From a file instead");
   await browser.until(`document.querySelector("[aria-label='Study file']").value.includes("[study.sweep]") && document.body.innerText.includes("Submit 6 runs")`, "the study file is not the same study", 15);
   await browser.picture("study-file.png");

@@ -14,7 +14,7 @@ pub(crate) struct Held {
     unanswered: Vec<String>,
 }
 
-/// What a swap came to.
+/// Result of a swap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Swapped {
     Done,
@@ -135,7 +135,7 @@ mod tests {
 
     use super::*;
 
-    /// What becomes of the next swap.
+    /// Result of the next swap.
     #[derive(Clone, Copy, PartialEq)]
     enum Fate {
         Answered,

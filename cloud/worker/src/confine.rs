@@ -14,14 +14,12 @@ use landlock::{
 };
 use rustix::process::{Resource, Rlimit, Signal, setrlimit};
 
-/// What a program may do.
+/// Limits of a program.
 #[derive(Clone, Debug, Default)]
 pub struct Cage {
     /// The one folder in which it reads and writes.
     pub folder: PathBuf,
-    /// What else it may read: its own file.
-    pub read: Vec<PathBuf>,
-    /// Whether the kernel is asked to enforce the two above.
+    /// Whether the kernel enforces this.
     pub sandbox: bool,
     /// The most bytes of address space; 0: no limit.
     pub memory: u64,
@@ -31,7 +29,7 @@ pub struct Cage {
     pub cpu: u64,
 }
 
-/// What a program of the system needs to start: its libraries, and the files that describe the machine.
+/// Paths that a program of the system needs to start: its libraries, and the files that describe the machine.
 const SYSTEM: [&str; 7] = [
     "/usr",
     "/lib",
@@ -48,9 +46,6 @@ impl Cage {
         // By this name it is the program that runs now, also when its file has been replaced by a newer one.
         let mut command = Command::new("/proc/self/exe");
         command.arg("confine").arg("--folder").arg(&self.folder);
-        for path in &self.read {
-            command.arg("--read").arg(path);
-        }
         if !self.sandbox {
             command.arg("--no-sandbox");
         }
@@ -65,6 +60,7 @@ impl Cage {
             .arg("--")
             .arg(program)
             .current_dir(&self.folder)
+            // Without credentials of the store, which are the worker's.
             .env_clear();
         command
     }
@@ -75,7 +71,7 @@ impl Cage {
         let parent = rustix::process::getppid();
         rustix::process::set_parent_process_death_signal(Some(Signal::KILL))?;
         if rustix::process::getppid() != parent {
-            bail!("the worker has ended");
+            bail!("the worker ended before the solver began");
         }
         for (resource, value) in [
             (Resource::As, self.memory),
@@ -117,11 +113,7 @@ impl Cage {
             .handle_access(AccessNet::from_all(abi))?
             .scope(Scope::from_all(abi))?
             .create()?;
-        let read = SYSTEM
-            .iter()
-            .map(Path::new)
-            .chain(self.read.iter().map(PathBuf::as_path))
-            .chain([program]);
+        let read = SYSTEM.iter().map(Path::new).chain([program]);
         let status = created
             .add_rules(path_beneath_rules(
                 read.filter(|path| path.exists()),

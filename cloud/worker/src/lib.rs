@@ -21,7 +21,7 @@ use cloud_store::Store;
 
 pub use supervise::work;
 
-/// What an attempt needs to know.
+/// Settings of an attempt.
 pub struct Attempt<'a> {
     /// The store.
     pub store: &'a dyn Store,
@@ -54,7 +54,7 @@ impl Attempt<'_> {
     }
 }
 
-/// What became of an attempt.
+/// Outcome of an attempt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// Its end is in the store.

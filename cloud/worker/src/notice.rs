@@ -17,7 +17,7 @@ const EVERY: Duration = Duration::from_secs(5);
 /// How long an answer may take; the service is on the machine's own link.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// What was announced.
+/// A notice of interruption.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Notice {
     /// The machine may be taken away some time: a checkpoint is worth while.

@@ -1,4 +1,4 @@
-//! What the solver says while it runs: the lines of `--progress` (`docs/formats/machine.md`).
+//! Progress of the solver: the lines of `--progress` (`docs/formats/machine.md`).
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
@@ -27,7 +27,7 @@ pub(crate) struct Progress {
     pub(crate) checkpoint: Option<NewCheckpoint>,
     /// Names of the files that the solver appends to.
     pub(crate) grows: BTreeSet<String>,
-    /// What the solver is busy with, while it makes no steps.
+    /// Activity of the solver, while it makes no steps.
     pub(crate) doing: String,
     pub(crate) step: u64,
     pub(crate) of_steps: Option<u64>,

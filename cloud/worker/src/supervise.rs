@@ -11,7 +11,7 @@ use cloud_api::{Beat, Cause, Control, Ending, Phase, Spec, Wish};
 use crate::claim::{Held, Swapped};
 use crate::notice::{Notice, Notices};
 use crate::progress::Progress;
-use crate::restore::{Place, restore};
+use crate::restore::{Workspace, restore};
 use crate::solver::{Handle, OUTPUT, Solver};
 use crate::sync::{Sync, size, sweep};
 use crate::{Attempt, Outcome};
@@ -48,7 +48,7 @@ impl Every {
     }
 }
 
-/// What the threads of an attempt share: requests to the store may take long, and neither a signal nor a sign of life
+/// State that the threads of an attempt share: requests to the store may take long, and neither a signal nor a sign of life
 /// waits for them.
 #[derive(Default)]
 struct Shared {
@@ -149,7 +149,7 @@ fn run(attempt: &Attempt, held: &mut Held) -> Result<Outcome> {
     let spec: Spec =
         serde_json::from_slice(&text).with_context(|| format!("{key} cannot be read"))?;
     sweep(attempt, held)?;
-    let place = restore(attempt, held, &spec)?;
+    let workspace = restore(attempt, held, &spec)?;
     let mut sync = Sync::new(held);
     if held
         .head
@@ -157,16 +157,16 @@ fn run(attempt: &Attempt, held: &mut Held) -> Result<Outcome> {
         .as_ref()
         .is_some_and(|checkpoint| checkpoint.revision != held.head.revision)
     {
-        sync.forget_tails(attempt, held, &place)?;
+        sync.forget_tails(attempt, held, &workspace)?;
     }
-    let progress = place.folder.join(".progress");
-    let solver = Solver::start(attempt, &spec, &place.folder, &progress)?;
+    let progress = workspace.folder.join(".progress");
+    let solver = Solver::start(attempt, &spec, &workspace.folder, &progress)?;
     let mut progress = Progress::new(&progress);
     progress.grows = held.head.streams.keys().cloned().collect();
     let mut watch = Watch {
         attempt,
         spec,
-        place,
+        workspace,
         progress,
         solver,
         wanted: None,
@@ -185,7 +185,7 @@ fn run(attempt: &Attempt, held: &mut Held) -> Result<Outcome> {
 struct Watch<'a> {
     attempt: &'a Attempt<'a>,
     spec: Spec,
-    place: Place,
+    workspace: Workspace,
     progress: Progress,
     solver: Solver,
     /// Why the solver got the signal to stop.
@@ -233,7 +233,7 @@ impl Watch<'_> {
                 self.stop(Cause::Hung);
                 self.killed_at = Some(Instant::now() + HUNG_GRACE);
             }
-            if measure.due() && size(&self.place.output)? > self.spec.disk {
+            if measure.due() && size(&self.workspace.output)? > self.spec.disk {
                 self.stop(Cause::Disk);
             }
             if self.killed_at.is_some_and(|at| Instant::now() >= at) {
@@ -292,7 +292,7 @@ impl Watch<'_> {
         let swapped = sync.commit(
             self.attempt,
             held,
-            &self.place,
+            &self.workspace,
             checkpoint.as_ref(),
             &self.progress.grows,
             last,
@@ -310,7 +310,7 @@ impl Watch<'_> {
         }
     }
 
-    /// What the server wants of this attempt. A store that gives no answer wants nothing.
+    /// The wish of the server for this attempt; [`Wish::Run`] if the store gives no answer.
     fn wish(&self) -> Wish {
         let text = self.attempt.store.get(&self.attempt.key("control.json"));
         let control = text
@@ -356,7 +356,7 @@ fn end(
     // Paths of this machine stay on it.
     let mut ending = ending;
     if let Some(watch) = watch {
-        let folder = watch.place.folder.display().to_string();
+        let folder = watch.workspace.folder.display().to_string();
         ending.message = ending
             .message
             .replace(&format!("{folder}/"), "")

@@ -1,4 +1,4 @@
-//! What the solver makes goes into the store: checkpoint, outputs, then the head by compare-and-swap.
+//! Upload of the solver's files to the store: checkpoint, outputs, then the head by compare-and-swap.
 //!
 //! The solver writes on meanwhile. It does not have to wait: a checkpoint counts on outputs that were on the disk before
 //! it got its name, so whatever is copied later holds them.
@@ -17,7 +17,7 @@ use cloud_store::frames::{MARKER, whole_frames, whole_lines};
 use crate::Attempt;
 use crate::claim::{Held, Swapped};
 use crate::progress::NewCheckpoint;
-use crate::restore::{Place, resumes_at};
+use crate::restore::{Workspace, resumes_at};
 
 /// Segments of this length are not joined with later ones, in bytes: none is written more than a few times.
 const LARGE: u64 = 64 << 20;
@@ -43,7 +43,7 @@ pub(crate) struct Sync {
     replaced: Vec<String>,
     /// Keys that the head before did not name any more. They stay for one commit, since readers may have read that head.
     old: Vec<String>,
-    /// What was committed last besides the files, to see whether there is anything to commit.
+    /// Last committed state besides the files, to see whether there is anything to commit.
     committed: Option<(u64, u64)>,
 }
 
@@ -72,10 +72,10 @@ impl Sync {
         &mut self,
         attempt: &Attempt,
         held: &mut Held,
-        place: &Place,
+        workspace: &Workspace,
     ) -> Result<()> {
         for (name, at) in self.same.clone() {
-            self.cut(attempt, held, place, &name, at)?;
+            self.cut(attempt, held, workspace, &name, at)?;
         }
         Ok(())
     }
@@ -86,29 +86,29 @@ impl Sync {
         &mut self,
         attempt: &Attempt,
         held: &mut Held,
-        place: &Place,
+        workspace: &Workspace,
         checkpoint: Option<&NewCheckpoint>,
         grows: &BTreeSet<String>,
         last: bool,
     ) -> Result<Swapped> {
         if let Some(checkpoint) = checkpoint {
-            self.checkpoint(attempt, held, place, checkpoint)?;
+            self.checkpoint(attempt, held, workspace, checkpoint)?;
         }
         let mut found = Vec::new();
-        if place.output.is_dir() {
-            list(&place.output, "", &mut found)?;
+        if workspace.output.is_dir() {
+            list(&workspace.output, "", &mut found)?;
         }
         let mut changed = checkpoint.is_some() || last;
         for file in &found {
             changed |= match growth(&file.name) {
                 Growth::Never | Growth::Checkpoint => false,
-                Growth::Whole => self.whole(attempt, held, place, file)?,
+                Growth::Whole => self.whole(attempt, held, workspace, file)?,
                 Growth::Frames | Growth::Lines if grows.contains(&file.name) => {
-                    self.stream(attempt, held, place, file, last)?
+                    self.stream(attempt, held, workspace, file, last)?
                 }
                 // Means, which are written anew; or which files grow has not been said yet.
                 Growth::Frames | Growth::Lines if grows.is_empty() && !last => false,
-                Growth::Frames | Growth::Lines => self.whole(attempt, held, place, file)?,
+                Growth::Frames | Growth::Lines => self.whole(attempt, held, workspace, file)?,
             };
         }
         if last {
@@ -134,10 +134,10 @@ impl Sync {
         &mut self,
         attempt: &Attempt,
         held: &mut Held,
-        place: &Place,
+        workspace: &Workspace,
         new: &NewCheckpoint,
     ) -> Result<()> {
-        let mut file = File::open(place.output.join(&new.name))
+        let mut file = File::open(workspace.output.join(&new.name))
             .with_context(|| format!("checkpoint {}", new.name))?;
         let bytes = file.metadata()?.len();
         let key = format!("check/{}.{}.restart", attempt.epoch, held.head.commit + 1);
@@ -165,14 +165,14 @@ impl Sync {
         &mut self,
         attempt: &Attempt,
         held: &mut Held,
-        place: &Place,
+        workspace: &Workspace,
         found: &Found,
     ) -> Result<bool> {
         let state = (found.bytes, found.changed);
         if self.sent.get(&found.name) == Some(&state) {
             return Ok(false);
         }
-        let Some(mut file) = open(&place.output.join(&found.name))? else {
+        let Some(mut file) = open(&workspace.output.join(&found.name))? else {
             return Ok(false);
         };
         // As it is now, which may be later than when it was listed.
@@ -196,13 +196,13 @@ impl Sync {
         &mut self,
         attempt: &Attempt,
         held: &mut Held,
-        place: &Place,
+        workspace: &Workspace,
         found: &Found,
         last: bool,
     ) -> Result<bool> {
         let name = &found.name;
         let same = self.same.get(name).copied().unwrap_or(0);
-        let Some(mut file) = open(&place.output.join(name))? else {
+        let Some(mut file) = open(&workspace.output.join(name))? else {
             return Ok(false);
         };
         let frames = growth(name) == Growth::Frames;
@@ -220,14 +220,20 @@ impl Sync {
         if same < known && end > same {
             let until = end.min(known);
             let tail_from = self.tail.get(name).copied().unwrap_or(0);
-            let equal = compare(&mut file, same, until, &place.tail.join(name), tail_from)?;
+            let equal = compare(
+                &mut file,
+                same,
+                until,
+                &workspace.tail.join(name),
+                tail_from,
+            )?;
             self.same.insert(name.clone(), equal);
             if equal < until {
                 held.note(
                     "not-reproduced",
                     format!("{name}: byte {equal} was made again to another value; what was seen behind it is replaced"),
                 );
-                self.cut(attempt, held, place, name, equal)?;
+                self.cut(attempt, held, workspace, name, equal)?;
                 changed = true;
             }
         }
@@ -298,7 +304,7 @@ impl Sync {
         &mut self,
         attempt: &Attempt,
         held: &mut Held,
-        place: &Place,
+        workspace: &Workspace,
         name: &str,
         at: u64,
     ) -> Result<()> {
@@ -313,7 +319,7 @@ impl Sync {
             self.replaced
                 .extend(stream.segments.pop().map(|segment| segment.key));
             if from < at {
-                let mut file = File::open(place.output.join(name))?;
+                let mut file = File::open(workspace.output.join(name))?;
                 let key = format!("data/{name}/{from}-{at}.{}", attempt.epoch);
                 let sha256 = attempt
                     .store

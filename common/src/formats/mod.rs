@@ -11,6 +11,7 @@
 )]
 
 pub mod clump;
+pub mod csv_line;
 pub mod data;
 pub mod ene;
 pub mod fstat;

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 
+use mercury_common::formats::csv_line::csv_line;
 use mercury_common::units::{Dimension, Quantity};
 
 use super::Study;
@@ -149,7 +150,6 @@ impl StudyTable {
     /// As text: commas, the names in the first line with their units in brackets.
     #[must_use]
     pub fn csv(&self) -> String {
-        let mut text = String::new();
         let header = self.columns.iter().zip(&self.units);
         let header: Vec<String> = header
             .map(|(name, unit)| match unit.as_str() {
@@ -157,16 +157,8 @@ impl StudyTable {
                 unit => format!("{name} [{unit}]"),
             })
             .collect();
-        for row in std::iter::once(&header).chain(&self.rows) {
-            for (k, cell) in row.iter().enumerate() {
-                if k > 0 {
-                    text.push(',');
-                }
-                text += &quoted(cell);
-            }
-            text.push('\n');
-        }
-        text
+        let lines = std::iter::once(&header).chain(&self.rows);
+        lines.map(csv_line).collect()
     }
 
     /// The units of the columns that have one.
@@ -234,14 +226,6 @@ pub(super) fn without_unit(header: &str) -> &str {
         .strip_suffix(']')
         .and_then(|name| name.rsplit_once(" ["));
     named.map_or(header, |(name, _)| name)
-}
-
-fn quoted(cell: &str) -> String {
-    if cell.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", cell.replace('"', "\"\""))
-    } else {
-        cell.to_owned()
-    }
 }
 
 /// A value of a scene as a table shows it: a string without its quotes.

@@ -65,7 +65,7 @@ struct Worker {
     epoch: u64,
     alive: bool,
     frozen: bool,
-    /// What it read from the head, until it has taken the epoch.
+    /// The head that it has read, until it has taken the epoch.
     taken: bool,
     step: u64,
     revision: u32,
@@ -129,7 +129,7 @@ impl World {
         true
     }
 
-    fn record(&mut self, event: &Event) {
+    fn record(&mut self, event: &RunEvent) {
         self.run =
             apply(&self.run, event, &self.policy, self.now).expect("what `next` wants is legal");
     }
@@ -140,25 +140,25 @@ impl World {
             .iter()
             .any(|w| w.alive && w.epoch == self.run.epoch);
         let todo = {
-            let seen = Seen {
+            let seen = Observation {
                 head: (!self.store_gone).then_some(&self.head),
                 job: if self.mute {
-                    Job::Unknown
+                    JobState::Unknown
                 } else if job {
-                    Job::Running
+                    JobState::Running
                 } else {
-                    Job::Absent
+                    JobState::Absent
                 },
                 silent: self.now - self.life,
                 since_submit: self.now - self.submitted_at,
-                place: true,
+                has_capacity: true,
                 now: self.now,
             };
             next(&self.run, &seen, &self.policy)
         };
         match todo {
             Todo::Nothing => {}
-            Todo::Launch => self.record(&Event::Launched),
+            Todo::Launch => self.record(&RunEvent::Launched),
             Todo::Claim => {
                 assert!(!self.store_gone);
                 let (epoch, revision, commit) =
@@ -193,9 +193,9 @@ impl World {
                 }
                 self.submitted_at = self.now;
                 self.life = self.now;
-                self.record(&Event::Submitted);
+                self.record(&RunEvent::Submitted);
             }
-            Todo::Tell => self.wish = Some((self.run.epoch, self.run.wish)),
+            Todo::SendWish => self.wish = Some((self.run.epoch, self.run.wish)),
             Todo::Interrupt => {
                 let epoch = self.run.epoch;
                 for worker in self.workers.iter_mut().filter(|w| w.epoch == epoch) {
@@ -204,7 +204,7 @@ impl World {
             }
             Todo::Close(ending) => {
                 let step = self.head.step;
-                self.record(&Event::Ended(ending, step));
+                self.record(&RunEvent::Ended(ending, step));
             }
         }
         if dies {
@@ -291,8 +291,12 @@ impl World {
             }
             Act::EngineMute { mute } => self.mute = mute,
             Act::User(which) => {
-                let event = [Event::Stop, Event::Kill, Event::Resume, Event::Extend]
-                    [usize::from(which)]
+                let event = [
+                    RunEvent::Stop,
+                    RunEvent::Kill,
+                    RunEvent::Resume,
+                    RunEvent::Extend,
+                ][usize::from(which)]
                 .clone();
                 if let Ok(run) = apply(&self.run, &event, &self.policy, self.now) {
                     self.run = run;
@@ -348,7 +352,7 @@ proptest! {
         world.mute = false;
         world.life = world.now;
         if !world.run.state.is_live() && world.run.state != RunState::Finished {
-            world.run = apply(&world.run, &Event::Resume, &world.policy, world.now).unwrap();
+            world.run = apply(&world.run, &RunEvent::Resume, &world.policy, world.now).unwrap();
         }
         for _ in 0..400 {
             world.play(Act::Server { dies: false });
@@ -357,7 +361,7 @@ proptest! {
             }
             world.play(Act::Wait { seconds: 5.0 });
             if world.run.state == RunState::Stopped {
-                world.run = apply(&world.run, &Event::Resume, &world.policy, world.now).unwrap();
+                world.run = apply(&world.run, &RunEvent::Resume, &world.policy, world.now).unwrap();
             }
             if !world.run.state.is_live() {
                 break;
@@ -389,7 +393,7 @@ proptest! {
 fn a_run_that_never_moves_fails_after_its_budget() {
     let policy = Policy::default();
     let mut run = Run::new();
-    let lost = Event::Ended(
+    let lost = RunEvent::Ended(
         Ending {
             cause: Cause::Lost,
             code: None,
@@ -399,7 +403,7 @@ fn a_run_that_never_moves_fails_after_its_budget() {
     );
     let mut waits = Vec::new();
     while run.state == RunState::Queued {
-        run = apply(&run, &Event::Launched, &policy, 0.0).unwrap();
+        run = apply(&run, &RunEvent::Launched, &policy, 0.0).unwrap();
         run = apply(&run, &lost, &policy, 0.0).unwrap();
         waits.push(run.not_before);
     }
@@ -414,13 +418,13 @@ fn progress_resets_the_budget() {
     let policy = Policy::default();
     let mut run = Run::new();
     for step in 1..50 {
-        run = apply(&run, &Event::Launched, &policy, 0.0).unwrap();
+        run = apply(&run, &RunEvent::Launched, &policy, 0.0).unwrap();
         let spot = Ending {
             cause: Cause::Spot,
             code: Some(75),
             message: String::new(),
         };
-        run = apply(&run, &Event::Ended(spot, step), &policy, 0.0).unwrap();
+        run = apply(&run, &RunEvent::Ended(spot, step), &policy, 0.0).unwrap();
         assert_eq!((run.state, run.not_before), (RunState::Queued, 0.0));
     }
 }
@@ -435,16 +439,24 @@ fn illegal_events_are_refused() {
         epoch: 1,
         ..Run::new()
     };
-    let legal = |state, event: Event| apply(&run(state), &event, &policy, 0.0).is_ok();
+    let legal = |state, event: RunEvent| apply(&run(state), &event, &policy, 0.0).is_ok();
     for state in RunState::ALL {
-        assert_eq!(legal(state, Event::Launched), state == Queued, "{state:?}");
-        assert_eq!(legal(state, Event::Stop), state.is_live(), "{state:?}");
         assert_eq!(
-            legal(state, Event::Resume),
+            legal(state, RunEvent::Launched),
+            state == Queued,
+            "{state:?}"
+        );
+        assert_eq!(legal(state, RunEvent::Stop), state.is_live(), "{state:?}");
+        assert_eq!(
+            legal(state, RunEvent::Resume),
             matches!(state, Stopped | Failed | Cancelled),
             "{state:?}"
         );
-        assert_eq!(legal(state, Event::Extend), !state.is_live(), "{state:?}");
+        assert_eq!(
+            legal(state, RunEvent::Extend),
+            !state.is_live(),
+            "{state:?}"
+        );
     }
 }
 
@@ -457,12 +469,12 @@ fn a_store_out_of_reach_kills_nothing() {
         submitted: true,
         ..Run::new()
     };
-    let seen = Seen {
+    let seen = Observation {
         head: None,
-        job: Job::Absent,
+        job: JobState::Absent,
         silent: 1e9,
         since_submit: 1e9,
-        place: true,
+        has_capacity: true,
         now: 1e9,
     };
     assert_eq!(next(&run, &seen, &Policy::default()), Todo::Nothing);

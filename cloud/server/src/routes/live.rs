@@ -9,12 +9,13 @@ use axum::http::HeaderMap;
 use axum::response::sse::{Event as Sse, KeepAlive};
 use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
+use tokio_stream::wrappers::ReceiverStream;
 
-use super::{Asked, Shared};
-use crate::access::{Fail, LoggedIn};
+use super::{QueryParams, Shared};
+use crate::access::{ApiError, LoggedIn};
+use crate::accounts;
 use crate::db::MOST_ROWS;
-use crate::runs::mine;
-use crate::{accounts, downloads};
+use crate::runs::visible_run;
 
 /// How often a stream of events without any says that it lives.
 const KEEP_ALIVE: Duration = Duration::from_secs(15);
@@ -32,9 +33,9 @@ pub(crate) struct EventsQuery {
 pub(crate) async fn events(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
-    Asked(query): Asked<EventsQuery>,
+    QueryParams(query): QueryParams<EventsQuery>,
     headers: HeaderMap,
-) -> Result<Response, Fail> {
+) -> Result<Response, ApiError> {
     let mut wanted: Vec<String> = query
         .runs
         .split(',')
@@ -42,13 +43,13 @@ pub(crate) async fn events(
         .map(str::to_owned)
         .collect();
     if wanted.len() > MOST_ROWS {
-        return Err(Fail::bad(
+        return Err(ApiError::bad_request(
             "too many runs",
             "At most 200 at once; none: all of yours.",
         ));
     }
     for run in &wanted {
-        mine(&app, &user, run)?;
+        visible_run(&app, &user, run)?;
     }
     if wanted.is_empty() {
         wanted.extend(user.share.clone());
@@ -129,13 +130,16 @@ pub(crate) async fn events(
             }
         }
     });
-    let sse = axum::response::Sse::new(downloads::receiver(receive))
+    let sse = axum::response::Sse::new(ReceiverStream::new(receive))
         .keep_alive(KeepAlive::new().interval(KEEP_ALIVE));
     Ok(([("x-accel-buffering", "no")], sse).into_response())
 }
 
 /// Counts for Prometheus. No names of runs or users.
-pub(super) async fn metrics(State(app): Shared, LoggedIn(user): LoggedIn) -> Result<String, Fail> {
+pub(super) async fn metrics(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+) -> Result<String, ApiError> {
     accounts::admin(&user)?;
     let connection = app.db.lock();
     let mut query = connection.prepare("SELECT state, count(*) FROM runs GROUP BY state")?;

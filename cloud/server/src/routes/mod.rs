@@ -1,4 +1,4 @@
-//! The API: its paths, and by subject what they take and answer. What they do is in `runs`, `studies`, `check`, `frames` and `charts`;
+//! The API: its paths, and by subject their requests and answers. The work is done in `runs`, `studies`, `check`, `frames` and `charts`;
 //! accounts, projects and downloads have files of their own.
 
 mod live;
@@ -15,7 +15,7 @@ use axum::routing::{delete, get, post, put};
 use axum::{Json, Router, middleware};
 use tower_http::compression::CompressionLayer;
 
-use crate::access::{Fail, guard};
+use crate::access::{ApiError, guard};
 use crate::state::App;
 use crate::{accounts, downloads, openapi, projects, web};
 
@@ -29,15 +29,15 @@ pub(crate) use studies::*;
 const LARGEST_BODY: usize = 4 << 20;
 
 pub(crate) type Shared = State<Arc<App>>;
-pub(crate) type Answer<T> = Result<Json<T>, Fail>;
+pub(crate) type Answer<T> = Result<Json<T>, ApiError>;
 
-/// A body of JSON; what is wrong with it is said as a problem.
-pub(crate) struct Of<T>(pub(crate) T);
+/// A body of JSON; an error in it becomes a [`cloud_api::Problem`].
+pub(crate) struct JsonBody<T>(pub(crate) T);
 
-impl<T: serde::de::DeserializeOwned, S: Send + Sync> FromRequest<S> for Of<T> {
-    type Rejection = Fail;
+impl<T: serde::de::DeserializeOwned, S: Send + Sync> FromRequest<S> for JsonBody<T> {
+    type Rejection = ApiError;
 
-    async fn from_request(request: Request, state: &S) -> Result<Self, Fail> {
+    async fn from_request(request: Request, state: &S) -> Result<Self, ApiError> {
         match Json::<T>::from_request(request, state).await {
             Ok(Json(body)) => Ok(Self(body)),
             Err(rejected) => {
@@ -46,31 +46,27 @@ impl<T: serde::de::DeserializeOwned, S: Send + Sync> FromRequest<S> for Of<T> {
                     StatusCode::UNPROCESSABLE_ENTITY => StatusCode::BAD_REQUEST,
                     status => status,
                 };
-                Err(Fail::new(
-                    status,
-                    "the body is not taken",
-                    rejected.body_text(),
-                ))
+                Err(ApiError::new(status, "invalid body", rejected.body_text()))
             }
         }
     }
 }
 
-/// Parameters of a query; what is wrong with them is said as a problem.
-pub(crate) struct Asked<T>(pub(crate) T);
+/// Parameters of a query; an error in them becomes a [`cloud_api::Problem`].
+pub(crate) struct QueryParams<T>(pub(crate) T);
 
 impl<T: serde::de::DeserializeOwned, S: Send + Sync> axum::extract::FromRequestParts<S>
-    for Asked<T>
+    for QueryParams<T>
 {
-    type Rejection = Fail;
+    type Rejection = ApiError;
 
     async fn from_request_parts(
         parts: &mut axum::http::request::Parts,
         state: &S,
-    ) -> Result<Self, Fail> {
+    ) -> Result<Self, ApiError> {
         match Query::<T>::from_request_parts(parts, state).await {
             Ok(Query(query)) => Ok(Self(query)),
-            Err(rejected) => Err(Fail::bad("the query is not taken", rejected.body_text())),
+            Err(rejected) => Err(ApiError::bad_request("invalid query", rejected.body_text())),
         }
     }
 }
@@ -136,7 +132,7 @@ pub(crate) fn router(app: Arc<App>) -> Router {
             "/inputs/{sha256}",
             put(input_put).layer(DefaultBodyLimit::disable()),
         )
-        .fallback(|| async { Fail::missing() })
+        .fallback(|| async { ApiError::not_found() })
         .layer(CompressionLayer::new().gzip(true));
     Router::new()
         .nest("/api/v1", api)

@@ -10,10 +10,10 @@ use cloud_store::StoreError;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{Answer, Asked, Shared};
-use crate::access::{Fail, LoggedIn};
+use super::{Answer, QueryParams, Shared};
+use crate::access::{ApiError, LoggedIn};
 use crate::content::Content;
-use crate::runs::{blocking, mine};
+use crate::runs::{blocking, visible_run};
 use crate::state::App;
 use crate::{charts, frames, secrets};
 
@@ -21,9 +21,9 @@ use crate::{charts, frames, secrets};
 const MOST_LOG: u64 = 256 << 10;
 
 /// A run that the user may see, with its head.
-pub(crate) fn headed(app: &App, user: &secrets::User, id: &str) -> Result<(RunId, Head), Fail> {
-    let (id, ..) = mine(app, user, id)?;
-    let head = app.head(&id)?.ok_or_else(Fail::missing)?;
+pub(crate) fn headed(app: &App, user: &secrets::User, id: &str) -> Result<(RunId, Head), ApiError> {
+    let (id, ..) = visible_run(app, user, id)?;
+    let head = app.head(&id)?.ok_or_else(ApiError::not_found)?;
     Ok((id, head))
 }
 
@@ -33,7 +33,7 @@ fn with_files<T>(
     user: &secrets::User,
     id: &str,
     work: impl Fn(&RunId, &Head) -> Result<T, anyhow::Error>,
-) -> Result<T, Fail> {
+) -> Result<T, ApiError> {
     for _ in 0..3 {
         let (id, head) = headed(app, user, id)?;
         match work(&id, &head) {
@@ -44,7 +44,7 @@ fn with_files<T>(
             result => return Ok(result?),
         }
     }
-    Err(Fail::new(
+    Err(ApiError::new(
         StatusCode::SERVICE_UNAVAILABLE,
         "the store is busy",
         "Try again.",
@@ -62,7 +62,7 @@ pub(crate) async fn run_log(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
     Path(id): Path<String>,
-    Asked(query): Asked<LogQuery>,
+    QueryParams(query): QueryParams<LogQuery>,
 ) -> Answer<Value> {
     blocking(move || {
         with_files(&app, &user, &id, |id, head| {
@@ -128,7 +128,7 @@ pub(crate) async fn run_charts(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
     Path(id): Path<String>,
-    Asked(query): Asked<ChartQuery>,
+    QueryParams(query): QueryParams<ChartQuery>,
 ) -> Answer<Chart> {
     blocking(move || {
         let chart = with_files(&app, &user, &id, |id, head| {
@@ -143,7 +143,7 @@ pub(crate) async fn run_charts(
                 query.name.as_deref(),
             )?)
         })?;
-        chart.map(Json).ok_or_else(Fail::missing)
+        chart.map(Json).ok_or_else(ApiError::not_found)
     })
     .await
 }
@@ -190,9 +190,9 @@ pub(crate) async fn run_frame(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
     Path((id, k)): Path<(String, String)>,
-    Asked(query): Asked<FrameQuery>,
-) -> Result<Response, Fail> {
-    let k: usize = k.parse().map_err(|_| Fail::missing())?;
+    QueryParams(query): QueryParams<FrameQuery>,
+) -> Result<Response, ApiError> {
+    let k: usize = k.parse().map_err(|_| ApiError::not_found())?;
     let columns: Vec<String> = query
         .columns
         .split(',')
@@ -200,7 +200,10 @@ pub(crate) async fn run_frame(
         .map(str::to_owned)
         .collect();
     if columns.len() > 8 {
-        return Err(Fail::bad("too many columns", "At most 8 at once."));
+        return Err(ApiError::bad_request(
+            "too many columns",
+            "At most 8 at once.",
+        ));
     }
     let most = query.most.clamp(1, 10_000_000);
     let frame = blocking(move || {
@@ -208,7 +211,7 @@ pub(crate) async fn run_frame(
             frames::frame(&app.cache, app.store.as_ref(), id, head, k, &columns, most)
         })
     });
-    let bytes = frame.await?.ok_or_else(Fail::missing)?;
+    let bytes = frame.await?.ok_or_else(ApiError::not_found)?;
     // A frame never changes within one past.
     let kept = if query.version.is_some() {
         "private, max-age=31536000, immutable"
@@ -233,13 +236,13 @@ pub(crate) async fn run_grain(
     Path((id, k, grain)): Path<(String, String, String)>,
 ) -> Answer<Value> {
     let (Ok(k), Ok(grain)) = (k.parse(), grain.parse()) else {
-        return Err(Fail::missing());
+        return Err(ApiError::not_found());
     };
     blocking(move || {
         let row = with_files(&app, &user, &id, |id, head| {
             frames::row(&app.cache, app.store.as_ref(), id, head, k, grain)
         })?;
-        row.map(Json).ok_or_else(Fail::missing)
+        row.map(Json).ok_or_else(ApiError::not_found)
     })
     .await
 }
@@ -251,12 +254,12 @@ pub(crate) async fn run_walls(
     LoggedIn(user): LoggedIn,
     Path((id, k)): Path<(String, String)>,
 ) -> Answer<Value> {
-    let k: usize = k.parse().map_err(|_| Fail::missing())?;
+    let k: usize = k.parse().map_err(|_| ApiError::not_found())?;
     blocking(move || {
         let walls = with_files(&app, &user, &id, |id, head| {
             frames::walls(&app.cache, app.store.as_ref(), id, head, k)
         })?;
-        walls.map(Json).ok_or_else(Fail::missing)
+        walls.map(Json).ok_or_else(ApiError::not_found)
     })
     .await
 }

@@ -9,16 +9,16 @@ use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
 use cloud_api::RunState;
 use cloud_api::answers::{Attempt, RunAnswer, RunList};
-use cloud_api::lifecycle::Event;
+use cloud_api::lifecycle::RunEvent;
 use cloud_api::requests::{Extend, NewShare, Patch, Role, Scene, Submit};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{Answer, Asked, Of, Shared};
-use crate::access::{Fail, LoggedIn};
+use super::{Answer, JsonBody, QueryParams, Shared};
+use crate::access::{ApiError, LoggedIn};
 use crate::db::MOST_ROWS;
-use crate::runs::{blocking, mine, with_life};
-use crate::secrets::Kind;
+use crate::runs::{blocking, visible_run, with_life};
+use crate::secrets::SecretKind;
 use crate::state::App;
 use crate::{projects, runs, secrets};
 
@@ -39,13 +39,13 @@ pub(crate) struct ListQuery {
 pub(crate) async fn runs_list(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
-    Asked(query): Asked<ListQuery>,
+    QueryParams(query): QueryParams<ListQuery>,
 ) -> Answer<RunList> {
     if let Some(state) = &query.state
         && RunState::of(state).is_none()
     {
-        return Err(Fail::bad(
-            "there is no such state",
+        return Err(ApiError::bad_request(
+            "unknown state",
             RunState::ALL.map(RunState::word).join(", "),
         ));
     }
@@ -84,8 +84,8 @@ pub(crate) async fn runs_submit(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
     headers: HeaderMap,
-    Of(body): Of<Submit>,
-) -> Result<Response, Fail> {
+    JsonBody(body): JsonBody<Submit>,
+) -> Result<Response, ApiError> {
     let key = key_of(&headers)?;
     let id = runs::submit(&app, &user, body, key.as_deref()).await?;
     let answer = blocking(move || answer(&app, &user, &id)).await?;
@@ -93,11 +93,11 @@ pub(crate) async fn runs_submit(
 }
 
 /// The idempotency key of a request.
-pub(super) fn key_of(headers: &HeaderMap) -> Result<Option<String>, Fail> {
+pub(super) fn key_of(headers: &HeaderMap) -> Result<Option<String>, ApiError> {
     let Some(key) = headers.get("idempotency-key") else {
         return Ok(None);
     };
-    let refused = |why| Fail::bad("Idempotency-Key is not taken", why);
+    let refused = |why| ApiError::bad_request("invalid Idempotency-Key", why);
     let key = key.to_str().map_err(|_| refused("It is plain text."))?;
     if key.is_empty() || key.len() > 200 {
         return Err(refused("It has 1 to 200 characters."));
@@ -106,13 +106,13 @@ pub(super) fn key_of(headers: &HeaderMap) -> Result<Option<String>, Fail> {
 }
 
 /// All of a run.
-fn answer(app: &App, user: &secrets::User, id: &str) -> Result<RunAnswer, Fail> {
-    let (id, owner, _, row, spec) = mine(app, user, id)?;
+fn answer(app: &App, user: &secrets::User, id: &str) -> Result<RunAnswer, ApiError> {
+    let (id, owner, _, row, spec) = visible_run(app, user, id)?;
     let writable = !user.read_only && runs::may_change(app, user, owner, &row).is_ok();
     let head = app.head(&id)?.unwrap_or_default();
     let scene = runs::scene(app, &spec)?.text;
     let seen = app
-        .lives
+        .attempts
         .get(id.as_str())
         .filter(|_| row.state.has_attempt());
     let silent = seen
@@ -151,14 +151,14 @@ pub(crate) async fn run_patch(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
     Path(id): Path<String>,
-    Of(body): Of<Patch>,
+    JsonBody(body): JsonBody<Patch>,
 ) -> Answer<RunAnswer> {
     blocking(move || {
-        let (_, owner, _, row, _) = mine(&app, &user, &id)?;
+        let (_, owner, _, row, _) = visible_run(&app, &user, &id)?;
         runs::may_change(&app, &user, owner, &row)?;
         if let Some(project) = &body.project {
             if owner != user.id {
-                return Err(Fail::new(
+                return Err(ApiError::new(
                     StatusCode::FORBIDDEN,
                     "not allowed",
                     "The owner of a run puts it into a project, and takes it out.",
@@ -173,7 +173,7 @@ pub(crate) async fn run_patch(
             .flatten()
             .any(|text| text.len() > 200)
         {
-            return Err(Fail::bad(
+            return Err(ApiError::bad_request(
                 "too long",
                 "Titles and labels have at most 200 bytes.",
             ));
@@ -195,7 +195,7 @@ pub(crate) async fn run_delete(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
     Path(id): Path<String>,
-) -> Result<StatusCode, Fail> {
+) -> Result<StatusCode, ApiError> {
     blocking(move || runs::delete(&app, &user, &id).map(|()| StatusCode::NO_CONTENT)).await
 }
 
@@ -203,7 +203,7 @@ async fn changed(
     app: Arc<App>,
     user: secrets::User,
     id: String,
-    event: Event,
+    event: RunEvent,
 ) -> Answer<RunAnswer> {
     blocking(move || {
         runs::change(&app, &user, &id, &event)?;
@@ -219,7 +219,7 @@ pub(crate) async fn run_stop(
     LoggedIn(user): LoggedIn,
     Path(id): Path<String>,
 ) -> Answer<RunAnswer> {
-    changed(app, user, id, Event::Stop).await
+    changed(app, user, id, RunEvent::Stop).await
 }
 
 /// Ends a run at once; what was made since the last commit is lost.
@@ -229,7 +229,7 @@ pub(crate) async fn run_kill(
     LoggedIn(user): LoggedIn,
     Path(id): Path<String>,
 ) -> Answer<RunAnswer> {
-    changed(app, user, id, Event::Kill).await
+    changed(app, user, id, RunEvent::Kill).await
 }
 
 /// Goes on with a run that was stopped or has failed, from its last checkpoint.
@@ -239,7 +239,7 @@ pub(crate) async fn run_resume(
     LoggedIn(user): LoggedIn,
     Path(id): Path<String>,
 ) -> Answer<RunAnswer> {
-    changed(app, user, id, Event::Resume).await
+    changed(app, user, id, RunEvent::Resume).await
 }
 
 /// Goes on with a run to a later end.
@@ -248,13 +248,13 @@ pub(crate) async fn run_extend(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
     Path(id): Path<String>,
-    Of(body): Of<Extend>,
+    JsonBody(body): JsonBody<Extend>,
 ) -> Answer<RunAnswer> {
     runs::extend(&app, &user, &id, body.end).await?;
     blocking(move || Ok(Json(answer(&app, &user, &id)?))).await
 }
 
-/// What a new run is made of, to be changed and submitted.
+/// Scene, files and settings for a new run like this one, to be changed and submitted.
 #[utoipa::path(post, path = "/api/v1/runs/{run}/clone", params(("run" = String, Path)), responses((status = 200, body = Submit)))]
 pub(crate) async fn run_clone(
     State(app): Shared,
@@ -262,7 +262,7 @@ pub(crate) async fn run_clone(
     Path(id): Path<String>,
 ) -> Answer<Submit> {
     blocking(move || {
-        let (_, _, _, row, spec) = mine(&app, &user, &id)?;
+        let (_, _, _, row, spec) = visible_run(&app, &user, &id)?;
         let scene: Scene = runs::scene(&app, &spec)?;
         // Files of a run that one may see are files that one may use.
         for file in spec.files.values() {
@@ -289,15 +289,15 @@ pub(crate) async fn run_share(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
     Path(id): Path<String>,
-    Of(body): Of<NewShare>,
+    JsonBody(body): JsonBody<NewShare>,
 ) -> Answer<Value> {
     let days = days(body.days)?;
     blocking(move || {
-        let (id, owner, _, row, _) = mine(&app, &user, &id)?;
+        let (id, owner, _, row, _) = visible_run(&app, &user, &id)?;
         runs::may_change(&app, &user, owner, &row)?;
         let (_, secret, expires) = secrets::issue(
             &app.db,
-            Kind::Share,
+            SecretKind::Share,
             owner,
             "share",
             Some(id.as_str()),
@@ -309,11 +309,14 @@ pub(crate) async fn run_share(
     .await
 }
 
-pub(crate) fn days(days: u32) -> Result<f64, Fail> {
+pub(crate) fn days(days: u32) -> Result<f64, ApiError> {
     if (1..=366).contains(&days) {
         Ok(f64::from(days))
     } else {
-        Err(Fail::bad("days are not taken", "1 to 366 days."))
+        Err(ApiError::bad_request(
+            "invalid number of days",
+            "1 to 366 days.",
+        ))
     }
 }
 
@@ -325,7 +328,7 @@ pub(crate) async fn run_attempts(
     Path(id): Path<String>,
 ) -> Answer<Vec<Attempt>> {
     blocking(move || {
-        mine(&app, &user, &id)?;
+        visible_run(&app, &user, &id)?;
         Ok(Json(app.db.attempts(&id)?))
     })
     .await
@@ -337,16 +340,16 @@ pub(crate) struct AfterQuery {
     after: i64,
 }
 
-/// What happened to a run, behind number `after`; at most 200 events.
+/// Events of a run behind number `after`; at most 200 events.
 #[utoipa::path(get, path = "/api/v1/runs/{run}/events", params(("run" = String, Path), ("after" = Option<i64>, Query)), responses((status = 200, body = Object)))]
 pub(crate) async fn run_events(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
     Path(id): Path<String>,
-    Asked(query): Asked<AfterQuery>,
+    QueryParams(query): QueryParams<AfterQuery>,
 ) -> Answer<Value> {
     blocking(move || {
-        mine(&app, &user, &id)?;
+        visible_run(&app, &user, &id)?;
         Ok(Json(
             json!({"events": app.db.events(None, Some(&id), query.after)?}),
         ))

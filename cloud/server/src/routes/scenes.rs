@@ -13,20 +13,20 @@ use cloud_store::Hashing;
 use serde_json::Value;
 use tokio_stream::StreamExt;
 
-use super::{Answer, Of, Shared};
-use crate::access::{Fail, LoggedIn};
+use super::{Answer, JsonBody, Shared};
+use crate::access::{ApiError, LoggedIn};
 use crate::check;
 use crate::runs::blocking;
 
 /// The largest input, in bytes.
 const LARGEST_INPUT: u64 = 2 << 30;
 
-/// What is wrong with a scene, or what it will take: memory, disk, steps, and with `trial` time.
+/// Problems of a scene, or its needs: memory, disk, steps, and with `trial` time.
 #[utoipa::path(post, path = "/api/v1/check", request_body = Check, responses((status = 200, body = Checked)))]
 pub(crate) async fn check_scene(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
-    Of(body): Of<Check>,
+    JsonBody(body): JsonBody<Check>,
 ) -> Answer<Checked> {
     Ok(Json(
         check::check(&app, user.id, body.scene, body.trial).await?,
@@ -38,7 +38,7 @@ pub(crate) async fn check_scene(
 pub(crate) async fn preview_scene(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
-    Of(body): Of<Check>,
+    JsonBody(body): JsonBody<Check>,
 ) -> Answer<Value> {
     Ok(Json(check::preview(&app, user.id, body.scene).await?))
 }
@@ -50,14 +50,14 @@ pub(crate) async fn input_put(
     LoggedIn(user): LoggedIn,
     Path(sha256): Path<String>,
     body: Body,
-) -> Result<StatusCode, Fail> {
+) -> Result<StatusCode, ApiError> {
     let digits = sha256.len() == 64
         && sha256
             .bytes()
             .all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b));
     if !digits {
-        return Err(Fail::bad(
-            "the path is not taken",
+        return Err(ApiError::bad_request(
+            "invalid path",
             "SHA256 has 64 hexadecimal digits in lower case.",
         ));
     }
@@ -73,17 +73,18 @@ pub(crate) async fn input_put(
     let mut bytes = 0;
     let mut pieces = body.into_data_stream();
     while let Some(piece) = pieces.next().await {
-        let piece = piece.map_err(|error| Fail::bad("the body was cut off", error.to_string()))?;
+        let piece = piece
+            .map_err(|error| ApiError::bad_request("the body was cut off", error.to_string()))?;
         bytes += piece.len() as u64;
         if bytes > LARGEST_INPUT {
-            return Err(Fail::new(
+            return Err(ApiError::new(
                 StatusCode::PAYLOAD_TOO_LARGE,
                 "the file is too large",
                 "A file has at most 2 GB.",
             ));
         }
         if bytes > left {
-            return Err(Fail::new(
+            return Err(ApiError::new(
                 StatusCode::FORBIDDEN,
                 "too little disk is left",
                 "Your runs and inputs take what they may already. Delete runs.",
@@ -93,7 +94,7 @@ pub(crate) async fn input_put(
     }
     let (got, mut file) = hashing.finish();
     if got != sha256 {
-        return Err(Fail::bad(
+        return Err(ApiError::bad_request(
             "the content is another",
             format!("Its SHA-256 is {got}."),
         ));

@@ -9,17 +9,17 @@ use cloud_api::requests::{Role, Study};
 use serde::Deserialize;
 
 use super::runs::key_of;
-use super::{Answer, Asked, Of, Shared};
-use crate::access::{Fail, LoggedIn};
+use super::{Answer, JsonBody, QueryParams, Shared};
+use crate::access::{ApiError, LoggedIn};
 use crate::runs::blocking;
 use crate::{projects, studies};
 
-/// Which runs a study would have, or what is wrong with it.
+/// Runs that a study would have, or its problems.
 #[utoipa::path(post, path = "/api/v1/studies/check", request_body = Study, responses((status = 200, body = StudyChecked)))]
 pub(crate) async fn study_check(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
-    Of(body): Of<Study>,
+    JsonBody(body): JsonBody<Study>,
 ) -> Answer<StudyChecked> {
     Ok(Json(studies::check(&app, &user, body).await?))
 }
@@ -31,8 +31,8 @@ pub(crate) async fn study_submit(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
     headers: HeaderMap,
-    Of(body): Of<Study>,
-) -> Result<Response, Fail> {
+    JsonBody(body): JsonBody<Study>,
+) -> Result<Response, ApiError> {
     let submitted = studies::submit(&app, &user, body, key_of(&headers)?).await?;
     Ok((StatusCode::CREATED, Json(submitted)).into_response())
 }
@@ -49,7 +49,7 @@ pub(crate) struct StudiesQuery {
 pub(crate) async fn study_list(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
-    Asked(query): Asked<StudiesQuery>,
+    QueryParams(query): QueryParams<StudiesQuery>,
 ) -> Answer<StudyList> {
     if user.share.is_some() {
         return Ok(Json(StudyList {
@@ -68,7 +68,7 @@ pub(crate) async fn study_list(
     .await
 }
 
-/// The table of a study: what differs between its runs, and what came out.
+/// The table of a study: values of its keys, and results of its runs.
 #[utoipa::path(get, path = "/api/v1/studies/{study}", params(("study" = String, Path)), responses((status = 200, body = StudyTable)))]
 pub(crate) async fn study_table(
     State(app): Shared,
@@ -78,13 +78,13 @@ pub(crate) async fn study_table(
     blocking(move || Ok(Json(studies::table(&app, &user, &study)?))).await
 }
 
-/// The same as comma-separated values.
+/// The table of a study as comma-separated values.
 #[utoipa::path(get, path = "/api/v1/studies/{study}/table.csv", params(("study" = String, Path)), responses((status = 200, content_type = "text/csv")))]
 pub(crate) async fn study_csv(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
     Path(study): Path<String>,
-) -> Result<Response, Fail> {
+) -> Result<Response, ApiError> {
     let table = blocking(move || studies::table(&app, &user, &study)).await?;
     let name = "attachment; filename=\"study.csv\"";
     let head = [

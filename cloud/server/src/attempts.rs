@@ -1,15 +1,15 @@
-//! What was seen of runs lately: heads, beats, and since when they are silent, by this server's clock.
+//! Signs of life of attempts: heads, beats, and since when they are silent, by this server's clock.
 
 use std::collections::HashMap;
 use std::sync::Mutex;
 use std::time::Instant;
 
 use cloud_api::Beat;
-use cloud_api::lifecycle::Job;
+use cloud_api::lifecycle::JobState;
 
-/// What was seen of one run.
+/// Signs of life of one run's attempt.
 #[derive(Clone, Debug)]
-pub(crate) struct Seen {
+pub(crate) struct SignsOfLife {
     /// The last sign of life.
     pub(crate) beat: Option<Beat>,
     /// When head, beat or the state of the job changed last.
@@ -20,16 +20,16 @@ pub(crate) struct Seen {
     pub(crate) commit: u64,
     /// Attempt and its job.
     pub(crate) epoch: u64,
-    pub(crate) job: Job,
+    pub(crate) job: JobState,
     /// Notes of the head that listeners know.
     pub(crate) notes: usize,
-    /// When the engine was asked to end the job.
+    /// Time of the request to the engine to end the job.
     pub(crate) interrupted: Option<Instant>,
     /// When the user's wish was passed on.
     pub(crate) wished: Option<Instant>,
 }
 
-impl Seen {
+impl SignsOfLife {
     fn new(epoch: u64) -> Self {
         let now = Instant::now();
         Self {
@@ -38,7 +38,7 @@ impl Seen {
             submitted: now,
             commit: 0,
             epoch,
-            job: Job::Unknown,
+            job: JobState::Unknown,
             notes: 0,
             interrupted: None,
             wished: None,
@@ -46,31 +46,36 @@ impl Seen {
     }
 }
 
-/// What was seen of all runs that have an attempt.
+/// Signs of life of all runs that have an attempt.
 #[derive(Default)]
-pub(crate) struct Lives(Mutex<HashMap<String, Seen>>);
+pub(crate) struct Attempts(Mutex<HashMap<String, SignsOfLife>>);
 
-impl Lives {
-    /// Changes what was seen of a run; a new attempt begins without a history.
-    pub(crate) fn with<T>(&self, run: &str, epoch: u64, change: impl FnOnce(&mut Seen) -> T) -> T {
+impl Attempts {
+    /// Changes the signs of life of a run; a new attempt begins without a history.
+    pub(crate) fn with<T>(
+        &self,
+        run: &str,
+        epoch: u64,
+        change: impl FnOnce(&mut SignsOfLife) -> T,
+    ) -> T {
         let mut all = self
             .0
             .lock()
             .unwrap_or_else(|poisoned| poisoned.into_inner());
         let seen = all
             .entry(run.to_owned())
-            .or_insert_with(|| Seen::new(epoch));
+            .or_insert_with(|| SignsOfLife::new(epoch));
         if seen.epoch != epoch {
             let notes = seen.notes;
-            *seen = Seen {
+            *seen = SignsOfLife {
                 notes,
-                ..Seen::new(epoch)
+                ..SignsOfLife::new(epoch)
             };
         }
         change(seen)
     }
 
-    pub(crate) fn get(&self, run: &str) -> Option<Seen> {
+    pub(crate) fn get(&self, run: &str) -> Option<SignsOfLife> {
         self.0
             .lock()
             .unwrap_or_else(|poisoned| poisoned.into_inner())
