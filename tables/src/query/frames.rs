@@ -393,7 +393,7 @@ mod tests {
             ];
             let (time, step) = (0.1 * k as f64, 10 * k as u64);
             writer
-                .append(Frame {
+                .append(&Frame {
                     time,
                     step,
                     columns,
