@@ -30,6 +30,7 @@
 mod column;
 mod element;
 mod parquet;
+pub mod query;
 mod table;
 mod text;
 

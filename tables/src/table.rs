@@ -5,8 +5,9 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use mercury_common::error::FormatError;
+use polars::prelude::{DataFrame, IntoColumn as _, NamedFrom as _, PolarsResult, Series};
 
-use crate::column::{Column, Spec};
+use crate::column::{Column, Spec, Values};
 use crate::element::{Cell, Element};
 use crate::parquet::{self, ParquetWriter, WriteError};
 use crate::text;
@@ -176,12 +177,69 @@ impl Table {
         self.columns.iter().map(Column::spec).collect()
     }
 
+    /// The table with numbers in the columns of text whose cells are all numbers (empty cells as missing ones), and text in the
+    /// others.
+    #[must_use]
+    pub fn typed(self) -> Self {
+        let columns = self.columns.into_iter().map(|column| match column.values {
+            Values::Text(cells) => {
+                let values = numbers(&cells).unwrap_or(Values::Text(cells));
+                Column::new(column.name, column.unit, values)
+            }
+            values => Column { values, ..column },
+        });
+        columns.fold(Self::default(), Self::with)
+    }
+
+    /// The table as polars has it. Numbers that are NaN are missing there, as they are in files.
+    ///
+    /// # Errors
+    /// When columns have the same name or unequal lengths.
+    pub fn into_data_frame(self) -> PolarsResult<DataFrame> {
+        let rows = self.rows();
+        let columns = self.columns.into_iter().map(|column| {
+            let name = column.name.into();
+            match column.values {
+                Values::F64(values) => {
+                    let there = |value: f64| (!value.is_nan()).then_some(value);
+                    Series::new(name, values.into_iter().map(there).collect::<Vec<_>>())
+                }
+                Values::I32(values) => Series::new(name, values),
+                Values::I64(values) => Series::new(name, values),
+                // Polars as it is built here has no smaller type.
+                Values::U8(values) => {
+                    Series::new(name, values.into_iter().map(u32::from).collect::<Vec<_>>())
+                }
+                Values::U32(values) => Series::new(name, values),
+                Values::OptionalU32(values) => Series::new(name, values),
+                Values::U64(values) => Series::new(name, values),
+                Values::Bool(values) => Series::new(name, values),
+                Values::Text(values) => Series::new(name, values),
+            }
+            .into_column()
+        });
+        DataFrame::new(rows, columns.collect())
+    }
+
     pub(crate) fn read_from(origin: Origin) -> Self {
         Self {
             origin,
             ..Self::default()
         }
     }
+}
+
+/// The cells as numbers, if all that are not empty are, and one is not empty.
+fn numbers(cells: &[String]) -> Option<Values> {
+    if cells.iter().all(String::is_empty) {
+        return None;
+    }
+    let number = |cell: &String| match cell.as_str() {
+        "" => Some(f64::NAN),
+        text => text.parse().ok(),
+    };
+    let numbers: Option<_> = cells.iter().map(number).collect();
+    numbers.map(Values::F64)
 }
 
 /// That the system refuses a file.

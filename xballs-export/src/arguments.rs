@@ -22,6 +22,8 @@ Examples:
   mercury-export csv drum --table walls          the loads on the walls, drum.walls.csv, names with units
   mercury-export parquet drum --table contacts   all contacts of all frames in one table
   mercury-export parquet repose-study            the table of a study: repose-study/study.parquet
+  mercury-export query drum \"SELECT material, AVG(vz) FROM particles WHERE time > 0.3 GROUP BY material\"
+  mercury-export query drum \"SELECT time, fz FROM walls WHERE name = 'lid'\" -o lid.csv
   mercury-export particles drum --frames last    the table that scenes read: file = \"drum.0010.csv\"
   mercury-export particles bed.lmp               the same from a dump or data file of LAMMPS or LIGGGHTS, with what the scene says
   mercury-export lammps drum                     a dump that OVITO and LAMMPS read
@@ -95,6 +97,20 @@ pub(crate) enum Command {
         /// Particles, contacts, bodies (clumps) or worn triangles, all frames; or a table that the run wrote as text
         #[arg(long, value_enum, default_value_t)]
         table: TableName,
+    },
+    /// SQL over the tables of a run or study, printed or written; frames are read part by part, so that they need not fit into memory
+    Query {
+        /// Run folder or its .particles.arrow, or the folder of a study
+        #[arg(value_name = "INPUT")]
+        input: PathBuf,
+        /// SELECT ... FROM particles (contacts, bodies, walls, flux, ..., study); times of frames are the column `time`
+        sql: String,
+        /// Write the whole answer to this file: .csv, .parquet or .arrow
+        #[arg(short, long, value_name = "FILE")]
+        output: Option<PathBuf>,
+        /// Replace a file that is there
+        #[arg(long)]
+        force: bool,
     },
     /// The particle table that scenes read, one file per frame, and what a scene says to start from it
     Particles {

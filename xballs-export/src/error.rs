@@ -7,6 +7,7 @@ use mercury_common::formats::vtu::VtuError;
 use mercury_common::whole_file::FileError;
 use mercury_pictures::PictureError;
 use mercury_tables::WriteError;
+use mercury_tables::query::QueryError;
 
 /// Why nothing, or not all, was exported.
 #[derive(Debug, thiserror::Error)]
@@ -29,6 +30,9 @@ pub enum ExportError {
     /// A picture could not be made.
     #[error(transparent)]
     Picture(#[from] PictureError),
+    /// A query has no answer.
+    #[error(transparent)]
+    Query(#[from] QueryError),
     /// The operating system refused.
     #[error(transparent)]
     File(#[from] FileError),
@@ -45,6 +49,7 @@ impl ExportError {
                 | Self::Exists(_)
                 | Self::Picture(PictureError::Option { .. })
                 | Self::Table(WriteError::Columns { .. })
+                | Self::Query(QueryError::Sql(_) | QueryError::Table(_))
         )
     }
 }

@@ -32,6 +32,7 @@ mod bodies;
 mod driver;
 mod error;
 pub mod output;
+pub mod query;
 pub mod run_table;
 mod selection;
 pub mod sinks;

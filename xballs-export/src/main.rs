@@ -12,6 +12,7 @@ use mercury_common::formats::number::NumberStyle;
 use mercury_common::formats::vtu::VtuOptions;
 use mercury_common::readable::counted;
 use mercury_export::output::{Output, ending_of_file, takes_folder};
+use mercury_export::query;
 use mercury_export::run_table::{Format, RunTable};
 use mercury_export::sinks::pictures::{PictureKind, Pictures};
 use mercury_export::sinks::{
@@ -24,6 +25,9 @@ use mercury_export::{
 
 use arguments::{Arguments, Command, Common};
 use picture_command::Look;
+
+/// Rows of an answer that are printed; a file takes all.
+const PRINTED: usize = 1000;
 
 fn main() -> ExitCode {
     cli::main(|arguments: Arguments| match arguments.command {
@@ -117,6 +121,12 @@ fn execute(command: Command) -> Result<(), ExportError> {
                 Err(table) => whole(&common, table, "parquet", file, Format::Parquet),
             }
         }
+        Command::Query {
+            input,
+            sql,
+            output,
+            force,
+        } => query(&input, &sql, output.as_deref(), force),
         Command::Particles { common } => run(&common, "particles", |job| {
             Ok(Box::new(particle_tables(&job.output)))
         }),
@@ -183,6 +193,30 @@ fn whole(
             counted(rows, "row"),
             path.display()
         );
+    }
+    Ok(())
+}
+
+/// Answers a query: prints its first rows, or writes it.
+fn query(input: &Path, sql: &str, output: Option<&Path>, force: bool) -> Result<(), ExportError> {
+    let format = output.map(|path| Ok::<_, ExportError>((path, query::format_of(path)?)));
+    let format = format.transpose()?;
+    if let Some((path, _)) = format.filter(|(path, _)| !force && path.symlink_metadata().is_ok()) {
+        return Err(ExportError::Exists(path.to_owned()));
+    }
+    let answer = query::tables_in(input)?.query(sql)?;
+    for damage in &answer.damage {
+        let _ = writeln!(
+            std::io::stderr(),
+            "warning: only whole frames count\n{damage}"
+        );
+    }
+    match format {
+        Some((path, format)) => answer.write(path, format)?,
+        None => {
+            let rows = answer.first_rows(PRINTED)?;
+            let _ = write!(std::io::stdout(), "{}", query::printed(&rows));
+        }
     }
     Ok(())
 }

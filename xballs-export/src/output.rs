@@ -10,10 +10,10 @@ use crate::{ExportError, Source};
 
 /// Endings that files have: a folder of such a name would surprise.
 const ENDINGS: &[&str] = &[
-    "apng", "avi", "avif", "bmp", "csv", "data", "disp", "dump", "eps", "gif", "gz", "jpeg", "jpg",
-    "json", "lammps", "lmp", "m4v", "mkv", "mov", "mp4", "mpeg", "mpg", "ogv", "parquet", "pdf",
-    "png", "ppm", "ps", "pvd", "svg", "tif", "tiff", "tsv", "txt", "vti", "vtk", "vtu", "webm",
-    "webp", "wmv", "xballs", "zip",
+    "apng", "arrow", "avi", "avif", "bmp", "csv", "data", "disp", "dump", "eps", "gif", "gz",
+    "jpeg", "jpg", "json", "lammps", "lmp", "m4v", "mkv", "mov", "mp4", "mpeg", "mpg", "ogv",
+    "parquet", "pdf", "png", "ppm", "ps", "pvd", "svg", "tif", "tiff", "tsv", "txt", "vti", "vtk",
+    "vtu", "webm", "webp", "wmv", "xballs", "zip",
 ];
 
 /// The ending of a name that is meant as a file's: a known one, and no folder has the name.

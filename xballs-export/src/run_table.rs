@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use mercury_common::formats::table_head::cell;
-use mercury_tables::{Column, Table, Values};
+use mercury_tables::Table;
 
 use crate::output::Output;
 use crate::sinks::push_csv_text;
@@ -70,7 +70,7 @@ pub fn export(
         Format::Csv => output.write(&file, &text(&read)?)?,
         Format::Parquet => {
             output.claim(&file)?;
-            typed(&read)?.write_parquet(&file)?;
+            read.typed().write_parquet(&file)?;
         }
     }
     Ok((file, rows))
@@ -101,38 +101,4 @@ fn text(table: &Table) -> Result<Vec<u8>, ExportError> {
         line(&mut cells.iter().map(|column| column[row].clone()));
     }
     Ok(out)
-}
-
-/// The table with numbers in the columns whose cells are all numbers (empty cells as missing ones), and text in the others.
-///
-/// # Errors
-/// When a column cannot be read.
-pub fn typed(read: &Table) -> Result<Table, ExportError> {
-    let mut typed = Table::default();
-    for column in read.columns() {
-        let cells: Vec<String> = read.values(&column.name)?;
-        let values = numbers(&cells).unwrap_or(Values::Text(cells));
-        typed = typed.with(Column::new(
-            column.name.clone(),
-            column.unit.clone(),
-            values,
-        ));
-    }
-    Ok(typed)
-}
-
-/// The cells as numbers, if all that are not empty are, and one is not empty.
-fn numbers(cells: &[String]) -> Option<Values> {
-    if cells.iter().all(String::is_empty) {
-        return None;
-    }
-    let number = |cell: &String| match cell.as_str() {
-        "" => Some(f64::NAN),
-        text => text.parse().ok(),
-    };
-    cells
-        .iter()
-        .map(number)
-        .collect::<Option<_>>()
-        .map(Values::F64)
 }

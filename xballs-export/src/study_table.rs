@@ -6,7 +6,6 @@ use mercury_tables::Table;
 
 use crate::ExportError;
 use crate::output::{ending_of_file, takes_folder};
-use crate::run_table::typed;
 
 /// What the solver calls the table of a study.
 const FILE: &str = "study.csv";
@@ -51,8 +50,9 @@ pub fn to_parquet(
             "the folder cannot be made",
         ))?;
     }
-    typed(&read)?.write_parquet(&path)?;
-    Ok((path, read.rows()))
+    let rows = read.rows();
+    read.typed().write_parquet(&path)?;
+    Ok((path, rows))
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Reads frames: all heads at once, the columns of a frame on request.
 
 use std::fs::File;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use super::message::{
@@ -206,7 +207,7 @@ impl FrameReader {
 
     /// The time of a frame of another program, which stands in the rows only.
     fn time_in_rows(&self, batch: &Batch, place: Place) -> Result<f64, String> {
-        match self.column(batch, place, self.time_field)? {
+        match self.column(batch, place, self.time_field, 0..batch.rows)? {
             Column::F64(times) => match times.first() {
                 Some(time) if time.is_finite() => Ok(*time),
                 Some(time) => Err(format!("the time {time}")),
@@ -216,12 +217,18 @@ impl FrameReader {
         }
     }
 
-    fn column(&self, batch: &Batch, place: Place, field: usize) -> Result<Column, String> {
+    fn column(
+        &self,
+        batch: &Batch,
+        place: Place,
+        field: usize,
+        rows: Range<usize>,
+    ) -> Result<Column, String> {
         let read = |bytes: &mut [u8], offset: u64| {
             read_exact_at(&self.file, bytes, place.body + offset)
                 .map_err(|e| format!("the file cannot be read: {e}"))
         };
-        read_column(batch, &self.kinds, field, &read)
+        read_column(batch, &self.kinds, field, rows, &read)
     }
 
     fn batch(&self, k: usize) -> Result<(FrameInfo, Batch, Place), FormatError> {
@@ -238,20 +245,28 @@ impl FrameReader {
         Ok((info, batch, place))
     }
 
+    /// Columns of a frame by their places in the schema; some of the rows, or all.
     fn read_columns(
         &self,
         k: usize,
         places: impl Iterator<Item = usize>,
+        rows: Option<Range<usize>>,
     ) -> Result<(FrameInfo, Vec<Column>), FormatError> {
         let (info, batch, place) = self.batch(k)?;
+        let rows = rows.unwrap_or(0..batch.rows);
+        if rows.end > batch.rows || rows.start > rows.end {
+            let found = format!("no rows {rows:?} in frame {k}, which has {}", batch.rows);
+            return Err(FormatError::of_file(&self.path, found));
+        }
         let columns = places.map(|column| {
             // The schema leaves the time out, the file has it.
             let field = column + usize::from(column >= self.time_field);
-            self.column(&batch, place, field).map_err(|found| {
-                let name = &self.schema.columns()[column].name;
-                let found = format!("frame {k}, column {name}: {found}");
-                FormatError::of_file(&self.path, found)
-            })
+            self.column(&batch, place, field, rows.clone())
+                .map_err(|found| {
+                    let name = &self.schema.columns()[column].name;
+                    let found = format!("frame {k}, column {name}: {found}");
+                    FormatError::of_file(&self.path, found)
+                })
         });
         Ok((info, columns.collect::<Result<_, _>>()?))
     }
@@ -261,7 +276,7 @@ impl FrameReader {
     /// # Errors
     /// When there is no such frame or its bytes are damaged.
     pub fn frame(&self, k: usize) -> Result<Frame, FormatError> {
-        let (info, columns) = self.read_columns(k, 0..self.schema.columns().len())?;
+        let (info, columns) = self.read_columns(k, 0..self.schema.columns().len(), None)?;
         Ok(Frame {
             time: info.time,
             step: info.step,
@@ -280,7 +295,18 @@ impl FrameReader {
             let missing = || FormatError::of_file(&self.path, format!("no column `{name}`"));
             places.push(place.ok_or_else(missing)?);
         }
-        Ok(self.read_columns(k, places.into_iter())?.1)
+        Ok(self.read_columns(k, places.into_iter(), None)?.1)
+    }
+
+    /// Some rows of a column of frame `k`, counted from 0; nothing else is read from the disk, but for the head of the frame.
+    ///
+    /// # Errors
+    /// When there is no such frame or column, the frame has fewer rows, or the bytes are damaged.
+    pub fn rows(&self, k: usize, name: &str, rows: Range<usize>) -> Result<Column, FormatError> {
+        let place = self.schema.index_of(name);
+        let missing = || FormatError::of_file(&self.path, format!("no column `{name}`"));
+        let (_, mut columns) = self.read_columns(k, place.into_iter(), Some(rows))?;
+        columns.pop().ok_or_else(missing)
     }
 
     /// All frames, one in memory at a time; if the file is damaged, what is wrong comes last, once.

@@ -1,6 +1,7 @@
 //! The contract of the native frames: exact round trips, whole frames at every instant, honest errors.
 
 use std::fs;
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -88,6 +89,23 @@ fn read(path: &Path) -> Vec<Frame> {
     reader.frames().map(Result::unwrap).collect()
 }
 
+/// Whether a column holds these rows of another one, bit for bit.
+fn same_rows(column: &Column, rows: Range<usize>, some: &Column) -> bool {
+    match (column, some) {
+        (Column::F64(all), Column::F64(some)) => {
+            let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+            bits(&all[rows]) == bits(some)
+        }
+        (Column::I32(all), Column::I32(some)) => all[rows] == some[..],
+        (Column::U8(all), Column::U8(some)) => all[rows] == some[..],
+        (Column::U32(all), Column::U32(some)) => all[rows] == some[..],
+        (Column::OptionalU32(all), Column::OptionalU32(some)) => all[rows] == some[..],
+        (Column::U64(all), Column::U64(some)) => all[rows] == some[..],
+        (Column::Text(all), Column::Text(some)) => all[rows] == some[..],
+        _ => false,
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
@@ -111,6 +129,14 @@ proptest! {
         for (k, frame) in frames.iter().enumerate() {
             let some = reader.columns(k, &["name", "charge"]).unwrap();
             prop_assert_eq!(&some, &[frame.columns[6].clone(), frame.columns[1].clone()]);
+            // Some rows only: those of a frame that is made of them.
+            let rows = frame.rows() / 3..frame.rows() - frame.rows() / 4;
+            for (spec, column) in every_kind().columns().iter().zip(&frame.columns) {
+                let some = reader.rows(k, &spec.name, rows.clone()).unwrap();
+                prop_assert!(same_rows(column, rows.clone(), &some), "{}", spec.name);
+            }
+            prop_assert!(reader.rows(k, "name", 0..frame.rows() + 1).is_err());
+            prop_assert!(reader.rows(k, "none", 0..0).is_err());
         }
 
         // An independent reader, that of the arrow-ipc crate, finds the same.

@@ -22,21 +22,32 @@ fn lock_file() -> HashMap<String, Vec<String>> {
     packages
 }
 
-/// Parquet takes long to build; a newcomer's first `cargo run --bin mercury-solve` must not wait for it.
+/// polars and Parquet take long to build; a newcomer's first `cargo run --bin mercury-solve` must not wait for them.
 #[test]
-fn solver_and_clump_maker_build_without_parquet() {
+fn solver_and_clump_maker_build_without_polars_and_parquet() {
     let packages = lock_file();
-    for root in ["coarse-grain", "common", "pictures", "solver", "mclump"] {
+    for root in [
+        "coarse-grain",
+        "common",
+        "engine",
+        "pictures",
+        "solver",
+        "mclump",
+    ] {
         let (mut open, mut seen) = (vec![root.to_owned()], BTreeSet::new());
         while let Some(name) = open.pop() {
             if seen.insert(name.clone()) {
                 open.extend(packages[&name].iter().cloned());
             }
         }
-        let heavy = |name: &&String| ["parquet", "tables"].contains(&name.as_str());
+        let heavy = |name: &&String| {
+            ["parquet", "tables"].contains(&name.as_str()) || name.starts_with("polars")
+        };
         let found: Vec<&String> = seen.iter().filter(heavy).collect();
         assert!(found.is_empty(), "{root} depends on {found:?}");
     }
     let tables = &packages["tables"];
-    assert!(tables.iter().any(|name| name == "parquet"));
+    for library in ["parquet", "polars"] {
+        assert!(tables.iter().any(|name| name == library), "{library}");
+    }
 }

@@ -5,5 +5,6 @@ mod cli;
 mod clumps;
 mod parquet;
 mod pictures;
+mod query;
 #[path = "../run_folder/mod.rs"]
 mod run_folder;

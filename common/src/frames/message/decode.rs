@@ -1,5 +1,7 @@
 //! From the bytes of a message to schema, batch and columns. Nothing in here trusts the bytes.
 
+use std::ops::Range;
+
 use arrow_ipc::convert::try_fb_to_schema;
 use arrow_ipc::{Endianness, Message, MessageHeader, root_as_message_with_opts};
 use arrow_schema::Schema;
@@ -137,17 +139,20 @@ pub(in crate::frames) fn parse_batch(
     })
 }
 
-/// The first `rows` numbers of a buffer.
+/// The numbers of these rows in a buffer.
 fn numbers<T: LittleEndian>(
-    rows: usize,
+    rows: Range<usize>,
     (offset, length): (u64, u64),
     read: &ReadBody<'_>,
 ) -> Result<Vec<T>, String> {
     // The buffer lies in the body and the body in the file, so a wrong number of rows cannot ask for more memory than
     // the file has bytes.
-    let bytes = rows.checked_mul(T::WIDTH).filter(|&n| n as u64 <= length);
-    let bytes = bytes.ok_or_else(|| format!("a buffer of {length} bytes for {rows} rows"))?;
-    let mut values = Vec::with_capacity(rows);
+    let end = rows.end;
+    let bytes = end.checked_mul(T::WIDTH).filter(|&n| n as u64 <= length);
+    bytes.ok_or_else(|| format!("a buffer of {length} bytes for {end} rows"))?;
+    let offset = offset + (rows.start * T::WIDTH) as u64;
+    let bytes = rows.len() * T::WIDTH;
+    let mut values = Vec::with_capacity(rows.len());
     let mut chunk = vec![0; bytes.min(CHUNK)];
     let mut done = 0;
     while done < bytes {
@@ -159,29 +164,35 @@ fn numbers<T: LittleEndian>(
     Ok(values)
 }
 
-/// For each row whether it has a value; `None` when all have one.
+/// For each of these rows whether it has a value; `None` when all have one.
 fn validity(
-    rows: usize,
+    rows: Range<usize>,
     buffer: (u64, u64),
     read: &ReadBody<'_>,
 ) -> Result<Option<Vec<bool>>, String> {
     // A buffer of no bytes means that nothing is missing.
-    if rows == 0 || buffer.1 == 0 {
+    if rows.is_empty() || buffer.1 == 0 {
         return Ok(None);
     }
-    let bits: Vec<u8> = numbers(rows.div_ceil(8), buffer, read)?;
-    let valid: Vec<bool> = (0..rows).map(|k| bits[k / 8] >> (k % 8) & 1 == 1).collect();
+    let first = rows.start / 8;
+    let bits: Vec<u8> = numbers(first..rows.end.div_ceil(8), buffer, read)?;
+    let bit = |k: usize| bits[k / 8 - first] >> (k % 8) & 1 == 1;
+    let valid: Vec<bool> = rows.map(bit).collect();
     Ok(valid.contains(&false).then_some(valid))
 }
 
-fn text(rows: usize, buffers: &[(u64, u64)], read: &ReadBody<'_>) -> Result<Vec<String>, String> {
+fn text(
+    rows: Range<usize>,
+    buffers: &[(u64, u64)],
+    read: &ReadBody<'_>,
+) -> Result<Vec<String>, String> {
     // Arrow lets the offsets of an empty column be left out.
-    if rows == 0 {
+    if rows.is_empty() {
         return Ok(Vec::new());
     }
-    let offsets: Vec<i32> = numbers(rows + 1, buffers[1], read)?;
+    let offsets: Vec<i32> = numbers(rows.start..rows.end + 1, buffers[1], read)?;
     let length = usize::try_from(buffers[2].1).map_err(|_| "a text too long for this machine")?;
-    let bytes: Vec<u8> = numbers(length, buffers[2], read)?;
+    let bytes: Vec<u8> = numbers(0..length, buffers[2], read)?;
     let word = |ends: &[i32]| -> Option<String> {
         let start = usize::try_from(ends[0]).ok()?;
         let end = usize::try_from(ends[1]).ok()?;
@@ -191,21 +202,22 @@ fn text(rows: usize, buffers: &[(u64, u64)], read: &ReadBody<'_>) -> Result<Vec<
     words.ok_or_else(|| "text that is not UTF-8 or lies outside of its buffer".to_owned())
 }
 
-/// One column of a batch: `field` counts the columns of the file. The error says what was found in it.
+/// These rows, which the batch has, of one of its columns: `field` counts the columns of the file. The error says what was found.
 pub(in crate::frames) fn read_column(
     batch: &Batch,
     kinds: &[ColumnKind],
     field: usize,
+    rows: Range<usize>,
     read: &ReadBody<'_>,
 ) -> Result<Column, String> {
     let first = kinds[..field].iter().map(|k| k.buffers()).sum::<usize>();
     let buffers = &batch.buffers[first..first + kinds[field].buffers()];
-    let (rows, values) = (batch.rows, buffers[1]);
-    let valid = validity(rows, buffers[0], read)?;
+    let (first, values) = (rows.start, buffers[1]);
+    let valid = validity(rows.clone(), buffers[0], read)?;
     if kinds[field] != ColumnKind::OptionalU32
         && let Some(row) = valid.as_ref().and_then(|v| v.iter().position(|v| !v))
     {
-        return Err(format!("no value in row {row}"));
+        return Err(format!("no value in row {}", first + row));
     }
     Ok(match kinds[field] {
         ColumnKind::F64 => Column::F64(numbers(rows, values, read)?),
