@@ -43,7 +43,7 @@ pub enum Relation {
     Text(PathBuf),
     /// Frames, which stay on the disk: the columns `time`, `step` and `frame` (the number of the frame, from 0), and those of the
     /// file, indices as the names that they stand for.
-    Frames(FrameReader, Labels),
+    Frames(Box<FrameReader>, Labels),
 }
 
 /// Tables that a query can name.
@@ -119,7 +119,7 @@ impl Database {
                 }
                 Relation::Frames(reader, labels) => {
                     damage.extend(reader.damage().cloned());
-                    let frames = Frames::new(reader, labels);
+                    let frames = Frames::new(*reader, labels);
                     (frames.names().join(", "), Source::Frames(Arc::new(frames)))
                 }
             };

@@ -43,7 +43,7 @@ pub fn tables_in(input: &Path) -> Result<Database, ExportError> {
     for name in TABLES {
         let path = particles.with_file_name(format!("{prefix}.{name}.arrow"));
         if path.exists() {
-            let reader = FrameReader::open(&path)?;
+            let reader = Box::new(FrameReader::open(&path)?);
             let header = FramesHeader::of(reader.schema()).map_err(|[found, expected]| {
                 let mut error = FormatError::of_file(&path, found);
                 error.expected = expected;
