@@ -17,6 +17,7 @@ use mercury_engine::state::WallIndex;
 use mercury_engine::state::{Id, MaterialIndex};
 use mercury_solver::plan::parse_scene;
 
+use mercury_engine::cell::Cell;
 use mercury_engine::contact::registry::AnyPairLaw;
 use mercury_engine::contact::{AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear};
 use mercury_engine::forces::Watch;
@@ -520,6 +521,22 @@ fn a_reshaped_mesh_is_part_of_the_state() {
     });
     let error = Engine::restore(plan, cut.unwrap(), 1).err().unwrap();
     assert!(error.to_string().contains("walls.sheet: "), "{error}");
+}
+
+#[test]
+fn a_state_in_another_cell_is_refused() {
+    let plan = Arc::new(trampoline(Motion::new(Vec::new()).unwrap()).plan().unwrap());
+    let saved = Engine::new(Arc::clone(&plan), 1).unwrap().snapshot();
+    assert_eq!(saved.sections().get("cell"), Ok(plan.physics().cell));
+    let other = saved.edited("cell", |cell: &mut Cell| {
+        *cell = cell.with_periodic([true; 3])
+    });
+    let error = Engine::restore(plan, other.unwrap(), 1).err().unwrap();
+    let text = error.to_string();
+    assert!(
+        text.contains("cell") && text.contains("[true, true, true]"),
+        "{text}"
+    );
 }
 
 #[test]
