@@ -30,10 +30,16 @@ pub enum QueryError {
     Sql(String),
     /// A table cannot be read.
     #[error(transparent)]
-    Table(#[from] FormatError),
+    Table(Box<FormatError>),
     /// The answer cannot be written.
     #[error(transparent)]
     File(#[from] FileError),
+}
+
+impl From<FormatError> for QueryError {
+    fn from(error: FormatError) -> Self {
+        Self::Table(Box::new(error))
+    }
 }
 
 /// What a table is read from.
