@@ -512,6 +512,7 @@ fn read(path: &Path) -> Result<State, String> {
         let head = decoder.section("head")?;
         decoder.skip("run")?;
         let (_, kick_due): (u64, bool) = decoder.section("clock")?;
+        decoder.skip("cell")?;
         Ok(State {
             path: path.to_owned(),
             head,

@@ -174,6 +174,10 @@ fn a_state_of_another_plan_is_refused_in_words() {
     let state = engine.snapshot();
     assert!(Engine::restore(scene("bench/dense-2k"), state.clone(), 1).is_ok());
     let reason = refused(&state, scene("two-spheres"));
+    assert!(reason.contains("that of the plan [-2, -2, -2]"), "{reason}");
+    let mut draft = scene("bench/dense-2k").draft();
+    draft.walls.truncate(2);
+    let reason = refused(&state, Arc::new(draft.plan().unwrap()));
     assert!(reason.contains("walls, the plan"), "{reason}");
     // The same walls, and laws that remember nothing.
     let mut draft = scene("bench/dense-2k").draft();
