@@ -42,7 +42,7 @@ impl From<FormatError> for QueryError {
     }
 }
 
-/// What a table is read from.
+/// The source of a table.
 #[derive(Debug)]
 pub enum Relation {
     /// Delimited text with a header, read whole when a query names it.
@@ -73,7 +73,7 @@ pub struct Database {
     relations: BTreeMap<String, Relation>,
 }
 
-/// What went wrong first while frames were read; polars passes on the words only.
+/// The first error in reading frames; polars passes on its message only.
 type Broken = Arc<Mutex<Option<FormatError>>>;
 
 /// A table that a query names.

@@ -1,4 +1,4 @@
-//! What evaluation costs: `cargo run --release -p coarse-grain-program --example speed [-- precision | sizes | frame]`.
+//! The cost of evaluation: `cargo run --release -p coarse-grain-program --example speed [-- precision | sizes | frame]`.
 //!
 //! Without a word: a settled packing of 20,000 spheres (`scenes/bench/dense-20k.csv`) with its contacts onto 20x20x20 and 50x50x50 points,
 //! Gaussian of one diameter cut at three widths, on one and two threads: what MercuryCG's standard fields cost per frame, without reading and

@@ -87,7 +87,7 @@ pub fn anderson_darling_samples_tail(x: f64, degrees: usize) -> f64 {
 /// Eigenvalues that are taken one by one; what their rest varies is 2 m / (3 J^3), 2e-5 of the whole variance.
 const EIGENVALUES: i32 = 40;
 
-/// What a finite n adds to the limit `p` of the cumulative probability.
+/// The term that a finite n adds to the limit `p` of the cumulative probability.
 fn correction(p: f64, n: f64) -> f64 {
     if p > 0.8 {
         let series = -130.2137

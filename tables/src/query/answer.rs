@@ -30,7 +30,7 @@ pub enum Format {
 pub struct Answer {
     /// The names of its columns.
     pub columns: Vec<String>,
-    /// What is wrong with frames that are read; their whole frames count.
+    /// Warnings of frames that were cut; their whole frames count.
     pub damage: Vec<FormatError>,
     pub(super) lazy: LazyFrame,
     pub(super) broken: Broken,

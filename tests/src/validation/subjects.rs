@@ -10,7 +10,7 @@ pub(super) struct Subject {
 
 /// A case of a subject.
 pub(super) struct Section {
-    /// What the names of its checks begin with; it is left out on the page.
+    /// The common beginning of the names of its checks; the page leaves it out.
     pub(super) prefix: &'static str,
     pub(super) title: &'static str,
     /// Set-up and remarks.

@@ -395,7 +395,7 @@ pub(super) struct Reported<'a> {
     pub(super) loads: Option<&'a mut FeatureLoads>,
     /// Its contacts, if it wears.
     pub(super) rubs: Option<&'a mut Vec<Rub>>,
-    /// What they do to it, if it is a sheet.
+    /// Their loads on it, if it is a sheet.
     pub(super) sheets: Option<&'a mut Vec<SurfaceLoad>>,
 }
 
