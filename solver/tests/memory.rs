@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use mercury_engine::physics::ToSetup;
-use mercury_engine::step::{Crowd, Engine, bytes_of_parts};
+use mercury_engine::step::{Engine, SizeEstimate, bytes_of_parts};
 use mercury_solver::output::folder;
 use mercury_solver::plan::{plan, read_scene};
 use mercury_solver::run::{Checkpoints, RunOptions, memory, run};
@@ -135,7 +135,7 @@ fn allocated(folder: &Path, text: &str) -> (f64, f64) {
     engine.complete_step().unwrap();
     // What an observation shows of the contacts is no part's.
     let observed = engine.take_observation();
-    let crowd = Crowd {
+    let crowd = SizeEstimate {
         rows: engine.particles.len() as f64,
         touching: observed.particle_contacts as f64,
     };

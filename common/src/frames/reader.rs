@@ -25,7 +25,7 @@ pub struct FrameInfo {
 
 /// Where a message lies in the file, in bytes.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+struct MessageSpan {
     /// Offset of the flatbuffer, behind continuation word and length.
     metadata: u64,
     /// Offset of the body.
@@ -37,7 +37,10 @@ struct Place {
 /// What stands at an offset where a message may begin.
 enum Next {
     End,
-    Message { flatbuffer: Vec<u8>, place: Place },
+    Message {
+        flatbuffer: Vec<u8>,
+        place: MessageSpan,
+    },
 }
 
 /// A file of frames, open for reading.
@@ -55,7 +58,7 @@ pub struct FrameReader {
     time_field: usize,
     /// Offset of the first frame, in bytes.
     start: u64,
-    frames: Vec<(FrameInfo, Place)>,
+    frames: Vec<(FrameInfo, MessageSpan)>,
     damage: Option<FormatError>,
 }
 
@@ -179,7 +182,7 @@ impl FrameReader {
     }
 
     /// The head of the frame behind those known, `None` at the end of the stream.
-    fn next_frame(&mut self) -> Result<Option<(FrameInfo, Place)>, String> {
+    fn next_frame(&mut self) -> Result<Option<(FrameInfo, MessageSpan)>, String> {
         let offset = self.end_of(self.len());
         let (flatbuffer, place) = match next_message(&self.file, offset)? {
             Next::Message { flatbuffer, place } => (flatbuffer, place),
@@ -206,7 +209,7 @@ impl FrameReader {
     }
 
     /// The time of a frame of another program, which stands in the rows only.
-    fn time_in_rows(&self, batch: &Batch, place: Place) -> Result<f64, String> {
+    fn time_in_rows(&self, batch: &Batch, place: MessageSpan) -> Result<f64, String> {
         match self.column(batch, place, self.time_field, 0..batch.rows)? {
             Column::F64(times) => match times.first() {
                 Some(time) if time.is_finite() => Ok(*time),
@@ -220,7 +223,7 @@ impl FrameReader {
     fn column(
         &self,
         batch: &Batch,
-        place: Place,
+        place: MessageSpan,
         field: usize,
         rows: Range<usize>,
     ) -> Result<Column, String> {
@@ -231,7 +234,7 @@ impl FrameReader {
         read_column(batch, &self.kinds, field, rows, &read)
     }
 
-    fn batch(&self, k: usize) -> Result<(FrameInfo, Batch, Place), FormatError> {
+    fn batch(&self, k: usize) -> Result<(FrameInfo, Batch, MessageSpan), FormatError> {
         let Some((info, place)) = self.frames.get(k).copied() else {
             let found = format!("no frame {k}: the file has {}", self.len());
             let lost = self.damage.clone();
@@ -352,7 +355,7 @@ fn next_message(file: &File, offset: u64) -> Result<Next, String> {
         .checked_add(body)
         .filter(|&end| end <= file_length)
         .ok_or_else(|| cut("frame"))?;
-    let place = Place {
+    let place = MessageSpan {
         metadata,
         body,
         end,

@@ -8,7 +8,7 @@ use glam::DMat3;
 use super::cursor::{Context, Fields, Files};
 use super::error::{SceneError, SceneErrors};
 use super::item::Item;
-use super::source::{Place, Source};
+use super::source::{Source, SourceSpan};
 use super::tree::{self, Node, Value};
 use crate::formats::clump::{ClumpFile, Pebble, Remark};
 
@@ -39,7 +39,7 @@ pub fn parse_clump(path: &Path, text: &str) -> Result<ClumpFile, SceneErrors> {
         laws: None,
         named: RefCell::default(),
     };
-    let whole = Place::new(&source, 0..0, "");
+    let whole = SourceSpan::new(&source, 0..0, "");
     let clump = read_document(&context, &document, &whole);
     let mut errors = context.errors.into_inner();
     errors.sort_by_key(|error| error.place.order());
@@ -50,13 +50,13 @@ pub fn parse_clump(path: &Path, text: &str) -> Result<ClumpFile, SceneErrors> {
     }
 }
 
-fn read_document(context: &Context, document: &Node, whole: &Place) -> Option<ClumpFile> {
+fn read_document(context: &Context, document: &Node, whole: &SourceSpan) -> Option<ClumpFile> {
     let Value::Table(root) = &document.value else {
         return None;
     };
     let root = Fields::new(context, root, whole.clone());
     // Places of what was read, for the rules that follow.
-    let places: RefCell<Vec<Place>> = RefCell::default();
+    let places: RefCell<Vec<SourceSpan>> = RefCell::default();
     let keep = |item: Item<'_>| {
         places.borrow_mut().push(item.place.clone());
         item.number().map(|number| number.value)

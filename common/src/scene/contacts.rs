@@ -6,8 +6,8 @@ use super::from_item::FromItem;
 use super::item::Item;
 use super::keys::{Kind, TableKeys, key};
 use super::law_reader;
-use super::laws::{LawKeys, LawOverride, Part};
-use super::source::{Located, Place};
+use super::laws::{LawKeys, LawOverride, LawPart};
+use super::source::{Located, SourceSpan};
 
 /// Parameters of the contacts between two materials (or of one with itself).
 #[derive(Debug, Clone, PartialEq)]
@@ -15,7 +15,7 @@ pub struct ContactOverride {
     /// The two materials, as listed.
     pub between: [Located<MaterialIndex>; 2],
     /// Where the entry stands.
-    pub place: Place,
+    pub place: SourceSpan,
     /// Of the normal law.
     pub normal: Option<LawOverride>,
     /// Of the law of sliding.
@@ -31,19 +31,19 @@ pub struct ContactOverride {
 impl ContactOverride {
     /// What is replaced of a part.
     #[must_use]
-    pub fn law(&self, part: Part) -> Option<&LawOverride> {
+    pub fn law(&self, part: LawPart) -> Option<&LawOverride> {
         match part {
-            Part::Normal => self.normal.as_ref(),
-            Part::Tangential => self.tangential.as_ref(),
-            Part::Rolling => self.rolling.as_ref(),
-            Part::Torsion => self.torsion.as_ref(),
-            Part::Liquid => self.liquid.as_ref(),
+            LawPart::Normal => self.normal.as_ref(),
+            LawPart::Tangential => self.tangential.as_ref(),
+            LawPart::Rolling => self.rolling.as_ref(),
+            LawPart::Torsion => self.torsion.as_ref(),
+            LawPart::Liquid => self.liquid.as_ref(),
         }
     }
 }
 
 /// The words under `law` of every material, in file order, as typed: an override without `law` follows them.
-pub(super) type LawWords = Vec<[Option<String>; Part::ALL.len()]>;
+pub(super) type LawWords = Vec<[Option<String>; LawPart::ALL.len()]>;
 
 /// Reads all overrides; no pair may be named twice.
 pub(super) fn read_all(
@@ -78,11 +78,11 @@ pub(super) fn read_all(
 #[rustfmt::skip]
 pub(super) static CONTACTS: TableKeys = TableKeys::new(&[&[
     key("between", Kind::List("", &Kind::Material), "[\"glass\", \"steel\"]   # names of two materials", "two materials, or one twice"),
-    key("normal", Kind::Law(Part::Normal, false), "{ restitution = 0.6 }", "keys of the law along the normal").or_open("mixed"),
-    key("tangential", Kind::Law(Part::Tangential, false), "{ friction = 0.3 }", "keys of the law of sliding").or_open("mixed"),
-    key("rolling", Kind::Law(Part::Rolling, false), "{ friction = 0.1 }", "keys of the law of rolling").or_open("mixed"),
-    key("torsion", Kind::Law(Part::Torsion, false), "{ friction = 0.1 }", "keys of the law of twisting").or_open("mixed"),
-    key("liquid", Kind::Law(Part::Liquid, false), "{ surface_tension = 0.05 }", "keys of the law of liquid bridges").or_open("mixed"),
+    key("normal", Kind::Law(LawPart::Normal, false), "{ restitution = 0.6 }", "keys of the law along the normal").or_open("mixed"),
+    key("tangential", Kind::Law(LawPart::Tangential, false), "{ friction = 0.3 }", "keys of the law of sliding").or_open("mixed"),
+    key("rolling", Kind::Law(LawPart::Rolling, false), "{ friction = 0.1 }", "keys of the law of rolling").or_open("mixed"),
+    key("torsion", Kind::Law(LawPart::Torsion, false), "{ friction = 0.1 }", "keys of the law of twisting").or_open("mixed"),
+    key("liquid", Kind::Law(LawPart::Liquid, false), "{ surface_tension = 0.05 }", "keys of the law of liquid bridges").or_open("mixed"),
 ]]);
 
 fn read(item: &Item<'_>, words: &LawWords) -> Option<ContactOverride> {
@@ -90,13 +90,13 @@ fn read(item: &Item<'_>, words: &LawWords) -> Option<ContactOverride> {
     let between: Option<Pair> = fields.read("between");
     let between = between.map(|pair| pair.0);
     let pair = between.as_ref().map(|[a, b]| [a.value, b.value]);
-    let law = |part: Part| {
+    let law = |part: LawPart| {
         let item = fields.get(part.word())?;
         read_law(&item.table()?, item.place, part, pair, words)
     };
-    let (normal, tangential) = (law(Part::Normal), law(Part::Tangential));
-    let (rolling, torsion) = (law(Part::Rolling), law(Part::Torsion));
-    let liquid = law(Part::Liquid);
+    let (normal, tangential) = (law(LawPart::Normal), law(LawPart::Tangential));
+    let (rolling, torsion) = (law(LawPart::Rolling), law(LawPart::Torsion));
+    let liquid = law(LawPart::Liquid);
     Some(ContactOverride {
         between: between?,
         place: item.place.clone(),
@@ -125,8 +125,8 @@ impl FromItem for Pair {
 
 fn read_law(
     fields: &Fields<'_>,
-    place: Place,
-    part: Part,
+    place: SourceSpan,
+    part: LawPart,
     pair: Option<[MaterialIndex; 2]>,
     words: &LawWords,
 ) -> Option<LawOverride> {
@@ -156,7 +156,7 @@ fn read_law(
 /// only law there is. `None` where there is none, which has been reported.
 fn law_in_force(
     fields: &Fields<'_>,
-    part: Part,
+    part: LawPart,
     pair: Option<[MaterialIndex; 2]>,
     words: &LawWords,
     known: &[(&str, &'static LawKeys)],

@@ -16,7 +16,7 @@ use super::item::Item;
 use super::key_path;
 use super::keys::{Absent, Kind, SceneKey, TableKeys, Variant, Variants};
 use super::laws::LawKeys;
-use super::source::{Located, Place};
+use super::source::{Located, SourceSpan};
 use super::spelling::{listed, nearest};
 use super::statement::NamedFile;
 use super::tree::{Entry, Table, Value};
@@ -87,7 +87,7 @@ impl Context {
 
     /// Reports every `name` that stands twice in a list, whether or not its entry is right otherwise.
     pub(super) fn unique_names(&self, items: &[Item<'_>]) {
-        let mut seen: HashMap<String, Place> = HashMap::new();
+        let mut seen: HashMap<String, SourceSpan> = HashMap::new();
         for item in items {
             let Value::Table(table) = &item.node.value else {
                 continue;
@@ -95,7 +95,7 @@ impl Context {
             let given = item.node.name().zip(table.get("name"));
             let named = given.map(|(name, entry)| {
                 let path = key_path::child(item.place.key(), "name");
-                let place = Place::new(&entry.node.source, entry.node.span.clone(), path);
+                let place = SourceSpan::new(&entry.node.source, entry.node.span.clone(), path);
                 (name.to_owned(), place)
             });
             let numbered = || Some((default_name(item.place.key())?, item.place.clone()));
@@ -124,7 +124,7 @@ impl Context {
 pub(super) struct Fields<'a> {
     pub(super) context: &'a Context,
     table: &'a Table,
-    place: Place,
+    place: SourceSpan,
     asked: RefCell<Vec<&'static str>>,
     /// Problems that [`finish`](Self::finish) reports better: keys that are missing while a misspelt one is there. A caller that
     /// stops at a missing key never calls `finish`.
@@ -145,7 +145,7 @@ impl Drop for Fields<'_> {
 }
 
 impl<'a> Fields<'a> {
-    pub(super) fn new(context: &'a Context, table: &'a Table, place: Place) -> Self {
+    pub(super) fn new(context: &'a Context, table: &'a Table, place: SourceSpan) -> Self {
         Self {
             context,
             table,
@@ -289,12 +289,12 @@ impl<'a> Fields<'a> {
     }
 
     /// The place of the table.
-    pub(super) fn place(&self) -> &Place {
+    pub(super) fn place(&self) -> &SourceSpan {
         &self.place
     }
 
     /// The place of the table under the path of a key that is not there.
-    pub(super) fn absent(&self, key: &str) -> Place {
+    pub(super) fn absent(&self, key: &str) -> SourceSpan {
         self.place.with_key(key_path::child(self.place.key(), key))
     }
 
@@ -356,7 +356,7 @@ impl<'a> Fields<'a> {
     pub(super) fn entries(&self) -> impl Iterator<Item = (Located<String>, Item<'a>)> {
         self.table.entries.iter().map(|entry| {
             let path = key_path::child(self.place.key(), &entry.key);
-            let place = Place::new(&entry.source, entry.span.clone(), path);
+            let place = SourceSpan::new(&entry.source, entry.span.clone(), path);
             (
                 Located {
                     value: entry.key.clone(),
@@ -369,7 +369,7 @@ impl<'a> Fields<'a> {
 
     fn item(&self, entry: &'a Entry) -> Item<'a> {
         let path = key_path::child(self.place.key(), &entry.key);
-        let place = Place::new(&entry.node.source, entry.node.span.clone(), path);
+        let place = SourceSpan::new(&entry.node.source, entry.node.span.clone(), path);
         Item {
             context: self.context,
             node: &entry.node,
@@ -434,8 +434,8 @@ impl<'a> Fields<'a> {
                 continue;
             }
             let path = key_path::child(self.place.key(), &entry.key);
-            let error =
-                Place::new(&entry.source, entry.span.clone(), path).error("is not a known key");
+            let error = SourceSpan::new(&entry.source, entry.span.clone(), path)
+                .error("is not a known key");
             let mut allowed: Vec<&str> = Vec::new();
             for key in asked.iter() {
                 if !allowed.contains(key) {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::source::Place;
+use super::source::SourceSpan;
 use crate::readable::{counted, printable, printable_lines, shortened};
 
 /// Characters of a key, a message or a piece of advice that are printed: they quote the file, which may hold anything.
@@ -18,7 +18,7 @@ const MOST_PRINTED: usize = 50;
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneError {
     /// Where it is; knows the key.
-    pub place: Place,
+    pub place: SourceSpan,
     /// What is wrong.
     pub message: String,
     /// What to do about it.

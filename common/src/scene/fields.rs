@@ -14,13 +14,13 @@ use super::keys::{
 };
 use super::laws::Range;
 use super::settings::Axis;
-use super::source::{Located, Place};
+use super::source::{Located, SourceSpan};
 
 /// An entry of `[[fields]]`. Words that coarse-graining defines are checked where the fields are planned.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FieldTable {
     /// Where the entry stands.
-    pub place: Place,
+    pub place: SourceSpan,
     /// Unique among field tables: part of the file's name.
     pub name: Located<String>,
     /// Names of fields; none: the standard ones.
@@ -70,7 +70,7 @@ pub struct FieldTable {
 impl FieldTable {
     /// Where a key of the entry stands; the place of its name for one that is not there.
     #[must_use]
-    pub fn place_of(&self, key: &str) -> &Place {
+    pub fn place_of(&self, key: &str) -> &SourceSpan {
         let found = match key {
             "fields" => self.fields.first().map(|name| &name.place),
             "coordinates" => self.coordinates.as_ref().map(|word| &word.place),

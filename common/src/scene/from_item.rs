@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::item::Item;
 use super::keys::{Kind, Word};
 use super::laws::Range;
-use super::source::{Located, Place};
+use super::source::{Located, SourceSpan};
 use super::{ClumpIndex, MaterialIndex};
 
 /// What a value of the scene is read as.
@@ -20,7 +20,7 @@ pub(super) trait FromItem: Sized {
 pub(super) trait FromKey: FromItem {
     /// What stands in the place of a value that is wrong or missing, until all mistakes are collected. No scene has it: a scene with
     /// mistakes is refused. Numbers are not a number, so that no rule between two keys complains of them.
-    fn placeholder(place: &Place) -> Self;
+    fn placeholder(place: &SourceSpan) -> Self;
 
     /// The value of a key that is left out and has no default.
     fn absent() -> Option<Self> {
@@ -35,7 +35,7 @@ impl<T: FromItem> FromItem for Located<T> {
 }
 
 impl<T: FromKey> FromKey for Located<T> {
-    fn placeholder(place: &Place) -> Self {
+    fn placeholder(place: &SourceSpan) -> Self {
         Self {
             value: T::placeholder(place),
             place: place.clone(),
@@ -50,7 +50,7 @@ impl<T: FromItem> FromItem for Option<T> {
 }
 
 impl<T: FromItem> FromKey for Option<T> {
-    fn placeholder(_: &Place) -> Self {
+    fn placeholder(_: &SourceSpan) -> Self {
         None
     }
 
@@ -75,7 +75,7 @@ impl<T: FromItem> FromItem for Vec<T> {
 }
 
 impl<T: FromItem> FromKey for Vec<T> {
-    fn placeholder(_: &Place) -> Self {
+    fn placeholder(_: &SourceSpan) -> Self {
         Vec::new()
     }
 }
@@ -87,7 +87,7 @@ impl<T: Word> FromItem for T {
 }
 
 impl<T: Word> FromKey for T {
-    fn placeholder(_: &Place) -> Self {
+    fn placeholder(_: &SourceSpan) -> Self {
         T::WORDS[0].1
     }
 }
@@ -107,7 +107,7 @@ impl FromItem for f64 {
 }
 
 impl FromKey for f64 {
-    fn placeholder(_: &Place) -> Self {
+    fn placeholder(_: &SourceSpan) -> Self {
         f64::NAN
     }
 }
@@ -128,7 +128,7 @@ impl FromItem for u64 {
 }
 
 impl FromKey for u64 {
-    fn placeholder(_: &Place) -> Self {
+    fn placeholder(_: &SourceSpan) -> Self {
         0
     }
 }
@@ -140,7 +140,7 @@ impl FromItem for bool {
 }
 
 impl FromKey for bool {
-    fn placeholder(_: &Place) -> Self {
+    fn placeholder(_: &SourceSpan) -> Self {
         false
     }
 }
@@ -164,7 +164,7 @@ impl<const N: usize> FromItem for [f64; N] {
 }
 
 impl<const N: usize> FromKey for [f64; N] {
-    fn placeholder(_: &Place) -> Self {
+    fn placeholder(_: &SourceSpan) -> Self {
         [f64::NAN; N]
     }
 }
@@ -179,7 +179,7 @@ impl FromItem for DVec3 {
 }
 
 impl FromKey for DVec3 {
-    fn placeholder(_: &Place) -> Self {
+    fn placeholder(_: &SourceSpan) -> Self {
         DVec3::NAN
     }
 }
@@ -196,7 +196,7 @@ impl FromItem for String {
 }
 
 impl FromKey for String {
-    fn placeholder(_: &Place) -> Self {
+    fn placeholder(_: &SourceSpan) -> Self {
         String::new()
     }
 }
@@ -213,7 +213,7 @@ impl FromItem for PathBuf {
 }
 
 impl FromKey for PathBuf {
-    fn placeholder(_: &Place) -> Self {
+    fn placeholder(_: &SourceSpan) -> Self {
         PathBuf::new()
     }
 }
@@ -225,7 +225,7 @@ impl FromItem for MaterialIndex {
 }
 
 impl FromKey for MaterialIndex {
-    fn placeholder(_: &Place) -> Self {
+    fn placeholder(_: &SourceSpan) -> Self {
         MaterialIndex(0)
     }
 }
@@ -237,7 +237,7 @@ impl FromItem for ClumpIndex {
 }
 
 impl FromKey for ClumpIndex {
-    fn placeholder(_: &Place) -> Self {
+    fn placeholder(_: &SourceSpan) -> Self {
         ClumpIndex(0)
     }
 }
@@ -263,7 +263,7 @@ impl FromItem for [Option<f64>; 3] {
 }
 
 impl FromKey for [Option<f64>; 3] {
-    fn placeholder(_: &Place) -> Self {
+    fn placeholder(_: &SourceSpan) -> Self {
         [None; 3]
     }
 }

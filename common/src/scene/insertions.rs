@@ -16,7 +16,7 @@ use super::laws::Range;
 use super::properties::{self, PROPERTIES, PROPERTIES_IN_MIXTURE};
 use super::psd::{PSD, Psd};
 use super::region::{REGION, Region};
-use super::source::{Located, Place};
+use super::source::{Located, SourceSpan};
 use super::walls::{INTERVAL, interval};
 use super::{ClumpIndex, MaterialIndex};
 use crate::particle_properties::PropertyValue;
@@ -27,7 +27,7 @@ pub struct Insertion {
     /// Unique among insertions; random choices follow from it and the seed.
     pub name: Located<String>,
     /// Where the entry stands.
-    pub place: Place,
+    pub place: SourceSpan,
     /// Where particles appear; they lie wholly inside.
     pub region: Located<Region>,
     /// What appears; at least one.
@@ -56,7 +56,7 @@ pub struct Insertion {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Component {
     /// Where the entry stands.
-    pub place: Place,
+    pub place: SourceSpan,
     /// What it is made of.
     pub body: Body,
     /// Its sizes; a clump's size is the diameter of a sphere of equal volume. None: a clump comes in its own size.

@@ -9,7 +9,7 @@ use super::cursor::{Context, Fields, Files, ONE_LINE};
 use super::key_path;
 use super::keys::{Kind, TableKeys};
 use super::laws::Range;
-use super::source::{Located, Place};
+use super::source::{Located, SourceSpan};
 use super::spelling::{listed, nearest};
 use super::statement::NamedFile;
 use super::tree::{BACKSLASHES, Node, Value};
@@ -21,7 +21,7 @@ use crate::within::plain;
 pub(super) struct Item<'a> {
     pub(super) context: &'a Context,
     pub(super) node: &'a Node,
-    pub(super) place: Place,
+    pub(super) place: SourceSpan,
 }
 
 impl<'a> Item<'a> {
@@ -88,7 +88,7 @@ impl<'a> Item<'a> {
         };
         let item = |(index, node): (usize, &'a Node)| {
             let path = key_path::item(self.place.key(), index, node.name());
-            let place = Place::new(&node.source, node.span.clone(), path);
+            let place = SourceSpan::new(&node.source, node.span.clone(), path);
             Item {
                 context: self.context,
                 node,

@@ -11,7 +11,7 @@ use jsonc_parser::errors::ParseError;
 use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
 
 use super::error::{SceneError, SceneErrors};
-use super::source::{Place, Source};
+use super::source::{Source, SourceSpan};
 use super::tree::{Entry, Node, Table, Value};
 
 /// Lists and objects inside each other, as many as TOML may have.
@@ -67,7 +67,7 @@ pub(super) fn parse_document(source: &Arc<Source>, text: &str) -> Result<Node, S
                 .into());
         }
         None => {
-            let place = Place::new(source, 0..0, "");
+            let place = SourceSpan::new(source, 0..0, "");
             return Err(place.error("the file is empty").into());
         }
     };
@@ -93,8 +93,8 @@ impl Reader<'_> {
         range.start + self.skipped..range.end + self.skipped
     }
 
-    fn at(&self, range: jsonc_parser::common::Range, key: &str) -> Place {
-        Place::new(self.source, self.span(range), key)
+    fn at(&self, range: jsonc_parser::common::Range, key: &str) -> SourceSpan {
+        SourceSpan::new(self.source, self.span(range), key)
     }
 
     fn syntax_error(&self, error: &ParseError, text: &str) -> SceneError {

@@ -3,8 +3,8 @@
 //! The table of a section stands above its reader. Reading (`cursor::Fields`), units, messages, the users' page and
 //! the JSON schema follow from it. Contact laws have tables of their own (`laws`).
 
-use super::laws::{Part, Range};
-use super::source::Place;
+use super::laws::{LawPart, Range};
+use super::source::SourceSpan;
 use super::tree::{Node, Table, Value};
 
 /// The keys of a table of the scene.
@@ -128,7 +128,7 @@ pub enum Kind {
     /// Tables with names that the user chooses.
     Named(&'static TableKeys),
     /// A contact law, whole or with some of its keys.
-    Law(Part, bool),
+    Law(LawPart, bool),
     /// One of these, which differ in their types.
     OneOf(&'static [Kind]),
 }
@@ -375,7 +375,7 @@ impl Absent {
     }
 
     /// The default as a value of a document at a place.
-    pub(super) fn node(self, place: &Place) -> Option<Node> {
+    pub(super) fn node(self, place: &SourceSpan) -> Option<Node> {
         let value = match self {
             Self::Needed | Self::Open(_) | Self::When(_) => return None,
             Self::Number(number) => Value::Float(number),

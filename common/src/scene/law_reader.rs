@@ -2,7 +2,7 @@
 
 use super::cursor::Fields;
 use super::item::Item;
-use super::laws::{Given, Key, KeyDefault, Law, LawKeys, LawValues, Part, Range};
+use super::laws::{Given, Key, KeyDefault, Law, LawKeys, LawPart, LawValues, Range};
 use super::source::Located;
 use super::spelling::nearest;
 use super::tree::Value;
@@ -10,7 +10,7 @@ use super::tree::Value;
 /// The laws of a part that the reader was given, by name; `None` if it was given no laws at all.
 pub(super) fn known(
     fields: &Fields<'_>,
-    part: Part,
+    part: LawPart,
 ) -> Option<Vec<(&'static str, &'static LawKeys)>> {
     let laws = fields.context.laws.as_ref()?;
     let of_part = laws.iter().filter(|law| law.parts.contains(&part));
@@ -20,14 +20,14 @@ pub(super) fn known(
 /// The law that an item names.
 pub(super) fn named(
     item: &Item<'_>,
-    part: Part,
+    part: LawPart,
     known: &[(&str, &'static LawKeys)],
 ) -> Option<&'static LawKeys> {
     item.word(&format!("{} law", part.word()), known)
 }
 
 /// The law of a material.
-pub(super) fn read(item: &Item<'_>, part: Part) -> Option<Law> {
+pub(super) fn read(item: &Item<'_>, part: LawPart) -> Option<Law> {
     let fields = item.table()?;
     let law = fields.need("law")?;
     let place = item.place.clone();

@@ -4,11 +4,11 @@
 //! and the caller that reads a scene passes the tables to the reader ([`read_scene_with`](super::read_scene_with)). Reader,
 //! overrides, mixing and the users' pages follow from them.
 
-use super::source::{Located, Place};
+use super::source::{Located, SourceSpan};
 
 /// The part of a contact that a law is for, and the key of its table at a material.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Part {
+pub enum LawPart {
     /// `normal`: the force along the normal.
     Normal,
     /// `tangential`: the force of sliding.
@@ -21,7 +21,7 @@ pub enum Part {
     Liquid,
 }
 
-impl Part {
+impl LawPart {
     /// All of them, in the order of the format.
     pub const ALL: [Self; 5] = [
         Self::Normal,
@@ -48,7 +48,7 @@ impl Part {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LawKeys {
     /// The tables in which it may stand.
-    pub parts: &'static [Part],
+    pub parts: &'static [LawPart],
     /// The word after `law`.
     pub name: &'static str,
     /// What it is, in a line.
@@ -324,7 +324,7 @@ pub struct Law {
     /// Its parameters.
     pub values: LawValues,
     /// Where the table stands.
-    pub place: Place,
+    pub place: SourceSpan,
 }
 
 /// Keys of a law in `[[contacts]]`; those left out are mixed.
@@ -335,5 +335,5 @@ pub struct LawOverride {
     /// What is replaced.
     pub values: LawValues,
     /// Where the table stands.
-    pub place: Place,
+    pub place: SourceSpan,
 }

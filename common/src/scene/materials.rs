@@ -4,7 +4,7 @@ use super::from_item::FromItem;
 use super::item::Item;
 use super::keys::{Kind, TableKeys, key, positive};
 use super::law_reader;
-use super::laws::{Law, Part};
+use super::laws::{Law, LawPart};
 use super::source::Located;
 
 /// A material. Contacts between two materials take mixed parameters, see
@@ -30,13 +30,13 @@ pub struct Material {
 impl Material {
     /// The law of a part.
     #[must_use]
-    pub fn law(&self, part: Part) -> Option<&Law> {
+    pub fn law(&self, part: LawPart) -> Option<&Law> {
         match part {
-            Part::Normal => Some(&self.normal),
-            Part::Tangential => self.tangential.as_ref(),
-            Part::Rolling => self.rolling.as_ref(),
-            Part::Torsion => self.torsion.as_ref(),
-            Part::Liquid => self.liquid.as_ref(),
+            LawPart::Normal => Some(&self.normal),
+            LawPart::Tangential => self.tangential.as_ref(),
+            LawPart::Rolling => self.rolling.as_ref(),
+            LawPart::Torsion => self.torsion.as_ref(),
+            LawPart::Liquid => self.liquid.as_ref(),
         }
     }
 }
@@ -45,11 +45,11 @@ impl Material {
 #[rustfmt::skip]
 pub(super) static MATERIAL: TableKeys = TableKeys::new(&[&[
     key("density", positive("kg/m3"), "2500.0", "in two dimensions kg/m2"),
-    key("normal", Kind::Law(Part::Normal, true), "{ law = \"hertz\", youngs_modulus = 1e7, poisson_ratio = 0.3, restitution = 0.8 }   # Pa", "the law along the normal"),
-    key("tangential", Kind::Law(Part::Tangential, true), "{ law = \"mindlin\", friction = 0.5 }", "the law of sliding").or_open("none: frictionless"),
-    key("rolling", Kind::Law(Part::Rolling, true), "{ law = \"luding\", friction = 0.1 }", "the law of rolling").or_open("none"),
-    key("torsion", Kind::Law(Part::Torsion, true), "{ law = \"luding\", friction = 0.1 }", "the law of twisting about the normal").or_open("none"),
-    key("liquid", Kind::Law(Part::Liquid, true), "{ law = \"bagheri\", surface_tension = 0.07, contact_angle_degrees = 20.0, max_bridge_volume = 1e-11 }", "the law of liquid bridges").or_open("none: dry"),
+    key("normal", Kind::Law(LawPart::Normal, true), "{ law = \"hertz\", youngs_modulus = 1e7, poisson_ratio = 0.3, restitution = 0.8 }   # Pa", "the law along the normal"),
+    key("tangential", Kind::Law(LawPart::Tangential, true), "{ law = \"mindlin\", friction = 0.5 }", "the law of sliding").or_open("none: frictionless"),
+    key("rolling", Kind::Law(LawPart::Rolling, true), "{ law = \"luding\", friction = 0.1 }", "the law of rolling").or_open("none"),
+    key("torsion", Kind::Law(LawPart::Torsion, true), "{ law = \"luding\", friction = 0.1 }", "the law of twisting about the normal").or_open("none"),
+    key("liquid", Kind::Law(LawPart::Liquid, true), "{ law = \"bagheri\", surface_tension = 0.07, contact_angle_degrees = 20.0, max_bridge_volume = 1e-11 }", "the law of liquid bridges").or_open("none: dry"),
 ]]);
 
 /// Reads one material. A law that is wrong is reported; the material is then left out.

@@ -19,7 +19,7 @@ use super::region::{REGION, Region};
 use super::shapes::{
     ALONG, AXIS, MESH_SIDE, MeshSide, MeshSource, ORIGIN, PLACED, RADIUS, read_mesh,
 };
-use super::source::{Located, Place};
+use super::source::{Located, SourceSpan};
 use super::walls::{INTERVAL, interval};
 
 /// An elastic sheet: a mesh whose vertices have mass.
@@ -28,7 +28,7 @@ pub struct Membrane {
     /// Unique among membranes; default `membrane-1`, ...
     pub name: Located<String>,
     /// Where the entry stands.
-    pub place: Place,
+    pub place: SourceSpan,
     /// Its triangles.
     pub shape: MembraneShape,
     /// The stress-free shape, triangle by triangle; none: the shape itself.
@@ -148,7 +148,7 @@ pub struct Hold {
     /// Unique in the membrane; `fixed` for the key of that name, default `hold-1`, ...
     pub name: Located<String>,
     /// Where the entry stands.
-    pub place: Place,
+    pub place: SourceSpan,
     /// Which vertices: those of any of these.
     pub picks: Vec<Pick>,
     /// How they move.

@@ -3,7 +3,7 @@
 //! [`read_scene`] turns `scene.toml` (and the `--set KEY=VALUE` of the command line) into a [`Scene`]:
 //! every key checked by itself, every default filled in, nothing computed. What the keys mean together
 //! (mixed parameters, time step, what is skipped) is the plan's business, in the solver; its complaints
-//! look like the reader's, because values keep their place ([`Located`], [`Place::error`]).
+//! look like the reader's, because values keep their place ([`Located`], [`SourceSpan::error`]).
 //!
 //! How it works: the text becomes a tree whose every node knows its span (`tree.rs`), overrides change
 //! the tree (`overrides.rs`), and a cursor (`cursor.rs`) walks it, collecting all mistakes. One file per
@@ -63,7 +63,9 @@ pub use fields::{FieldTable, FieldWidth};
 pub use guard::{Guard, GuardPolicy};
 pub use insertions::{Body, Component, Insertion, Method, Quantity, Rate, Target, Total};
 pub use json::is_json;
-pub use laws::{Given, Key, KeyDefault, Law, LawKeys, LawOverride, LawValues, Mixing, Part, Range};
+pub use laws::{
+    Given, Key, KeyDefault, Law, LawKeys, LawOverride, LawPart, LawValues, Mixing, Range,
+};
 pub use liquid::{BridgesForm, LianSevilleVolume, LiquidNeighbours, LiquidSettings, Lubrication};
 pub use materials::Material;
 pub use membranes::{
@@ -85,7 +87,7 @@ pub use settings::{
     TangentialHistory, Time, TimeStep,
 };
 pub use shapes::{MeshSide, MeshSource, Shape, Side, Turn};
-pub use source::{Located, Place, Source};
+pub use source::{Located, Source, SourceSpan};
 pub use spelling::{listed, nearest};
 pub use sprays::{AtWalls, Nozzle, Spray, SprayDrag, SprayFlow, SprayPattern, SpraySource};
 pub use statement::{NamedFile, Statement, differences};
@@ -142,7 +144,7 @@ pub struct Scene {
     /// The file, as the user named it.
     pub path: PathBuf,
     /// The whole file, for complaints that belong to no key.
-    pub place: Place,
+    pub place: SourceSpan,
     /// All that is stated, to be compared with another scene.
     pub statement: Statement,
     /// The values of the command line in SI.
@@ -249,7 +251,7 @@ fn read_text(path: &Path, what: &str) -> Result<String, SceneErrors> {
 fn unreadable(path: &Path, what: &str, error: &std::io::Error) -> SceneError {
     let name = path.display().to_string();
     SceneError {
-        place: Place::new(&Source::file(name, "", &Files::MustExist), 0..0, ""),
+        place: SourceSpan::new(&Source::file(name, "", &Files::MustExist), 0..0, ""),
         message: format!("the {what} cannot be read: {error}"),
         help: (error.kind() == ErrorKind::NotFound)
             .then(|| near_file(path))
@@ -265,7 +267,7 @@ fn text_from(path: &Path, input: impl Read, what: &str) -> Result<String, SceneE
     read.map_err(|error| unreadable(path, what, &error))?;
     let name = path.display().to_string();
     if bytes.len() as u64 > LONGEST_TEXT {
-        let place = Place::new(&Source::file(name, "", &Files::MustExist), 0..0, "");
+        let place = SourceSpan::new(&Source::file(name, "", &Files::MustExist), 0..0, "");
         let message = format!(
             "this is no {what}: it is longer than {}",
             readable::bytes(LONGEST_TEXT as f64)
@@ -276,7 +278,7 @@ fn text_from(path: &Path, input: impl Read, what: &str) -> Result<String, SceneE
         let valid = error.utf8_error().valid_up_to();
         let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
         let source = Source::file(name, text, &Files::MustExist);
-        Place::new(&source, valid..valid + 1, "")
+        SourceSpan::new(&source, valid..valid + 1, "")
             .error("this is not UTF-8 text")
             .with_help("save the file as UTF-8")
             .into()
@@ -368,7 +370,7 @@ fn parse(
 struct Draft<'a> {
     laws: Option<Vec<&'static LawKeys>>,
     path: &'a Path,
-    place: Place,
+    place: SourceSpan,
     document: Node,
     /// Values that the command line sets, with the path of each.
     given: Vec<(&'a str, String)>,
@@ -386,7 +388,7 @@ impl<'a> Draft<'a> {
         files: Files,
     ) -> Result<(Self, Vec<SceneError>), SceneErrors> {
         let mut document = tree::parse_document(source, text)?;
-        let place = Place::new(source, 0..0, "");
+        let place = SourceSpan::new(source, 0..0, "");
         if is_clump_file(&document) {
             let error = place.error("this is a clump file, not a scene");
             return Err(error
@@ -498,7 +500,12 @@ pub static SCENE: TableKeys = TableKeys::new(&[&[
     key("output", Kind::Table(&OUTPUT), "{ interval = 0.01 }   # s", "what is written, and when"),
 ]]);
 
-fn read_document(context: &Context, document: &Node, path: &Path, place: &Place) -> Option<Scene> {
+fn read_document(
+    context: &Context,
+    document: &Node,
+    path: &Path,
+    place: &SourceSpan,
+) -> Option<Scene> {
     let Value::Table(root) = &document.value else {
         return None;
     };
@@ -615,7 +622,7 @@ fn read_list<T>(
 
 /// The words under `law` of every table of every material.
 fn law_words(root: &Fields<'_>) -> contacts::LawWords {
-    let word = |material: &Node, part: Part| -> Option<String> {
+    let word = |material: &Node, part: LawPart| -> Option<String> {
         let Value::Table(material) = &material.value else {
             return None;
         };
@@ -631,7 +638,7 @@ fn law_words(root: &Fields<'_>) -> contacts::LawWords {
         Some(Value::Table(materials)) => {
             let nodes = materials.entries.iter().map(|entry| &entry.node);
             nodes
-                .map(|node| Part::ALL.map(|part| word(node, part)))
+                .map(|node| LawPart::ALL.map(|part| word(node, part)))
                 .collect()
         }
         _ => Vec::new(),

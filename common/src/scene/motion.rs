@@ -11,14 +11,14 @@ use super::keys::{
     Kind, TableKeys, Variants, key, non_negative, number, positive, variant, vector,
 };
 use super::shapes::AXIS;
-use super::source::{Located, Place};
+use super::source::{Located, SourceSpan};
 use super::walls::{INTERVAL, interval};
 
 /// A motion and when it acts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motion {
     /// Where the entry stands.
-    pub place: Place,
+    pub place: SourceSpan,
     /// What moves.
     pub kind: MotionKind,
     /// Start, s; default 0.
@@ -208,7 +208,7 @@ impl FromItem for Load {
 }
 
 impl FromKey for Load {
-    fn placeholder(place: &Place) -> Self {
+    fn placeholder(place: &SourceSpan) -> Self {
         Load::Constant(FromKey::placeholder(place))
     }
 }

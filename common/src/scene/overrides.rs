@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::cursor::Files;
 use super::error::SceneError;
 use super::key_path::{self, Step};
-use super::source::{Place, Source};
+use super::source::{Source, SourceSpan};
 use super::spelling::{listed, nearest};
 use super::tree::{Node, Table, Value, parse_value};
 
@@ -28,7 +28,7 @@ pub(super) fn apply(
     files: &Files,
 ) -> Result<String, SceneError> {
     let source = Source::argument(argument, files);
-    let whole = Place::new(&source, 0..argument.len(), "");
+    let whole = SourceSpan::new(&source, 0..argument.len(), "");
     let (steps, equals) = key_path::parse(argument).map_err(|problem| {
         whole
             .error(problem)
@@ -50,7 +50,7 @@ pub(super) fn apply(
     for (i, step) in steps.iter().enumerate() {
         let by_number = number_of_entry(&node.value, step, &path);
         let step = by_number.as_ref().unwrap_or(step);
-        let at = |path: &str| Place::new(&source, key_span.clone(), path);
+        let at = |path: &str| SourceSpan::new(&source, key_span.clone(), path);
         node = match (&mut node.value, step) {
             (Value::Array(items), Step::Index(index)) => {
                 let count = items.len();
@@ -134,7 +134,7 @@ fn number_of_entry(value: &Value, step: &Step, path: &str) -> Option<Step> {
 }
 
 /// No entry of the list has a name.
-fn nameless(place: &Place, name: &str, list: &str, count: usize) -> SceneError {
+fn nameless(place: &SourceSpan, name: &str, list: &str, count: usize) -> SceneError {
     let error = place.error(format!("there is nothing named `{name}`"));
     if count == 0 {
         return error.with_help("the list is empty");
@@ -144,7 +144,7 @@ fn nameless(place: &Place, name: &str, list: &str, count: usize) -> SceneError {
     ))
 }
 
-fn unknown_name(place: &Place, name: &str, names: &[String]) -> SceneError {
+fn unknown_name(place: &SourceSpan, name: &str, names: &[String]) -> SceneError {
     let error = place.error(format!("there is nothing named `{name}`"));
     match nearest(name, names.iter().map(String::as_str)) {
         Some(near) => error.with_help(format!("did you mean `{near}`?")),

@@ -13,7 +13,7 @@ use super::keys::{
 use super::laws::Range;
 use super::properties::{self, PROPERTIES};
 use super::region::read_corners;
-use super::source::{Located, Place};
+use super::source::{Located, SourceSpan};
 use super::{ClumpIndex, MaterialIndex};
 use crate::particle_properties::PropertyValue;
 
@@ -34,7 +34,7 @@ pub struct Particles {
     /// Unique among entries that have one.
     pub name: Option<Located<String>>,
     /// Where the entry stands.
-    pub place: Place,
+    pub place: SourceSpan,
     /// What it puts where.
     pub source: ParticleSource,
 }
@@ -147,7 +147,7 @@ pub struct Prescribed {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lattice {
     /// Where the table stands.
-    pub place: Place,
+    pub place: SourceSpan,
     /// First site, m.
     pub min: Located<DVec3>,
     /// Bound of the last, m.

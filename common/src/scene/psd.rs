@@ -12,7 +12,7 @@ use super::keys::{
     variant, word,
 };
 use super::quantities;
-use super::source::{Located, Place, Source};
+use super::source::{Located, Source, SourceSpan};
 use super::tree::{self, Value};
 use crate::sizes::ClassModel;
 
@@ -281,7 +281,7 @@ fn parse(
         laws: None,
         named: RefCell::default(),
     };
-    let place = Place::new(&source, 0..0, "");
+    let place = SourceSpan::new(&source, 0..0, "");
     let psd = match &document.value {
         Value::Table(table) => {
             let mut fields = Fields::new(&context, table, place.clone());

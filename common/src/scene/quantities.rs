@@ -5,8 +5,8 @@
 use super::error::SceneError;
 use super::key_path;
 use super::keys::{Kind, TableKeys};
-use super::laws::{LawKeys, Part};
-use super::source::Place;
+use super::laws::{LawKeys, LawPart};
+use super::source::SourceSpan;
 use super::spelling;
 use super::tree::{Entry, Node, Table, Value};
 use crate::units::{Dimension, Quantity};
@@ -19,7 +19,7 @@ enum Scope {
     /// The keys of a table.
     Table(&'static TableKeys),
     /// The keys of a contact law.
-    Law(Part),
+    Law(LawPart),
     /// Numbers of one of these units.
     Units(Vec<&'static str>),
     /// A quantity that is not known.
@@ -207,7 +207,7 @@ impl Walk<'_> {
                     None => {}
                     Some(Ok(number)) => node.value = Value::Float(number),
                     Some(Err((message, help))) => {
-                        let place = Place::new(&node.source, node.span.clone(), path);
+                        let place = SourceSpan::new(&node.source, node.span.clone(), path);
                         let error = place.error(message);
                         self.errors.push(match help {
                             Some(help) => error.with_help(help),
@@ -281,7 +281,7 @@ fn si(text: &str, dimensions: &[Dimension]) -> Result<f64, (String, Option<Strin
 mod tests {
     use std::path::Path;
 
-    use super::super::laws::{Key, LawKeys, Part, Range};
+    use super::super::laws::{Key, LawKeys, LawPart, Range};
     use super::super::source::Source;
     use super::super::{Files, MotionKind, Scene, SceneErrors, Shape, parse_scene};
     use super::*;
@@ -436,7 +436,7 @@ motion = [
         const OTHER: [Key; 1] = [Key::new("dissipation", "Pa s", Range::NonNegative, "")];
         const fn law(name: &'static str, keys: &'static [Key]) -> LawKeys {
             LawKeys {
-                parts: &[Part::Normal],
+                parts: &[LawPart::Normal],
                 name,
                 keys,
                 ..LawKeys::NONE
@@ -451,7 +451,7 @@ motion = [
             let Value::Table(table) = &document.value else {
                 panic!("a table");
             };
-            let scope = Scope::Law(Part::Normal);
+            let scope = Scope::Law(LawPart::Normal);
             let laws = [one, other];
             let of = scope.at_key(table, "dissipation", Some(&laws));
             of.unwrap().dimensions().unwrap()

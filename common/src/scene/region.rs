@@ -9,7 +9,7 @@ use super::keys::{Kind, SceneKey, TableKeys, Variants, key, variant, vector};
 use super::shapes::{
     CONE, CYLINDER, MESH_FILE, MeshSource, ORIGIN, PLACED, RADIUS, read_mesh, read_radii,
 };
-use super::source::{Located, Place};
+use super::source::{Located, SourceSpan};
 
 /// A region of space. Lengths in m, directions of length 1.
 #[derive(Debug, Clone, PartialEq)]
@@ -137,7 +137,7 @@ impl FromItem for Region {
 }
 
 impl FromKey for Region {
-    fn placeholder(_: &Place) -> Self {
+    fn placeholder(_: &SourceSpan) -> Self {
         Region::Union(Vec::new())
     }
 }

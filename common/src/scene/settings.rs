@@ -7,7 +7,7 @@ use super::from_item::{FromItem, FromKey};
 use super::item::Item;
 use super::keys::{Absent, Kind, TableKeys, Word, key, non_negative, positive, vector, word};
 use super::liquid::{LianSevilleVolume, Lubrication};
-use super::source::{Located, Place};
+use super::source::{Located, SourceSpan};
 
 /// `[time]`.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,7 +35,7 @@ pub enum TimeStep {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Domain {
     /// Where the table stands.
-    pub place: Place,
+    pub place: SourceSpan,
     /// Lowest corner, m.
     pub min: Located<DVec3>,
     /// Highest corner, m.
@@ -198,7 +198,7 @@ impl FromItem for TimeStep {
 }
 
 impl FromKey for TimeStep {
-    fn placeholder(_: &Place) -> Self {
+    fn placeholder(_: &SourceSpan) -> Self {
         Self::Auto
     }
 }
@@ -217,7 +217,7 @@ impl FromItem for Dimensions {
 }
 
 impl FromKey for Dimensions {
-    fn placeholder(_: &Place) -> Self {
+    fn placeholder(_: &SourceSpan) -> Self {
         Self::Three
     }
 }

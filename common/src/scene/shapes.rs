@@ -12,7 +12,7 @@ use super::keys::{
 };
 use super::laws::Range;
 use super::settings::{Dimensions, Domain, Face};
-use super::source::{Located, Place};
+use super::source::{Located, SourceSpan};
 
 /// Where the particles are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -306,7 +306,7 @@ pub(super) fn read_radii(fields: &Fields<'_>) -> Located<[f64; 2]> {
 fn read_profile(fields: &Fields<'_>) -> Option<Located<Vec<[f64; 2]>>> {
     let corners: Option<Located<Vec<Located<[f64; 2]>>>> = fields.read("profile");
     let corners = corners?;
-    let wrong = |place: &Place, message: String| fields.context.report(place.error(message));
+    let wrong = |place: &SourceSpan, message: String| fields.context.report(place.error(message));
     if corners.len() < 2 {
         let got = corners.len();
         wrong(

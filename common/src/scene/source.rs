@@ -97,16 +97,16 @@ impl Source {
 /// The place of a value: the text, the span in it, and the key path (`materials.glass.density`).
 ///
 /// Cheap to clone. It outlives reading, so that later checks report with the look of the reader:
-/// see [`Place::error`].
+/// see [`SourceSpan::error`].
 #[derive(Debug, Clone)]
-pub struct Place {
+pub struct SourceSpan {
     source: Arc<Source>,
     start: usize,
     end: usize,
     key: Arc<str>,
 }
 
-impl Place {
+impl SourceSpan {
     /// A span of a source, under a key. The span is clipped to the text and to whole characters.
     pub(super) fn new(source: &Arc<Source>, span: Range<usize>, key: impl Into<Arc<str>>) -> Self {
         let text = &source.text;
@@ -311,7 +311,7 @@ impl Place {
     }
 }
 
-impl PartialEq for Place {
+impl PartialEq for SourceSpan {
     fn eq(&self, other: &Self) -> bool {
         (self.source_name(), self.start, self.end, &self.key)
             == (other.source_name(), other.start, other.end, &other.key)
@@ -324,7 +324,7 @@ pub struct Located<T> {
     /// The value.
     pub value: T,
     /// Where it was typed.
-    pub place: Place,
+    pub place: SourceSpan,
 }
 
 impl<T> Located<T> {
@@ -336,7 +336,7 @@ impl<T> Located<T> {
         }
     }
 
-    /// An error at the value's place: see [`Place::error`].
+    /// An error at the value's place: see [`SourceSpan::error`].
     #[must_use]
     pub fn error(&self, message: impl Into<String>) -> SceneError {
         self.place.error(message)

@@ -12,7 +12,7 @@ use super::keys::{
 };
 use super::laws::Range;
 use super::psd::{PSD, Psd};
-use super::source::{Located, Place};
+use super::source::{Located, SourceSpan};
 use super::walls::{INTERVAL, interval};
 
 /// A nozzle, or a list of droplets.
@@ -21,7 +21,7 @@ pub struct Spray {
     /// Unique among sprays; random choices follow from it and the seed.
     pub name: Located<String>,
     /// Where the entry stands.
-    pub place: Place,
+    pub place: SourceSpan,
     /// Where droplets come from.
     pub source: SpraySource,
     /// kg/m3

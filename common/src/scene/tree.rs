@@ -9,7 +9,7 @@ use toml::de::{DeFloat, DeInteger, DeTable, DeValue};
 
 use super::error::{SceneError, SceneErrors};
 use super::json::{self, is_json};
-use super::source::{Place, Source};
+use super::source::{Source, SourceSpan};
 use super::spelling::{self, with_comma};
 
 /// A value and its span.
@@ -195,7 +195,7 @@ fn syntax_error(
 ) -> SceneError {
     let span = error.span().unwrap_or(0..0);
     let found = text.get(span.clone()).unwrap_or_default();
-    let place = Place::new(source, span.start + offset..span.end + offset, "");
+    let place = SourceSpan::new(source, span.start + offset..span.end + offset, "");
     if let Some(number) = decimal_comma(text, &span) {
         let (message, help) = with_comma(number);
         return place.error(message).with_help(help);

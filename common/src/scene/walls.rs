@@ -13,7 +13,7 @@ use super::laws::Range;
 use super::motion::{MOTION, Motion};
 use super::settings::Domain;
 use super::shapes::{self, SHAPES, Shape};
-use super::source::{Located, Place};
+use super::source::{Located, SourceSpan};
 
 /// A wall.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,7 +21,7 @@ pub struct Wall {
     /// Unique among walls.
     pub name: Located<String>,
     /// Where the entry stands.
-    pub place: Place,
+    pub place: SourceSpan,
     /// The surface.
     pub shape: Shape,
     /// Its material.
@@ -51,7 +51,7 @@ pub struct WallFilm {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wear {
     /// Where the table stands.
-    pub place: Place,
+    pub place: SourceSpan,
     /// The law.
     pub law: WearLaw,
     /// Factor on the worn volume; default 1.

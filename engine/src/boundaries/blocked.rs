@@ -5,7 +5,7 @@ use mercury_common::random::Stream;
 
 use super::Region;
 use super::behind::is_behind_a_wall;
-use super::placement::{Room, Space, of_sphere, overlaps_wall};
+use super::placement::{PlacementRegion, Space, of_sphere, overlaps_wall};
 use crate::walls::WallNow;
 
 /// The number of random positions after which a region counts as blocked: a region of which a ten-thousandth is free is missed
@@ -33,7 +33,7 @@ pub fn blocked(
     walls: &[WallNow],
 ) -> Option<Blocked> {
     let cell = space.cell;
-    let room = Room::new(region, space);
+    let room = PlacementRegion::new(region, space);
     let (sphere, extent) = ([(DVec3::ZERO, radius)], of_sphere(radius));
     if walls.is_empty() || !room.has_space(extent, cell) {
         return None;
@@ -61,7 +61,7 @@ pub fn blocked(
 /// At most this many random positions (m) in a region for spheres of this radius (m).
 pub fn places(region: &Region, radius: f64, space: Space<'_>, number: usize) -> Vec<DVec3> {
     let cell = space.cell;
-    let room = Room::new(region, space);
+    let room = PlacementRegion::new(region, space);
     let (sphere, extent) = ([(DVec3::ZERO, radius)], of_sphere(radius));
     if !room.has_space(extent, cell) {
         return Vec::new();

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::passage::Grain;
-use super::{DeletionPlan, Region, Setting};
+use super::{BoundaryContext, DeletionPlan, Region};
 use crate::cell::{Cell, NO_SHIFT};
 use crate::state::{FIXED, PEBBLE, Particles};
 
@@ -30,7 +30,7 @@ pub(super) struct Deletion {
 }
 
 impl Deletion {
-    pub(super) fn new(deletions: &[DeletionPlan], setting: &Setting<'_>) -> Self {
+    pub(super) fn new(deletions: &[DeletionPlan], setting: &BoundaryContext<'_>) -> Self {
         let open =
             |axis: usize| !setting.cell.is_periodic(axis) && (axis < 2 || setting.dimensions == 3);
         Self {

@@ -6,13 +6,13 @@ use mercury_common::random::Stream;
 use super::behind::{is_behind_a_wall, is_in_wake};
 use super::occupied::Occupied;
 use super::placed_sizes::PlacedSizes;
-use super::placement::{Extent, Room, of_sphere, overlaps_wall};
+use super::placement::{Extent, PlacementRegion, of_sphere, overlaps_wall};
 use super::quota::Quota;
 use super::wait::Wait;
-use super::{InsertionPlan, Setting, Tally, Total};
+use super::{BoundaryContext, InsertionPlan, Tally, Total};
 use crate::bodies::{Clump, NewBody};
-use crate::stage::Stage;
 use crate::state::{MaterialIndex, NewParticle, Particles, Plain};
+use crate::task::TaskProgress;
 use crate::walls::WallNow;
 
 /// Why an insertion did not insert more in the last step.
@@ -87,7 +87,7 @@ impl InsertionState {
 #[derive(Debug, Clone)]
 pub(super) struct Insertion {
     pub(super) state: InsertionState,
-    room: Room,
+    room: PlacementRegion,
     shares: f64,
     sizes: Stream,
     places: Stream,
@@ -98,19 +98,19 @@ pub(super) struct Insertion {
 }
 
 /// The surroundings of an insertion beside the particles.
-pub(super) struct Surroundings<'a> {
-    pub(super) setting: &'a Setting<'a>,
+pub(super) struct InsertionContext<'a> {
+    pub(super) setting: &'a BoundaryContext<'a>,
     pub(super) walls: &'a [WallNow],
     /// The largest distance of particles from their listed positions, m.
     pub(super) margin: f64,
     /// s
     pub(super) time: f64,
     /// Records the placed particles.
-    pub(super) stage: &'a Stage,
+    pub(super) task_progress: &'a TaskProgress,
 }
 
 impl Insertion {
-    pub(super) fn new(insertion: &InsertionPlan, setting: &Setting<'_>) -> Self {
+    pub(super) fn new(insertion: &InsertionPlan, setting: &BoundaryContext<'_>) -> Self {
         let used = insertion.mixture.iter().filter(|part| part.share > 0.0);
         let stream = |what: &str| {
             Stream::new(
@@ -121,7 +121,7 @@ impl Insertion {
         };
         Self {
             state: InsertionState::default(),
-            room: Room::new(&insertion.region, setting.space()),
+            room: PlacementRegion::new(&insertion.region, setting.space()),
             shares: used.map(|part| part.share).sum(),
             sizes: stream("sizes"),
             places: stream("positions"),
@@ -165,7 +165,7 @@ impl Insertion {
         insertion: &InsertionPlan,
         particles: &mut Particles,
         occupied: &mut Occupied,
-        around: &Surroundings<'_>,
+        around: &InsertionContext<'_>,
     ) -> bool {
         // Times are whole numbers of steps up to round-off; a millionth of a step is far above it.
         let slack = 1e-6 * around.setting.time_step;
@@ -196,14 +196,14 @@ impl Insertion {
                 // A mixture without ingredients.
                 break Limit::Total;
             };
-            if around.stage.is_given_up() {
+            if around.task_progress.is_given_up() {
                 self.state.pending = Some(pending);
                 break Limit::Space;
             }
             if self.place(pending, insertion, particles, occupied, around) {
                 self.state.pending = None;
                 self.state.wait.succeeded();
-                around.stage.note_placed();
+                around.task_progress.note_placed();
                 self.count_size(pending, insertion);
                 failed = 0;
             } else {
@@ -233,7 +233,7 @@ impl Insertion {
         &self,
         insertion: &InsertionPlan,
         particles: &Particles,
-        around: &Surroundings<'_>,
+        around: &InsertionContext<'_>,
     ) -> bool {
         let Some(pending) = self.state.pending else {
             return true;
@@ -292,7 +292,7 @@ impl Insertion {
     }
 
     /// Whether the region has space for a particle at all; for a body, space for its largest pebble.
-    fn may_fit(&self, pending: Pending, setting: &Setting<'_>) -> bool {
+    fn may_fit(&self, pending: Pending, setting: &BoundaryContext<'_>) -> bool {
         let radius = match pending.clump {
             None => pending.radius,
             Some(index) => {
@@ -310,7 +310,7 @@ impl Insertion {
         insertion: &InsertionPlan,
         particles: &mut Particles,
         occupied: &mut Occupied,
-        around: &Surroundings<'_>,
+        around: &InsertionContext<'_>,
     ) -> bool {
         let setting = around.setting;
         occupied.take_in(particles, around.setting.cell);
@@ -375,7 +375,7 @@ impl Insertion {
         pending: Pending,
         particles: &Particles,
         occupied: &Occupied,
-        around: &Surroundings<'_>,
+        around: &InsertionContext<'_>,
     ) -> Option<New> {
         let setting = around.setting;
         let sphere = [(DVec3::ZERO, pending.radius)];
@@ -404,7 +404,7 @@ impl Insertion {
         extent: Extent,
         particles: &Particles,
         occupied: &Occupied,
-        around: &Surroundings<'_>,
+        around: &InsertionContext<'_>,
     ) -> Option<DVec3> {
         let cell = around.setting.cell;
         let centre = (self.room).draw(spheres, extent, &mut self.places, cell)?;

@@ -12,6 +12,7 @@
 
 mod behind;
 mod blocked;
+mod context;
 mod deletion;
 mod domain_volume;
 mod expected;
@@ -26,7 +27,6 @@ mod quota;
 mod region;
 mod row_map;
 mod schedule;
-mod setting;
 mod solid;
 mod tally;
 #[cfg(test)]
@@ -34,6 +34,7 @@ mod tests;
 mod wait;
 
 pub use blocked::{Blocked, PLACES as PLACES_AMONG_WALLS, blocked, places};
+pub use context::BoundaryContext;
 pub use domain_volume::volume_within;
 pub use expected::{expected_number, mean_volume};
 pub use flux::Crossed;
@@ -44,7 +45,6 @@ pub use placement::{Space, may_hold, overlaps_wall};
 pub use plans::{CountedRegion, DeletionPlan, FluxPart, FluxPlan, Ingredient, InsertionPlan, Rate};
 pub use quota::MOST as MOST_OF_QUOTA;
 pub use region::Region;
-pub use setting::Setting;
 pub use solid::{Solid, SolidError};
 pub use tally::Tally;
 pub use wait::Wait;
@@ -55,15 +55,15 @@ use std::sync::Arc;
 
 use deletion::{Deletion, Exit};
 use flux::Fluxes;
-use insertion::{Insertion, Surroundings};
+use insertion::{Insertion, InsertionContext};
 use occupied::Occupied;
 use passage::{Grain, Passages};
 use row_map::RowMap;
 
 use crate::cell::Cell;
 use crate::neighbours::Cells;
-use crate::stage::Stage;
 use crate::state::{Id, Particle, Particles, Row};
+use crate::task::TaskProgress;
 use crate::walls::WallNow;
 
 /// The complete state of the boundaries: a run continues from it with the same numbers.
@@ -112,8 +112,8 @@ pub struct Boundaries {
     /// The largest distance of a particle from its listed position, m.
     margin: f64,
     time_step: f64,
-    /// The stage to which long insertions report, and which says whether they should go on.
-    stage: Arc<Stage>,
+    /// The progress to which long insertions report; it says whether they should go on.
+    task_progress: Arc<TaskProgress>,
 }
 
 impl Boundaries {
@@ -123,7 +123,7 @@ impl Boundaries {
         insertions: &[InsertionPlan],
         deletions: &[DeletionPlan],
         fluxes: &[FluxPlan],
-        setting: &Setting<'_>,
+        setting: &BoundaryContext<'_>,
     ) -> Self {
         let materials = setting.materials.len();
         Self {
@@ -141,13 +141,13 @@ impl Boundaries {
             rows: RowMap::default(),
             margin: 0.0,
             time_step: setting.time_step,
-            stage: Arc::default(),
+            task_progress: Arc::default(),
         }
     }
 
-    /// Sets the stage to which insertions report; an insertion that the stage [gives up](Stage::is_given_up) ends at once.
-    pub fn tell(&mut self, stage: Arc<Stage>) {
-        self.stage = stage;
+    /// Sets the progress to which insertions report; an insertion that it [gives up](TaskProgress::is_given_up) ends at once.
+    pub fn report_to(&mut self, task_progress: Arc<TaskProgress>) {
+        self.task_progress = task_progress;
     }
 
     /// Counts, removes and inserts particles at this time (s); returns whether rows changed. Inserted ones are appended. `insertions` are
@@ -156,7 +156,7 @@ impl Boundaries {
         &mut self,
         particles: &mut Particles,
         insertions: &[InsertionPlan],
-        setting: &Setting<'_>,
+        setting: &BoundaryContext<'_>,
         walls: &[WallNow],
         time: f64,
         leaving: &mut Leaving<'_>,
@@ -165,12 +165,12 @@ impl Boundaries {
         self.fluxes
             .count(particles, setting.cell, time, &mut self.passages);
         let mut changed = self.delete(particles, setting, time, leaving);
-        let around = Surroundings {
+        let around = InsertionContext {
             setting,
             walls,
             margin: self.margin,
             time,
-            stage: &self.stage,
+            task_progress: &self.task_progress,
         };
         for (index, (insertion, of_plan)) in self.insertions.iter_mut().zip(insertions).enumerate()
         {
@@ -191,11 +191,11 @@ impl Boundaries {
     fn delete(
         &mut self,
         particles: &mut Particles,
-        setting: &Setting<'_>,
+        setting: &BoundaryContext<'_>,
         time: f64,
         leaving: &mut Leaving<'_>,
     ) -> bool {
-        let Setting {
+        let BoundaryContext {
             cell, dimensions, ..
         } = *setting;
         self.left_by_face.clear();
@@ -332,16 +332,16 @@ impl Boundaries {
         &self,
         particles: &Particles,
         insertions: &[InsertionPlan],
-        setting: &Setting<'_>,
+        setting: &BoundaryContext<'_>,
         walls: &[WallNow],
         time: f64,
     ) -> Vec<bool> {
-        let around = Surroundings {
+        let around = InsertionContext {
             setting,
             walls,
             margin: self.margin,
             time,
-            stage: &self.stage,
+            task_progress: &self.task_progress,
         };
         let pairs = self.insertions.iter().zip(insertions);
         pairs

@@ -25,7 +25,7 @@ pub struct Space<'a> {
 
 /// Whether a sphere of this radius (m) may have a place in the region and the domain: `false` only where it certainly has none.
 pub fn may_hold(region: &Region, radius: f64, space: Space<'_>) -> bool {
-    Room::new(region, space).may_hold(radius, space.cell)
+    PlacementRegion::new(region, space).may_hold(radius, space.cell)
 }
 
 /// The extent below and above a centre along x, y, z, m.
@@ -38,7 +38,7 @@ pub(super) fn of_sphere(radius: f64) -> Extent {
 
 /// The possible positions of a region inside the domain.
 #[derive(Debug, Clone)]
-pub(super) struct Room {
+pub(super) struct PlacementRegion {
     region: Region,
     /// Bounds of the region, m; infinite where it is unbounded.
     bounds: (DVec3, DVec3),
@@ -46,7 +46,7 @@ pub(super) struct Room {
     plane: Option<f64>,
 }
 
-impl Room {
+impl PlacementRegion {
     /// For a region in the domain of a plan. Discs lie in the plane z = 0, or where the domain does not have it, in the nearest.
     pub(super) fn new(region: &Region, space: Space<'_>) -> Self {
         let (low, high) = space.cell.corners();

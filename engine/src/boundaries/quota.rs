@@ -11,7 +11,7 @@
 use mercury_common::random::Stream;
 use mercury_common::sizes::SizeDistribution;
 
-use super::{Ingredient, InsertionPlan, Setting, Total};
+use super::{BoundaryContext, Ingredient, InsertionPlan, Total};
 use crate::state::{MaterialIndex, volume};
 
 /// The largest number of particles of a quota: their order takes 4 bytes each, and the sizes of the placed ones 8.
@@ -41,7 +41,7 @@ struct Places {
 
 impl Quota {
     /// Of an insertion whose total is a number, mass or volume; the plan has refused others.
-    pub(super) fn new(insertion: &InsertionPlan, setting: &Setting<'_>) -> Self {
+    pub(super) fn new(insertion: &InsertionPlan, setting: &BoundaryContext<'_>) -> Self {
         let dimensions = setting.dimensions;
         let mut stream = Stream::new(
             setting.seed,
@@ -96,7 +96,7 @@ enum Amount {
     Volume(f64),
 }
 
-fn amounts(insertion: &InsertionPlan, setting: &Setting<'_>) -> Vec<Amount> {
+fn amounts(insertion: &InsertionPlan, setting: &BoundaryContext<'_>) -> Vec<Amount> {
     let parts = || insertion.mixture.iter();
     let shares: f64 = parts().map(|part| part.share).sum();
     let volumes: Vec<f64> = parts()

@@ -26,7 +26,7 @@ pub mod tangential;
 mod tests;
 
 pub use adhesion::{
-    AdhesionForce, AdhesionLaw, AnyAdhesion, Bridge, Event, Liquid, LiquidLaw, NoAdhesion,
+    AdhesionForce, AdhesionLaw, AnyAdhesion, Bridge, BridgeEvent, Liquid, LiquidLaw, NoAdhesion,
 };
 pub use any::OneOf;
 pub use evaluation::{Action, FrictionNow, Histories, PairLaw};

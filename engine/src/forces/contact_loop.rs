@@ -34,7 +34,7 @@ use crate::neighbours::CandidateList;
 use crate::parallel::each_part;
 use crate::state::{Load, Particle, Particles, Row, WallIndex};
 use block::Block;
-use contact_batch::Numbers;
+use contact_batch::BatchColumns;
 use memory::Memory;
 use pass::Pass;
 pub(super) use slots::FREE;
@@ -57,7 +57,7 @@ pub struct ContactLoop<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: Adhesio
     /// Loads on features of mesh walls from blocks that have been replaced since.
     feature_loads: FeatureLoads,
     /// Working memory of a pass on one thread. It is kept from step to step, because clearing it costs as much as some contacts.
-    numbers: Box<Numbers>,
+    numbers: Box<BatchColumns>,
 }
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<N, T, R, A> {
@@ -73,7 +73,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
             sources: Vec::new(),
             of_sheets: Vec::new(),
             feature_loads: FeatureLoads::default(),
-            numbers: Box::new(Numbers::new()),
+            numbers: Box::new(BatchColumns::new()),
         }
     }
 

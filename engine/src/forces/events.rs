@@ -1,7 +1,7 @@
 //! What happened to contacts whose law requests it, and the liquid bridges that contacts hold.
 
 use super::Partner;
-use crate::contact::{Bridge, Event};
+use crate::contact::{Bridge, BridgeEvent};
 
 /// The place of a bridge: valid until the next list or force evaluation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,7 +40,7 @@ pub struct Bond {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactEvent {
     /// The kind of event.
-    pub event: Event,
+    pub event: BridgeEvent,
     /// The contact, as it was then.
     pub bond: Bond,
 }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::state::{Load, WallIndex};
-use crate::surface::Place;
+use crate::surface::SurfacePoint;
 use crate::walls::WallStiffness;
 
 /// What to observe in a force evaluation.
@@ -78,7 +78,7 @@ pub struct Exchange {
     /// The partner B.
     pub partner: Partner,
     /// The number of the sheet and the point of it, if B is one.
-    pub sheet: Option<(u16, Place)>,
+    pub sheet: Option<(u16, SurfacePoint)>,
     /// From the centres of A and B to the contact point, m.
     pub arms: [DVec3; 2],
     /// Contact point beside A, at the image by which A meets a wall, m.

@@ -22,10 +22,10 @@ pub trait Task {
 
 /// A number of lanes that this processor can do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Width(Kind);
+pub struct Width(LaneKind);
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum LaneKind {
     One,
     Two,
     #[cfg(target_arch = "x86_64")]
@@ -34,7 +34,7 @@ enum Kind {
 
 impl Width {
     /// One number at a time: every processor can.
-    pub const ONE: Self = Self(Kind::One);
+    pub const ONE: Self = Self(LaneKind::One);
 
     /// All widths of this processor, the narrowest first.
     #[must_use]
@@ -47,10 +47,10 @@ impl Width {
     #[must_use]
     pub fn of(lanes: usize) -> Option<Self> {
         match lanes {
-            1 => Some(Self(Kind::One)),
-            2 => Some(Self(Kind::Two)),
+            1 => Some(Self(LaneKind::One)),
+            2 => Some(Self(LaneKind::Two)),
             #[cfg(target_arch = "x86_64")]
-            4 if has_avx2() => Some(Self(Kind::Four)),
+            4 if has_avx2() => Some(Self(LaneKind::Four)),
             _ => None,
         }
     }
@@ -69,10 +69,10 @@ impl Width {
     #[must_use]
     pub fn lanes(self) -> usize {
         match self.0 {
-            Kind::One => 1,
-            Kind::Two => 2,
+            LaneKind::One => 1,
+            LaneKind::Two => 2,
             #[cfg(target_arch = "x86_64")]
-            Kind::Four => 4,
+            LaneKind::Four => 4,
         }
     }
 
@@ -80,11 +80,11 @@ impl Width {
     #[inline]
     pub fn run<T: Task>(self, task: T) -> T::Output {
         match self.0 {
-            Kind::One => task.run::<f64>(),
-            Kind::Two => task.run::<Two>(),
+            LaneKind::One => task.run::<f64>(),
+            LaneKind::Two => task.run::<Two>(),
             #[cfg(target_arch = "x86_64")]
             // SAFETY: only `of` makes a `Width` of this kind, and it has checked that the processor has the features.
-            Kind::Four => unsafe { with_avx2(task) },
+            LaneKind::Four => unsafe { with_avx2(task) },
         }
     }
 }

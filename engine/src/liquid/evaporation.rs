@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::migration::{liquid_of, radii_of};
 use super::weight::{End, shares};
-use super::{Liquids, Surroundings, film_thickness};
+use super::{Liquids, MigrationContext, film_thickness};
 use crate::contact::Bridge;
 use crate::forces::ContactForces;
 use crate::state::Particles;
@@ -22,7 +22,7 @@ impl Liquids {
         time: f64,
         contacts: &mut dyn ContactForces,
         particles: &mut Particles,
-        around: &mut Surroundings<'_>,
+        around: &mut MigrationContext<'_>,
     ) {
         let depth = self.evaporation * time;
         if depth <= 0.0 {

@@ -20,14 +20,14 @@ use std::collections::HashMap;
 use super::weight::End;
 use super::{BridgesForm, LiquidNeighbours, Liquids};
 use crate::contact::registry::LawTable;
-use crate::contact::{Bridge, Event, Liquid};
+use crate::contact::{Bridge, BridgeEvent, Liquid};
 use crate::forces::{Bond, BondPlace, ContactEvent, ContactForces, Partner};
 use crate::state::Particles;
 use crate::walls::{WallFilms, WallNow, WallPlace};
 use mercury_common::particle_properties::FILM_VOLUME;
 
 /// What the rules read beside the particles, and the films of walls.
-pub struct Surroundings<'a> {
+pub struct MigrationContext<'a> {
     /// The laws of all pairs of materials.
     pub laws: &'a LawTable,
     /// The walls as they are.
@@ -46,7 +46,7 @@ impl Liquids {
         mut events: Vec<ContactEvent>,
         contacts: &mut dyn ContactForces,
         particles: &mut Particles,
-        around: &mut Surroundings<'_>,
+        around: &mut MigrationContext<'_>,
     ) {
         self.balance.set_free += std::mem::take(&mut self.balance.next_set_free);
         if events.is_empty() {
@@ -56,16 +56,16 @@ impl Liquids {
         // Bridges at the ends of those that break may take their liquid.
         let breaking = events
             .iter()
-            .filter(|event| event.event == Event::End && event.bond.bridge.volume > 0.0);
+            .filter(|event| event.event == BridgeEvent::End && event.bond.bridge.volume > 0.0);
         let ends: Vec<u32> = breaking
             .flat_map(|event| rows_of(&event.bond))
             .flatten()
             .collect();
-        let mut net = Net::around(&ends, contacts, particles);
+        let mut net = BridgeGraph::around(&ends, contacts, particles);
         for event in &events {
             match event.event {
-                Event::Touch => self.touch(&event.bond, &mut net, particles, around),
-                Event::End => {
+                BridgeEvent::Touch => self.touch(&event.bond, &mut net, particles, around),
+                BridgeEvent::End => {
                     let index = net.index_of(&event.bond);
                     let bridge = net.bonds[index].bridge;
                     // What an earlier event gave may keep it.
@@ -88,7 +88,7 @@ impl Liquids {
         leavers: &[(u32, bool)],
         contacts: &mut dyn ContactForces,
         particles: &mut Particles,
-        around: &mut Surroundings<'_>,
+        around: &mut MigrationContext<'_>,
     ) {
         let mut leaves = vec![false; particles.len()];
         for &(row, _) in leavers {
@@ -97,7 +97,7 @@ impl Liquids {
         let mut breaking = contacts.bonds(&|row| leaves[row]);
         breaking.sort_by_cached_key(|bond| order(particles, bond));
         let ends: Vec<u32> = breaking.iter().flat_map(rows_of).flatten().collect();
-        let mut net = Net::around(&ends, contacts, particles);
+        let mut net = BridgeGraph::around(&ends, contacts, particles);
         for bond in &breaking {
             let index = net.index_of(bond);
             self.rupture(index, &mut net, particles, around);
@@ -120,9 +120,9 @@ impl Liquids {
     fn touch(
         &mut self,
         bond: &Bond,
-        net: &mut Net,
+        net: &mut BridgeGraph,
         particles: &mut Particles,
-        around: &mut Surroundings<'_>,
+        around: &mut MigrationContext<'_>,
     ) {
         let liquid = liquid_of(particles, around, bond);
         let radii = radii_of(particles, bond);
@@ -185,7 +185,7 @@ impl Liquids {
     }
 
     /// Where a wall with a film holds the liquid of a bond.
-    fn wall_place(&self, bond: &Bond, around: &Surroundings<'_>) -> Option<WallPlace> {
+    fn wall_place(&self, bond: &Bond, around: &MigrationContext<'_>) -> Option<WallPlace> {
         match bond.partner {
             Partner::Wall { wall, .. } => {
                 around.films.place(wall.index(), bond.feature, around.walls)
@@ -200,7 +200,7 @@ impl Liquids {
         liquid: &Liquid,
         volume: f64,
         radii: [f64; 2],
-        around: &Surroundings<'_>,
+        around: &MigrationContext<'_>,
     ) {
         if liquid.is_clamped(volume, radii, &around.laws.tables) {
             self.balance.clamped += 1;
@@ -211,9 +211,9 @@ impl Liquids {
     fn rupture(
         &mut self,
         index: usize,
-        net: &mut Net,
+        net: &mut BridgeGraph,
         particles: &mut Particles,
-        around: &mut Surroundings<'_>,
+        around: &mut MigrationContext<'_>,
     ) {
         let bond = net.bonds[index];
         net.set(index, Bridge::default());
@@ -249,9 +249,9 @@ impl Liquids {
         share: f64,
         at_wall: bool,
         index: usize,
-        net: &mut Net,
+        net: &mut BridgeGraph,
         particles: &mut Particles,
-        around: &Surroundings<'_>,
+        around: &MigrationContext<'_>,
     ) {
         let same_kind = self.neighbours == LiquidNeighbours::SameKind && !at_wall;
         let takers: Vec<usize> = (net.at_row.get(&row).into_iter().flatten().copied())
@@ -293,7 +293,7 @@ impl Liquids {
 }
 
 /// The bridges that a step may change, and where they end.
-struct Net {
+struct BridgeGraph {
     bonds: Vec<Bond>,
     changed: Vec<bool>,
     of_place: HashMap<(u32, u32, bool), usize>,
@@ -301,7 +301,7 @@ struct Net {
     at_row: HashMap<u32, Vec<usize>>,
 }
 
-impl Net {
+impl BridgeGraph {
     /// The bridges at these rows.
     fn around(rows: &[u32], contacts: &dyn ContactForces, particles: &Particles) -> Self {
         let mut net = Self {
@@ -396,7 +396,11 @@ pub(super) fn radii_of(particles: &Particles, bond: &Bond) -> [f64; 2] {
 }
 
 /// The law of the bridge.
-pub(super) fn liquid_of(particles: &Particles, around: &Surroundings<'_>, bond: &Bond) -> Liquid {
+pub(super) fn liquid_of(
+    particles: &Particles,
+    around: &MigrationContext<'_>,
+    bond: &Bond,
+) -> Liquid {
     let material = |row: u32| particles.records[row as usize].material.number();
     let other = match bond.partner {
         Partner::Particle { row, .. } => material(row),

@@ -13,7 +13,7 @@ mod weight;
 
 pub use balance::{LiquidBalance, LiquidRow};
 pub use evaporation::EVERY as EVAPORATES_EVERY;
-pub use migration::Surroundings;
+pub use migration::MigrationContext;
 pub use sum::Sum;
 pub use weight::{Weighed, Weight};
 

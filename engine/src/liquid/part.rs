@@ -4,13 +4,13 @@ use std::collections::HashMap;
 
 use mercury_common::particle_properties::FILM_VOLUME;
 
-use super::{BridgesForm, EVAPORATES_EVERY, LiquidRow, Liquids, Surroundings};
+use super::{BridgesForm, EVAPORATES_EVERY, LiquidRow, Liquids, MigrationContext};
 use crate::cell::opposite;
 use crate::forces::{Needs, Observation, Partner, StepContext};
 use crate::physics::Setup;
 use crate::spray::Sprays;
 use crate::state::{Id, Pieces, Plain};
-use crate::step::{Core, Crowd, Engine, Exchanged, Leaving, Part, RunError};
+use crate::step::{Core, Engine, Exchanged, Leaving, Part, RunError, SizeEstimate};
 
 impl Part for Liquids {
     fn name(&self) -> &str {
@@ -21,7 +21,7 @@ impl Part for Liquids {
         core.physics.liquid.as_ref().map(Self::new)
     }
 
-    fn bytes(setup: &Setup, crowd: &Crowd) -> f64 {
+    fn bytes(setup: &Setup, crowd: &SizeEstimate) -> f64 {
         let Some(plan) = setup.physics.liquid.as_ref() else {
             return 0.0;
         };
@@ -50,7 +50,7 @@ impl Part for Liquids {
     }
 
     fn before_leaving(&mut self, at: &mut Leaving<'_>) {
-        let mut around = Surroundings {
+        let mut around = MigrationContext {
             laws: &at.physics.laws,
             walls: at.walls,
             films: at.wall_films,
@@ -78,7 +78,7 @@ impl Part for Liquids {
         let time = EVAPORATES_EVERY as f64 * core.physics.time_step;
         let contacts = core.contacts.as_mut();
         let events = contacts.take_events();
-        let mut around = Surroundings {
+        let mut around = MigrationContext {
             laws: &core.physics.laws,
             walls: &core.walls,
             films: &mut core.wall_films,

@@ -61,7 +61,7 @@ fn corners_of(hinge: &super::Edge) -> [u32; 4] {
 
 /// A sheet as it is now.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Shape<'a> {
+pub(super) struct SheetShape<'a> {
     /// m
     pub positions: &'a [DVec3],
     /// 1/kg; 0 of those that are held.
@@ -78,7 +78,7 @@ impl Sheet {
     pub(super) fn add_answer(
         &self,
         border: &Border,
-        at: &Shape<'_>,
+        at: &SheetShape<'_>,
         axis: DVec3,
         (load, first): (&Load, f64),
         sum: &mut WallStiffness,
@@ -142,7 +142,7 @@ impl Sheet {
     fn add_hinges(
         &self,
         border: &Border,
-        at: &Shape<'_>,
+        at: &SheetShape<'_>,
         axis: DVec3,
         mass_of: impl Fn(&[u32]) -> f64,
         sum: &mut WallStiffness,

@@ -26,7 +26,7 @@ pub use now::{
 };
 pub(crate) use part::Membranes;
 pub use pressure::{Enclosed, Load};
-pub use seen::{Scatter, Seen, TriangleTension};
+pub use seen::{Scatter, SheetSummary, TriangleTension};
 pub use shapes::{about_triangles, cylinder, disc, rectangle, sphere};
 pub use sheet::{Bending, Elasticity, Law, Sheet};
 pub use topology::{Edge, NONE, Topology, TopologyError};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::borders::{Border, Shape};
+use super::borders::{Border, SheetShape};
 use super::forces::{Evaluation, Powers, Workspace};
 use super::pressure::Load;
 use super::sheet::Sheet;
@@ -339,7 +339,7 @@ impl MembraneNow {
         let Some((_, border)) = self.borders.iter().find(|(number, _)| *number == wall) else {
             return;
         };
-        let shape = Shape {
+        let shape = SheetShape {
             positions: &surface.positions,
             inverse_masses: &surface.inverse_masses,
             dashpots: &self.dashpots,

@@ -5,7 +5,7 @@ use crate::contact::parameter::short;
 use crate::forces::{NewList, Observation, StepContext};
 use crate::physics::{GuardPolicy, Setup};
 use crate::state::{Pieces, Plain};
-use crate::step::{Core, Crowd, Engine, Part, RunError, SEEN};
+use crate::step::{Core, Engine, Part, RunError, SEEN, SizeEstimate};
 use crate::surface::Surface;
 
 /// What moves the sheets of a core.
@@ -67,7 +67,7 @@ impl Part for Membranes {
     }
 
     /// Sheets, their mechanics and their meshes.
-    fn bytes(setup: &Setup, _: &Crowd) -> f64 {
+    fn bytes(setup: &Setup, _: &SizeEstimate) -> f64 {
         let surfaces = setup.physics.surfaces.iter().map(Surface::bytes_of);
         let membranes = setup
             .physics

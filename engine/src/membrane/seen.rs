@@ -7,7 +7,7 @@ use super::sheet::{Elasticity, Sheet};
 
 /// Sums over a sheet.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Seen {
+pub struct SheetSummary {
     /// Present area, m^2.
     pub area: f64,
     /// Sum of area times tension over the area, N/m.
@@ -36,7 +36,7 @@ pub struct TriangleTension {
 impl Sheet {
     /// Energies, mean tension and stretches.
     #[must_use]
-    pub fn seen(&self, positions: &[DVec3]) -> Seen {
+    pub fn seen(&self, positions: &[DVec3]) -> SheetSummary {
         let (mut area, mut tension) = (0.0, Tension::default());
         for index in 0..self.triangles.len() {
             let (own, of_area) = self.tension_times_area(index, positions);
@@ -44,7 +44,7 @@ impl Sheet {
             tension.add_all(&of_area);
         }
         let (least_stretch, largest_stretch) = self.stretches(positions);
-        Seen {
+        SheetSummary {
             area,
             tension: tension.times(1.0 / area),
             stretching: self.stretching_energy(positions),

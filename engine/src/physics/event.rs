@@ -9,14 +9,14 @@ use crate::walls::Wall;
 
 /// Something that a scene begins or ends at a given time.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Event {
+pub struct ScheduledChange {
     /// When, s.
     pub time: f64,
     /// The wall that appears, disappears, or begins or ceases to move.
     pub wall: String,
 }
 
-impl fmt::Display for Event {
+impl fmt::Display for ScheduledChange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (wall, time) = (&self.wall, rounded(self.time, 12));
         write!(f, "what wall `{wall}` does at t = {time} s")
@@ -27,8 +27,8 @@ impl Physics {
     /// The last time at which a wall appears, disappears, or begins or ceases to move; `None` if nothing of that kind happens
     /// after the start.
     #[must_use]
-    pub fn last_event(&self) -> Option<Event> {
-        let events = self.walls.iter().map(|wall| Event {
+    pub fn last_event(&self) -> Option<ScheduledChange> {
+        let events = self.walls.iter().map(|wall| ScheduledChange {
             time: last_event(wall),
             wall: wall.name.clone(),
         });

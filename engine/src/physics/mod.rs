@@ -6,7 +6,7 @@ mod inputs;
 mod sizes;
 mod watched;
 
-pub use event::Event;
+pub use event::ScheduledChange;
 pub use guard::{Guard, GuardPolicy};
 pub use inputs::{InputError, Inputs};
 pub use sizes::{Sizes, radii};
@@ -14,7 +14,7 @@ pub use watched::{Setup, ToSetup, Tracking, Watched};
 
 use std::ops::Deref;
 
-use crate::boundaries::Setting;
+use crate::boundaries::BoundaryContext;
 use crate::cell::Cell;
 use crate::forces::SavedSlots;
 
@@ -93,8 +93,8 @@ impl Physics {
 
     /// The setting of its boundaries in the present cell, beside the insertions and deletions.
     #[must_use]
-    pub fn setting<'a>(&'a self, cell: &'a Cell) -> Setting<'a> {
-        Setting {
+    pub fn setting<'a>(&'a self, cell: &'a Cell) -> BoundaryContext<'a> {
+        BoundaryContext {
             cell,
             dimensions: self.inputs.dimensions,
             materials: &self.inputs.materials,

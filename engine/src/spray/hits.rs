@@ -4,7 +4,7 @@ use glam::DVec3;
 use mercury_common::turns::by_vector;
 
 use super::grains::Grains;
-use super::{Droplet, Surroundings};
+use super::{Droplet, SprayContext};
 use crate::cell::Cell;
 use crate::state::Particles;
 use crate::walls::{Pose, RigidVelocity, Touches, WallNow};
@@ -59,7 +59,7 @@ pub(super) struct Passing<'a> {
 }
 
 impl<'a> Passing<'a> {
-    pub(super) fn new(index: usize, wall: &'a WallNow, around: &Surroundings<'_>) -> Self {
+    pub(super) fn new(index: usize, wall: &'a WallNow, around: &SprayContext<'_>) -> Self {
         let mut passing = Self {
             index,
             wall,

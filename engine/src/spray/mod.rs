@@ -141,7 +141,7 @@ crate::state::plain!(SprayState {
 });
 
 /// What droplets fly among.
-pub struct Surroundings<'a> {
+pub struct SprayContext<'a> {
     /// Time at the end of the step, s.
     pub time: f64,
     /// Length of the step, s.
@@ -271,7 +271,7 @@ impl Sprays {
         plan: &SprayPlan,
         particles: &mut Particles,
         wall_films: &mut WallFilms,
-        around: &Surroundings<'_>,
+        around: &SprayContext<'_>,
     ) -> Result<(), TooMany> {
         let first_new = self.state.droplets.len();
         let ages = self.release(plan, around);
@@ -293,7 +293,7 @@ impl Sprays {
     }
 
     /// Appends the droplets that leave within the step, where they leave; gives how long before its end each does, s.
-    fn release(&mut self, plan: &SprayPlan, around: &Surroundings<'_>) -> Vec<f64> {
+    fn release(&mut self, plan: &SprayPlan, around: &SprayContext<'_>) -> Vec<f64> {
         let mut ages = Vec::new();
         for (index, nozzle) in plan.nozzles.iter().enumerate() {
             let state = &mut self.state.nozzles[index];
@@ -322,7 +322,7 @@ impl Sprays {
         plan: &SprayPlan,
         particles: &mut Particles,
         wall_films: &mut WallFilms,
-        around: &Surroundings<'_>,
+        around: &SprayContext<'_>,
         first_new: usize,
         ages: &[f64],
     ) {
@@ -418,7 +418,7 @@ impl Sprays {
         particles: &mut Particles,
         wall_films: &mut WallFilms,
         passing: &[Passing<'_>],
-        around: &Surroundings<'_>,
+        around: &SprayContext<'_>,
         touches: &mut Touches,
     ) -> bool {
         let mut left = age;
@@ -512,7 +512,7 @@ impl Sprays {
         shift: DVec3,
         nozzle: &NozzlePlan,
         particles: &mut Particles,
-        around: &Surroundings<'_>,
+        around: &SprayContext<'_>,
     ) {
         self.state.balance.absorbed.add(droplet.volume);
         if let Some(films) = particles.columns.get_mut(FILM_VOLUME.name) {

@@ -7,7 +7,7 @@ use libm::{cos, sin, sqrt};
 use mercury_common::random::Stream;
 use mercury_common::sizes::SizeDistribution;
 
-use super::{AtWalls, Drag, Sum, Surroundings, volume_of};
+use super::{AtWalls, Drag, SprayContext, Sum, volume_of};
 
 /// A spray of a plan.
 #[derive(Debug, Clone)]
@@ -218,7 +218,7 @@ impl NozzlePlan {
         &self,
         state: &mut NozzleState,
         seed: u64,
-        around: &Surroundings<'_>,
+        around: &SprayContext<'_>,
     ) -> Option<Released> {
         match &self.source {
             SourcePlan::Points(points) => {

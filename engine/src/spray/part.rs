@@ -1,10 +1,10 @@
 //! Droplets in a step.
 
-use super::{Sprays, Surroundings};
+use super::{SprayContext, Sprays};
 use crate::forces::Needs;
 use crate::physics::Setup;
 use crate::state::{Pieces, Plain};
-use crate::step::{Core, Crowd, Engine, Part, RunError};
+use crate::step::{Core, Engine, Part, RunError, SizeEstimate};
 
 impl Part for Sprays {
     fn name(&self) -> &str {
@@ -15,7 +15,7 @@ impl Part for Sprays {
         core.physics.sprays.as_ref().map(Self::new)
     }
 
-    fn bytes(setup: &Setup, crowd: &Crowd) -> f64 {
+    fn bytes(setup: &Setup, crowd: &SizeEstimate) -> f64 {
         let Some(plan) = &setup.physics.sprays else {
             return 0.0;
         };
@@ -43,7 +43,7 @@ impl Part for Sprays {
         let Some(plan) = &physics.sprays else {
             return Ok(());
         };
-        let around = Surroundings {
+        let around = SprayContext {
             time,
             dt: physics.time_step,
             gravity: physics.gravity,

@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use super::{Core, Crowd, Engine, Exchanged, Losses, Part};
+use super::{Core, Engine, Exchanged, Losses, Part, SizeEstimate};
 use crate::bodies::{angular_velocity, constrained_spin};
 use crate::forces::{Exchange, FIRST_VERTEX, Needs, Observation, Partner, SpringEnergy};
 use crate::memory::GROWTH;
@@ -172,7 +172,7 @@ impl Part for Auditor {
     }
 
     /// The contacts of the last forces, and what was observed of them.
-    fn bytes(setup: &Setup, crowd: &Crowd) -> f64 {
+    fn bytes(setup: &Setup, crowd: &SizeEstimate) -> f64 {
         let each = size_of::<AuditedContact>() + size_of::<Exchange>();
         let is_wanted = f64::from(u8::from(setup.physics.energy_budget));
         is_wanted * GROWTH * crowd.touching * each as f64

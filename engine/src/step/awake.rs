@@ -16,7 +16,7 @@ pub(super) fn awake<T>(work: impl FnOnce() -> T) -> T {
 /// The state on which the watching threads decide. It is shared with the stepping thread, which does not wait for the end of the
 /// watch: a thread without a core would delay it by a time slice.
 #[derive(Debug, Default)]
-struct Vigil {
+struct SpinGate {
     /// There is work to share.
     begun: AtomicBool,
     over: AtomicBool,
@@ -24,7 +24,7 @@ struct Vigil {
     watching: AtomicUsize,
 }
 
-impl Vigil {
+impl SpinGate {
     /// Takes what there is to do, until it is over.
     fn keep(&self) {
         // A thread that arrives from within a part of the work has received that part after this was set.
@@ -52,7 +52,7 @@ impl Vigil {
 /// until all is over, and the part would never end.
 fn watched_over<T>(work: impl FnOnce() -> T) -> (T, usize) {
     /// Ends the vigil, whatever way `work` ends.
-    struct End<'a>(&'a Vigil);
+    struct End<'a>(&'a SpinGate);
     impl Drop for End<'_> {
         fn drop(&mut self) {
             self.0.over.store(true, Ordering::Relaxed);
@@ -60,7 +60,7 @@ fn watched_over<T>(work: impl FnOnce() -> T) -> (T, usize) {
     }
     let this = rayon::current_thread_index();
     let others = rayon::current_num_threads() - usize::from(this.is_some());
-    let vigil = Arc::new(Vigil::default());
+    let vigil = Arc::new(SpinGate::default());
     let theirs = Arc::clone(&vigil);
     rayon::spawn_broadcast(move |thread| {
         if Some(thread.index()) != this {

@@ -8,9 +8,9 @@ use crate::contact::HistoryNumber;
 use crate::forces::{ContactForces, MotionBound, Needs};
 use crate::lanes::Width;
 use crate::physics::{Physics, Setup, Watched};
-use crate::stage::Stage;
 use crate::state::Particles;
 use crate::surface::Surface;
+use crate::task::TaskProgress;
 use crate::walls::{WallFilms, WallNow};
 
 use super::Lists;
@@ -54,8 +54,8 @@ pub struct Core {
     pub(crate) turns: bool,
     /// How many numbers are worked on side by side.
     pub(crate) width: Width,
-    /// The stage to which long work reports.
-    pub(super) stage: Arc<Stage>,
+    /// The progress to which long work reports.
+    pub(super) task_progress: Arc<TaskProgress>,
     pub(crate) pool: Option<Arc<rayon::ThreadPool>>,
     /// The pool while steps are made without it.
     pub(super) idle_pool: Option<Arc<rayon::ThreadPool>>,

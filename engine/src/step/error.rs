@@ -96,7 +96,7 @@ pub enum RunError {
         /// Why.
         error: WallError,
     },
-    /// The start, or a step, was given up on a request to stop ([`Stage::is_given_up`](crate::stage::Stage::is_given_up)): the
+    /// The start, or a step, was given up on a request to stop ([`TaskProgress::is_given_up`](crate::task::TaskProgress::is_given_up)): the
     /// present data is no valid state.
     #[error("it was stopped")]
     GivenUp,

@@ -56,7 +56,7 @@ impl Engine {
         core.lists.rows_changed |= changed;
         let exchanged = Exchanged { changed, arrivals };
         self.call(|part, core| part.after_exchange(core, &exchanged));
-        if self.stage.is_given_up() {
+        if self.task_progress.is_given_up() {
             return Err(RunError::GivenUp);
         }
         Ok(())

@@ -38,7 +38,7 @@ enum What {
 
 /// When and what.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Event {
+struct Finding {
     step: u64,
     time: f64,
     what: What,
@@ -48,7 +48,7 @@ struct Event {
 #[derive(Debug, Clone, Copy, Default)]
 struct Count {
     steps: u64,
-    worst: Option<Event>,
+    worst: Option<Finding>,
 }
 
 /// What the guard of a run has seen.
@@ -59,14 +59,14 @@ pub(super) struct Guard {
     /// Finds the particles that went through a wall in this step without a contact that shows it.
     pub(super) crossed: Alarms,
     /// Why the run stops.
-    stop: Option<Event>,
+    stop: Option<Finding>,
     /// Nothing stops it any more: the last step is made to be looked at.
     off: bool,
     /// Overlap over the smaller radius beyond which a contact is named; `None` if the guard is off.
     overlap: Option<f64>,
 }
 
-impl Event {
+impl Finding {
     /// How bad it is.
     fn part(&self) -> f64 {
         match self.what {
@@ -163,14 +163,14 @@ impl Guard {
         for (kind, (steps, numbers)) in saved.iter().enumerate() {
             if let Some(count) = guard.counts.get_mut(kind) {
                 count.steps = *steps;
-                count.worst = Event::from_numbers(kind, numbers);
+                count.worst = Finding::from_numbers(kind, numbers);
             }
         }
         guard
     }
 }
 
-impl Event {
+impl Finding {
     /// All of it but the kind; whole numbers are exact.
     fn numbers(&self) -> Vec<f64> {
         let (of, position, others) = match self.what {
@@ -339,7 +339,7 @@ impl Guard {
 
     fn note(&mut self, core: &Core, what: What) {
         let (step, time) = (core.step, core.time());
-        let event = Event { step, time, what };
+        let event = Finding { step, time, what };
         let count = &mut self.counts[event.index()];
         count.steps += 1;
         if (count.worst).is_none_or(|worst| event.part() > worst.part()) {
@@ -411,7 +411,7 @@ impl Engine {
     }
 }
 
-fn reported(core: &Core, event: &Event) -> String {
+fn reported(core: &Core, event: &Finding) -> String {
     let limits = core.physics.guard;
     let place = |x: DVec3| format!("({}, {}, {}) m", short(x.x), short(x.y), short(x.z));
     let (kind, alarm) = match event.what {
@@ -498,7 +498,7 @@ fn wall(core: &Core, index: WallIndex) -> String {
 }
 
 /// The likely cause, and what to do.
-fn help(core: &Core, event: &Event) -> String {
+fn help(core: &Core, event: &Finding) -> String {
     let dt = core.physics.time_step;
     let go_on = "guard.policy = \"warn\" goes on and counts";
     match event.what {

@@ -1,7 +1,7 @@
 //! Loads on the triangles of meshes, summed from one file to the next.
 
 use super::snapshot::MOST_STEPS;
-use super::{Core, Crowd, Engine, Part};
+use super::{Core, Engine, Part, SizeEstimate};
 use crate::forces::{FeatureKey, FeatureLoad, LoadSums, Observation};
 use crate::memory::GROWTH;
 use crate::physics::Setup;
@@ -42,7 +42,7 @@ impl Part for LoadSeries {
     }
 
     /// Sums of the contact loop and of each series, for as many features as particles may touch at once.
-    fn bytes(setup: &Setup, crowd: &Crowd) -> f64 {
+    fn bytes(setup: &Setup, crowd: &SizeEstimate) -> f64 {
         let watched = &setup.watched;
         if !watched.triangle_loads {
             return 0.0;

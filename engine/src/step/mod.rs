@@ -42,7 +42,7 @@ pub(crate) use crossings::SEEN;
 pub use error::RunError;
 pub use lists::Lists;
 pub use losses::Losses;
-pub use part::{Arrival, Crowd, Exchanged, Leaving, Part};
+pub use part::{Arrival, Exchanged, Leaving, Part, SizeEstimate};
 pub use parts::bytes_of_parts;
 pub use snapshot::Snapshot;
 pub use start::StartOptions;

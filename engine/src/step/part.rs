@@ -35,7 +35,7 @@ pub trait Part: Any + Send {
 
     /// Memory that the feature takes in a run, beside what particles, lists and contacts take in any run, bytes: estimated before anything is made.
     #[must_use]
-    fn bytes(setup: &Setup, crowd: &Crowd) -> f64
+    fn bytes(setup: &Setup, crowd: &SizeEstimate) -> f64
     where
         Self: Sized,
     {
@@ -177,7 +177,7 @@ pub trait Part: Any + Send {
 
 /// The numbers of a run that its memory depends on.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Crowd {
+pub struct SizeEstimate {
     /// Particles and pebbles.
     pub rows: f64,
     /// Pairs of them that touch.

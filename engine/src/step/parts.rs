@@ -6,7 +6,7 @@ use super::audit::Auditor;
 use super::guard::Guard;
 use super::load_series::LoadSeries;
 use super::tracks::Tracks;
-use super::{Core, Crowd, Engine, Part};
+use super::{Core, Engine, Part, SizeEstimate};
 use crate::liquid::Liquids;
 use crate::membrane::Membranes;
 use crate::physics::Setup;
@@ -14,20 +14,20 @@ use crate::spray::Sprays;
 use crate::wear::Wear;
 
 /// A kind of part, before there is one.
-struct Kind {
+struct PartKind {
     of: fn(&mut Core) -> Option<Box<dyn Part>>,
-    bytes: fn(&Setup, &Crowd) -> f64,
+    bytes: fn(&Setup, &SizeEstimate) -> f64,
 }
 
-const fn kind<P: Part>() -> Kind {
-    Kind {
+const fn kind<P: Part>() -> PartKind {
+    PartKind {
         of: |core| P::of(core).map(|part| Box::new(part) as Box<dyn Part>),
         bytes: P::bytes,
     }
 }
 
 /// All parts, in the order in which each place of the step calls them. Forces from outside follow.
-const PARTS: &[Kind] = &[
+const PARTS: &[PartKind] = &[
     // Sheets move and are loaded before others look at them.
     kind::<Membranes>(),
     kind::<Sprays>(),
@@ -48,7 +48,7 @@ pub(super) fn all(core: &mut Core) -> Vec<Box<dyn Part>> {
 
 /// Memory that the parts of a setup take together ([`Part::bytes`]).
 #[must_use]
-pub fn bytes_of_parts(setup: &Setup, crowd: &Crowd) -> f64 {
+pub fn bytes_of_parts(setup: &Setup, crowd: &SizeEstimate) -> f64 {
     PARTS.iter().map(|kind| (kind.bytes)(setup, crowd)).sum()
 }
 

@@ -9,8 +9,8 @@ use crate::forces::{ContactForces, MotionBound, Needs, Watch, contact_loop};
 use crate::lanes::Width;
 use crate::neighbours::Skin;
 use crate::physics::{Setup, ToSetup};
-use crate::stage::Stage;
 use crate::state::{Particles, inverse_inertia_factor};
+use crate::task::TaskProgress;
 use crate::walls::{WallFilms, WallNow};
 
 /// How a run is started or continued.
@@ -26,8 +26,8 @@ pub struct StartOptions {
     pub records: bool,
     /// How many numbers are worked on side by side; changes no bit. `None`: what is fastest.
     pub width: Option<Width>,
-    /// The stage to which long work reports, and which may request to give it up.
-    pub stage: Arc<Stage>,
+    /// The progress to which long work reports, and which may request to give it up.
+    pub task_progress: Arc<TaskProgress>,
 }
 
 impl StartOptions {
@@ -40,14 +40,14 @@ impl StartOptions {
             parts: Vec::new(),
             records: true,
             width: None,
-            stage: Arc::default(),
+            task_progress: Arc::default(),
         }
     }
 
     /// Watched by this one.
     #[must_use]
-    pub fn stage(mut self, stage: Arc<Stage>) -> Self {
-        self.stage = stage;
+    pub fn task_progress(mut self, task_progress: Arc<TaskProgress>) -> Self {
+        self.task_progress = task_progress;
         self
     }
 
@@ -185,7 +185,7 @@ impl Engine {
             &watched.fluxes,
             &physics.setting(&cell),
         );
-        boundaries.tell(Arc::clone(&options.stage));
+        boundaries.report_to(Arc::clone(&options.task_progress));
         if watched.passages {
             boundaries.list_passages();
         }
@@ -210,7 +210,7 @@ impl Engine {
             lists: Lists::new(skin),
             has_servos,
             width,
-            stage: options.stage,
+            task_progress: options.task_progress,
             step: 0,
             motion: MotionBound::default(),
             kick_due: false,

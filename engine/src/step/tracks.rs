@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Arrival, Core, Crowd, Exchanged, Part, RunError};
+use super::{Arrival, Core, Exchanged, Part, RunError, SizeEstimate};
 use crate::cell::Cell;
 use crate::physics::{Setup, Tracking};
 use crate::state::{PEBBLE, PERIODS, Particles, TRACK};
@@ -25,7 +25,7 @@ impl Part for Tracks {
         Some(Self)
     }
 
-    fn bytes(setup: &Setup, crowd: &Crowd) -> f64 {
+    fn bytes(setup: &Setup, crowd: &SizeEstimate) -> f64 {
         let columns = match setup.physics.cell.has_images() {
             _ if setup.watched.tracking.is_empty() => 0,
             true => 1 + PERIODS.len(),

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::{Core, Engine, RunError};
 use crate::forces::Observation;
 use crate::state::WallIndex;
-use crate::walls::{Room, Shape, WallError, area};
+use crate::walls::{SectionBox, Shape, WallError, area};
 
 impl Engine {
     /// Gives walls the surfaces that parts want them to have.
@@ -62,7 +62,7 @@ impl Core {
         let physics = &self.physics;
         let (time, dt) = (self.time(), physics.time_step);
         let (min, max) = physics.cell.corners();
-        let room = Room::new(min, max, physics.dimensions);
+        let room = SectionBox::new(min, max, physics.dimensions);
         for (index, wall) in self.physics.walls.iter().enumerate() {
             for (number, (motor, axis)) in wall.motion.servos(time).enumerate() {
                 let mut state = self.walls[index].servos[number];

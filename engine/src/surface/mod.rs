@@ -18,7 +18,7 @@ use glam::DVec3;
 use mercury_common::formats::mesh::TriangleMesh;
 use rayon::prelude::*;
 
-pub use place::{Place, SurfaceLoad};
+pub use place::{SurfaceLoad, SurfacePoint};
 pub use plan::{Faces, SurfacePlan};
 pub use saved::SavedSurface;
 

@@ -12,7 +12,7 @@ use crate::walls::{Feature, Mesh};
 
 /// A point of a sheet.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Place {
+pub struct SurfacePoint {
     /// The triangle that takes what acts there.
     pub triangle: u32,
     /// Weights of its corners, in their order: none is negative, and their sum is 1.
@@ -34,7 +34,7 @@ impl Surface {
     /// The place of `foot` (m), the nearest point of a feature of the mesh that borrows its shape.
     #[inline]
     #[must_use]
-    pub fn place(&self, mesh: &Mesh, feature: u32, foot: DVec3) -> Place {
+    pub fn place(&self, mesh: &Mesh, feature: u32, foot: DVec3) -> SurfacePoint {
         let triangle = self.taker_of[feature as usize];
         let corners = self.triangles[triangle as usize];
         let [a, b, c] = corners.map(|k| self.positions[k as usize]);
@@ -66,19 +66,19 @@ impl Surface {
                 corners.map(|corner| f64::from(u8::from(corner == vertex)))
             }
         };
-        Place { triangle, weights }
+        SurfacePoint { triangle, weights }
     }
 
     /// Velocity of a point, m/s.
     #[inline]
     #[must_use]
-    pub fn velocity_at(&self, place: &Place) -> DVec3 {
+    pub fn velocity_at(&self, place: &SurfacePoint) -> DVec3 {
         self.mean(place, &self.velocities)
     }
 
     /// Velocity of a point (m/s) and angular velocity of its triangle (rad/s) `half` (s) later, by the present forces and `gravity` (m/s^2).
     #[must_use]
-    pub fn moving(&self, place: &Place, half: f64, gravity: DVec3) -> [DVec3; 2] {
+    pub fn moving(&self, place: &SurfacePoint, half: f64, gravity: DVec3) -> [DVec3; 2] {
         let (arms, inverse) = self.arms(place.triangle);
         let corners = self.triangles[place.triangle as usize];
         let velocities =
@@ -90,7 +90,7 @@ impl Surface {
 
     /// The mean of values at the corners, with the weights of a point.
     #[inline]
-    fn mean(&self, place: &Place, values: &[DVec3]) -> DVec3 {
+    fn mean(&self, place: &SurfacePoint, values: &[DVec3]) -> DVec3 {
         let [a, b, c] = self.triangles[place.triangle as usize].map(|k| values[k as usize]);
         a * place.weights[0] + b * place.weights[1] + c * place.weights[2]
     }
@@ -98,7 +98,7 @@ impl Surface {
     /// Over the mass with which a point answers a force, 1/kg: sum w_k^2/m_k.
     #[inline]
     #[must_use]
-    pub fn inverse_mass_at(&self, place: &Place) -> f64 {
+    pub fn inverse_mass_at(&self, place: &SurfacePoint) -> f64 {
         let corners = self.triangles[place.triangle as usize].iter();
         let parts = corners.zip(place.weights);
         parts.fold(0.0, |sum, (&k, weight)| {
@@ -117,7 +117,7 @@ impl Surface {
     /// Forces on the corners of a triangle, N, for a force (N) at a point of it and a couple (N m).
     #[inline]
     #[must_use]
-    pub fn shares(&self, place: &Place, force: DVec3, couple: DVec3) -> [DVec3; 3] {
+    pub fn shares(&self, place: &SurfacePoint, force: DVec3, couple: DVec3) -> [DVec3; 3] {
         let mut shares = place.weights.map(|weight| force * weight);
         if couple != DVec3::ZERO {
             let (arms, inverse) = self.arms(place.triangle);

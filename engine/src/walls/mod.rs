@@ -80,7 +80,7 @@ pub use plane::Plane;
 pub use pose::{Pose, RigidVelocity};
 pub use ramp::{Area, Ramp, Target};
 pub use revolution::Revolution;
-pub use section::{Room, area, has_area, plane_section};
+pub use section::{SectionBox, area, has_area, plane_section};
 pub use servo::{Followed, Servo, ServoState, WallStiffness};
 pub use shape::Shape;
 pub use side::Side;

@@ -11,7 +11,7 @@ const PARALLEL: f64 = 1e-9;
 
 /// The space that is looked at: lower and upper corner, m; in two dimensions of depth 1 along z.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Room {
+pub struct SectionBox {
     /// Lower corner, m.
     pub min: DVec3,
     /// Upper corner, m.
@@ -20,7 +20,7 @@ pub struct Room {
     pub is_flat: bool,
 }
 
-impl Room {
+impl SectionBox {
     /// A domain of 2 or 3 dimensions.
     #[must_use]
     pub fn new(mut min: DVec3, mut max: DVec3, dimensions: u8) -> Self {
@@ -41,7 +41,7 @@ pub fn has_area(shape: &Shape) -> bool {
 /// The area of wall `index` where it stands now, as seen along `axis` (of length 1), m^2: of a disc all of it, of a plane the
 /// part within the domain and in front of all other planes that are there. 0 for other shapes.
 #[must_use]
-pub fn area(walls: &[WallNow], index: usize, axis: DVec3, room: &Room) -> f64 {
+pub fn area(walls: &[WallNow], index: usize, axis: DVec3, room: &SectionBox) -> f64 {
     let wall = &walls[index];
     match wall.shape() {
         Shape::Disc(disc) => {
@@ -68,7 +68,7 @@ pub fn area(walls: &[WallNow], index: usize, axis: DVec3, room: &Room) -> f64 {
 
 /// The area of a plane through `point` (m) within the room, m^2.
 #[must_use]
-pub fn plane_section(point: DVec3, normal: DVec3, room: &Room) -> f64 {
+pub fn plane_section(point: DVec3, normal: DVec3, room: &SectionBox) -> f64 {
     plane_area(point, normal, std::iter::empty(), room)
 }
 
@@ -89,7 +89,7 @@ fn plane_area(
     point: DVec3,
     normal: DVec3,
     others: impl Iterator<Item = (DVec3, DVec3)>,
-    room: &Room,
+    room: &SectionBox,
 ) -> f64 {
     let size = room.max - room.min;
     let middle = room.min + 0.5 * size;
@@ -136,7 +136,7 @@ mod tests {
 
     use super::*;
 
-    const ROOM: Room = Room {
+    const ROOM: SectionBox = SectionBox {
         min: DVec3::ZERO,
         max: DVec3::new(2.0, 3.0, 5.0),
         is_flat: false,
@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn in_two_dimensions_it_is_a_length() {
-        let room = Room::new(DVec3::ZERO, dvec3(2.0, 3.0, 77.0), 2);
+        let room = SectionBox::new(DVec3::ZERO, dvec3(2.0, 3.0, 77.0), 2);
         let lid = plane_area(dvec3(0.0, 2.0, 0.0), -DVec3::Y, std::iter::empty(), &room);
         assert!((lid - 2.0).abs() < 1e-12);
     }

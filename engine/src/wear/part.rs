@@ -7,7 +7,7 @@ use crate::contact::parameter::short;
 use crate::forces::Observation;
 use crate::physics::{GuardPolicy, Setup};
 use crate::state::{Pieces, Plain, WallIndex};
-use crate::step::{Core, Crowd, Engine, Part, RunError};
+use crate::step::{Core, Engine, Part, RunError, SizeEstimate};
 
 impl Part for Wear {
     fn name(&self) -> &str {
@@ -22,7 +22,7 @@ impl Part for Wear {
         Some(wear)
     }
 
-    fn bytes(setup: &Setup, _: &Crowd) -> f64 {
+    fn bytes(setup: &Setup, _: &SizeEstimate) -> f64 {
         let walls = &setup.physics.walls;
         let plans = setup.physics.wear.iter();
         let meshes = plans.filter_map(|plan| Some((plan, walls[plan.wall].shape.mesh()?)));

@@ -212,7 +212,7 @@ impl Run {
         let first = (self.number("particles", "at_start"))
             .saturating_add(self.number("particles", "pebbles_at_start"));
         let times: Vec<f64> = reader.frames().infos().map(|info| info.time).collect();
-        let mut seen = Seen::default();
+        let mut seen = SeenIds::default();
         for k in self.frames(&times, selection)? {
             let frame = reader.frame(k)?;
             for i in 0..frame.len() {
@@ -248,7 +248,7 @@ impl Run {
         let reader = BodyReader::open_alone(&path)?;
         let first = self.number("particles", "bodies_at_start");
         let times: Vec<f64> = reader.frames().infos().map(|info| info.time).collect();
-        let mut seen = Seen::default();
+        let mut seen = SeenIds::default();
         for k in self.frames(&times, selection)? {
             let frame = reader.frame(k)?;
             for i in 0..frame.len() {
@@ -400,9 +400,9 @@ fn tables<'a>(table: &'a Table, key: &str) -> impl Iterator<Item = &'a Table> {
 
 /// Ids that were met: a bit for each, in pages of 512, as a single large number must not take the memory of all below it.
 #[derive(Default)]
-struct Seen(HashMap<u32, [u64; 8]>);
+struct SeenIds(HashMap<u32, [u64; 8]>);
 
-impl Seen {
+impl SeenIds {
     /// Whether the id is new.
     fn add(&mut self, id: u32) -> bool {
         let page = self.0.entry(id / 512).or_default();
@@ -430,7 +430,7 @@ mod tests {
 
     #[test]
     fn ids_are_new_once() {
-        let mut seen = Seen::default();
+        let mut seen = SeenIds::default();
         assert!(seen.add(1000));
         assert!(seen.add(0));
         assert!(!seen.add(1000));

@@ -12,7 +12,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use mercury_common::cli::{Exit, Failure};
-use mercury_engine::stage::{Event, OutputFile, Stage, Task};
+use mercury_engine::task::{OutputFile, RunEvent, Task, TaskProgress};
 use mercury_solver::plan::Plan;
 use mercury_solver::run::checkpoint::Checkpoint;
 use mercury_solver::run::{Ending, Progress, Report, StopReason};
@@ -31,7 +31,7 @@ const FRESH: Duration = Duration::from_millis(500);
 pub(crate) struct ProgressFile {
     shared: Arc<Shared>,
     /// The sender through which the run reports its events.
-    events: Sender<Event>,
+    events: Sender<RunEvent>,
     thread: Mutex<Option<JoinHandle<()>>>,
 }
 
@@ -78,7 +78,7 @@ impl ProgressFile {
     pub(crate) fn requested(
         path: Option<&Path>,
         scene: &Path,
-    ) -> Result<Option<(Self, Receiver<Event>)>, Failure> {
+    ) -> Result<Option<(Self, Receiver<RunEvent>)>, Failure> {
         let Some(path) = path else {
             return Ok(None);
         };
@@ -108,7 +108,7 @@ impl ProgressFile {
     }
 
     /// Where a run is to tell of what happens.
-    pub(crate) fn events(&self) -> Sender<Event> {
+    pub(crate) fn events(&self) -> Sender<RunEvent> {
         self.events.clone()
     }
 
@@ -116,12 +116,16 @@ impl ProgressFile {
     ///
     /// # Errors
     /// If the system gives no thread.
-    pub(crate) fn watch(&self, stage: &Arc<Stage>, events: Receiver<Event>) -> Result<(), Failure> {
-        let (shared, stage) = (Arc::clone(&self.shared), Arc::clone(stage));
-        shared.line("phase", phase(&stage, stage.task(), 0.0));
+    pub(crate) fn watch(
+        &self,
+        task_progress: &Arc<TaskProgress>,
+        events: Receiver<RunEvent>,
+    ) -> Result<(), Failure> {
+        let (shared, task_progress) = (Arc::clone(&self.shared), Arc::clone(task_progress));
+        shared.line("phase", phase(&task_progress, task_progress.task(), 0.0));
         let thread = std::thread::Builder::new()
             .name("progress".to_owned())
-            .spawn(move || write_lines(&shared, &stage, &events))
+            .spawn(move || write_lines(&shared, &task_progress, &events))
             .map_err(|error| Failure::run(format!("the threads cannot be started: {error}")))?;
         *locked(&self.thread) = Some(thread);
         Ok(())
@@ -183,7 +187,7 @@ impl ProgressFile {
     /// The last line; pending events are written before it.
     pub(crate) fn end(&self, outcome: Result<Option<&Report>, &Failure>) {
         if let Some(thread) = locked(&self.thread).take() {
-            let _ = self.events.send(Event::Over);
+            let _ = self.events.send(RunEvent::Over);
             let _ = thread.join();
         }
         self.shared.line("end", ended(outcome));
@@ -191,28 +195,28 @@ impl ProgressFile {
 }
 
 /// The lines of a run that goes on.
-fn write_lines(shared: &Shared, stage: &Stage, events: &Receiver<Event>) {
+fn write_lines(shared: &Shared, task_progress: &TaskProgress, events: &Receiver<RunEvent>) {
     let (mut phase_since, mut next) = (Instant::now(), Instant::now() + EVERY);
     loop {
         if Instant::now() >= next {
             next += EVERY;
-            let task = stage.task();
+            let task = task_progress.task();
             let latest = locked(&shared.latest).clone();
             match latest.filter(|_| task == Task::Stepping) {
                 Some((_, members)) => shared.line("step", members),
                 None => {
                     let seconds = phase_since.elapsed().as_secs_f64();
-                    shared.line("phase", phase(stage, task, seconds));
+                    shared.line("phase", phase(task_progress, task, seconds));
                 }
             }
         }
         let wait = next.saturating_duration_since(Instant::now());
         match events.recv_timeout(wait) {
-            Ok(Event::Task(task)) => {
+            Ok(RunEvent::Task(task)) => {
                 phase_since = Instant::now();
-                shared.line("phase", phase(stage, task, 0.0));
+                shared.line("phase", phase(task_progress, task, 0.0));
             }
-            Ok(Event::Written {
+            Ok(RunEvent::Written {
                 step,
                 time,
                 outputs,
@@ -220,7 +224,7 @@ fn write_lines(shared: &Shared, stage: &Stage, events: &Receiver<Event>) {
                 "frame",
                 json!({ "step": step, "time": time, "outputs": listed(&outputs) }),
             ),
-            Ok(Event::Checkpoint {
+            Ok(RunEvent::Checkpoint {
                 step,
                 time,
                 file,
@@ -232,13 +236,13 @@ fn write_lines(shared: &Shared, stage: &Stage, events: &Receiver<Event>) {
                     "outputs": listed(&outputs),
                 }),
             ),
-            Ok(Event::Over) | Err(RecvTimeoutError::Disconnected) => return,
+            Ok(RunEvent::Over) | Err(RecvTimeoutError::Disconnected) => return,
             Err(RecvTimeoutError::Timeout) => {}
         }
     }
 }
 
-fn phase(stage: &Stage, task: Task, seconds: f64) -> Value {
+fn phase(task_progress: &TaskProgress, task: Task, seconds: f64) -> Value {
     let word = match task {
         Task::Planning => "planning",
         Task::Starting => "starting",
@@ -248,7 +252,7 @@ fn phase(stage: &Stage, task: Task, seconds: f64) -> Value {
     };
     let mut members = json!({ "phase": word, "seconds": (1000.0 * seconds).round() / 1000.0 });
     if matches!(task, Task::Starting | Task::Inserting) {
-        let (placed, of) = stage.placed();
+        let (placed, of) = task_progress.placed();
         members["placed"] = placed.into();
         members["of"] = of.into();
     }

@@ -17,7 +17,7 @@ use mercury_common::readable::{bytes, rounded};
 use mercury_common::scene::Statement;
 use mercury_common::within::Within;
 use mercury_engine::lanes::Width;
-use mercury_engine::stage::{Event, Stage};
+use mercury_engine::task::{RunEvent, TaskProgress};
 use mercury_solver::output::folder::{self, Earlier, FolderError, Found};
 use mercury_solver::plan::{Disk, Memory, Plan, document};
 use mercury_solver::results::NamedResult;
@@ -36,14 +36,14 @@ pub(crate) struct Requests {
 }
 
 impl Requests {
-    /// The stage of a run that these requests reach.
-    pub(crate) fn stage(&self) -> Arc<Stage> {
-        Arc::new(Stage::new(Arc::clone(&self.stop)))
+    /// The progress of the run that these requests reach.
+    pub(crate) fn task_progress(&self) -> Arc<TaskProgress> {
+        Arc::new(TaskProgress::new(Arc::clone(&self.stop)))
     }
 
     /// The same, of a run that reports its events.
-    pub(crate) fn observed_stage(&self, events: Sender<Event>) -> Arc<Stage> {
-        Arc::new(Stage::reporting(Arc::clone(&self.stop), events))
+    pub(crate) fn observed_progress(&self, events: Sender<RunEvent>) -> Arc<TaskProgress> {
+        Arc::new(TaskProgress::reporting(Arc::clone(&self.stop), events))
     }
 }
 
@@ -135,7 +135,7 @@ pub(crate) fn run_plan(
     memory: &Memory,
     stated: Stated<'_>,
     requests: Requests,
-    stage: &Arc<Stage>,
+    task_progress: &Arc<TaskProgress>,
     tell: &mut dyn FnMut(&Progress<'_>),
 ) -> Result<Ran, Failure> {
     let folder = (how.folder.clone()).unwrap_or_else(|| PathBuf::from(plan.outputs().prefix()));
@@ -209,7 +209,7 @@ pub(crate) fn run_plan(
         plan_document: Some(plan_as_toml(&plan, memory)?),
         scene_text: Some(stated.input.text.clone()),
         stop: requests.stop,
-        stage: Arc::clone(stage),
+        task_progress: Arc::clone(task_progress),
         time_limit: how.time_limit,
         checkpoints: Some(Checkpoints {
             every: how.checkpoint_every,

@@ -10,7 +10,7 @@ use mercury_common::readable::rounded;
 use mercury_common::scene::SceneErrors;
 use mercury_common::whole_file::write_whole;
 use mercury_common::within::Within;
-use mercury_engine::stage::Stage;
+use mercury_engine::task::TaskProgress;
 use mercury_solver::output::summary::Status;
 use mercury_solver::results::NamedResult;
 use mercury_solver::run::{Progress, Report, check_fit, plan_within};
@@ -31,19 +31,26 @@ pub(crate) fn execute(arguments: &Arguments, path: &Path, within: Option<Arc<Wit
         false => Some(Requests::listen()?),
     };
     let progress = ProgressFile::requested(arguments.progress.as_deref(), path)?;
-    let stage = match (&requests, &progress) {
-        (Some(requests), Some((progress, _))) => requests.observed_stage(progress.events()),
-        (Some(requests), None) => requests.stage(),
+    let task_progress = match (&requests, &progress) {
+        (Some(requests), Some((progress, _))) => requests.observed_progress(progress.events()),
+        (Some(requests), None) => requests.task_progress(),
         (None, _) => Arc::default(),
     };
     let progress = match progress {
         Some((progress, events)) => {
-            progress.watch(&stage, events)?;
+            progress.watch(&task_progress, events)?;
             Some(Arc::new(progress))
         }
         None => None,
     };
-    let outcome = plan_and_run(arguments, path, within, requests, &stage, progress.clone());
+    let outcome = plan_and_run(
+        arguments,
+        path,
+        within,
+        requests,
+        &task_progress,
+        progress.clone(),
+    );
     if let Some(progress) = progress {
         progress.end(outcome.as_ref().map(Option::as_ref));
     }
@@ -67,12 +74,12 @@ fn plan_and_run(
     path: &Path,
     within: Option<Arc<Within>>,
     requests: Option<Requests>,
-    stage: &Arc<Stage>,
+    task_progress: &Arc<TaskProgress>,
     progress: Option<Arc<ProgressFile>>,
 ) -> Result<Option<Report>, Failure> {
     let quiet = arguments.quiet || (arguments.check && arguments.json);
     let stop = (requests.as_ref()).map(|requests| (&requests.stop, before_end(progress.clone())));
-    let waiting = Waiting::begin(stage, stop, quiet)?;
+    let waiting = Waiting::begin(task_progress, stop, quiet)?;
     let input = match path == Path::new("-") {
         true => {
             if std::io::stdin().is_terminal() && !arguments.quiet {
@@ -83,7 +90,7 @@ fn plan_and_run(
         false => Input::read(path, within.as_ref())?,
     };
     if let Some(requested) = study::requested(&input, arguments, within.as_ref())? {
-        study::execute(&requested, arguments, requests, stage, waiting)?;
+        study::execute(&requested, arguments, requests, task_progress, waiting)?;
         return Ok(None);
     }
     let scene = input.scene(&arguments.set)?;
@@ -119,7 +126,15 @@ fn plan_and_run(
         input: &input,
         statement: &scene.statement,
     };
-    let result = run_plan(&how, plan, &memory, stated, requests, stage, &mut tell);
+    let result = run_plan(
+        &how,
+        plan,
+        &memory,
+        stated,
+        requests,
+        task_progress,
+        &mut tell,
+    );
     line.clear();
     drop(waiting);
     match result? {

@@ -12,7 +12,7 @@ use mercury_common::readable::counted;
 use mercury_common::scene::{Scene, stem};
 use mercury_common::whole_file::write_whole;
 use mercury_common::within::Within;
-use mercury_engine::stage::{Stage, Task};
+use mercury_engine::task::{Task, TaskProgress};
 use mercury_solver::output::folder::{self, Earlier};
 use mercury_solver::output::summary::Status;
 use mercury_solver::plan::{Disk, Plan};
@@ -161,7 +161,7 @@ pub(crate) fn execute(
     asked: &Asked,
     arguments: &Arguments,
     requests: Option<Requests>,
-    stage: &Stage,
+    task_progress: &TaskProgress,
     waiting: Waiting,
 ) -> Outcome {
     let mut study = asked.study.clone();
@@ -172,7 +172,7 @@ pub(crate) fn execute(
         earlier_rows(study, &prefix)?;
     }
     // From here on runs may have something to keep.
-    stage.begin(Task::Stepping);
+    task_progress.begin(Task::Stepping);
     drop(waiting);
     let Some(requests) = requests else {
         if arguments.json {
@@ -482,7 +482,7 @@ impl Work<'_> {
                 statement: &scene.statement,
             },
             self.requests.clone(),
-            &self.requests.stage(),
+            &self.requests.task_progress(),
             &mut tell,
         )?;
         Ok(match ran {

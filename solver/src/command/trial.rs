@@ -34,16 +34,16 @@ pub(crate) fn execute(
     quiet: bool,
 ) -> Result<Trial, Failure> {
     let requests = Requests::listen()?;
-    let stage = requests.stage();
+    let task_progress = requests.task_progress();
     // It has nothing to keep, so the program ends at once when it is stopped.
-    let waiting = Waiting::begin(&stage, None, quiet)?;
+    let waiting = Waiting::begin(&task_progress, None, quiet)?;
     let threads = how.threads_for(&plan);
     let options = RunOptions {
         threads,
         fewer_where_faster: !how.fixed_threads,
         width: how.width,
         stop: requests.stop,
-        stage: Arc::clone(&stage),
+        task_progress: Arc::clone(&task_progress),
         ..RunOptions::default()
     };
     let made = trial(plan, &options, limit);

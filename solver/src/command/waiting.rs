@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use mercury_common::cli::{self, Exit, Failure};
 use mercury_common::readable::{count, duration};
-use mercury_engine::stage::{Stage, Task};
+use mercury_engine::task::{Task, TaskProgress};
 
 /// The interval between two checks; a request to stop waits no longer than this.
 const LOOK: Duration = Duration::from_millis(50);
@@ -36,23 +36,23 @@ pub(crate) struct Waiting {
 impl Waiting {
     /// Starts the thread. `stop`: the flag that stops the run, and the function to call before the program ends for it.
     pub(crate) fn begin(
-        stage: &Arc<Stage>,
+        task_progress: &Arc<TaskProgress>,
         stop: Option<(&Arc<AtomicBool>, BeforeEnd)>,
         quiet: bool,
     ) -> Result<Self, Failure> {
         let (end, ended) = channel::<()>();
-        let stage = Arc::clone(stage);
+        let task_progress = Arc::clone(task_progress);
         let stop = stop.map(|(stop, before_end)| (Arc::clone(stop), before_end));
         let thread = std::thread::Builder::new()
             .name("waiting".to_owned())
             .spawn(move || {
                 let mut line = cli::Progress::in_logs_too(quiet);
-                let (mut task, mut since) = (stage.task(), Instant::now());
+                let (mut task, mut since) = (task_progress.task(), Instant::now());
                 while ended.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
                     if let Some((stop, before_end)) = &stop
                         && stop.load(Ordering::Relaxed)
                     {
-                        stage.before_steps(|| {
+                        task_progress.before_steps(|| {
                             line.clear();
                             let failure = stopped_early();
                             before_end(&failure);
@@ -60,12 +60,12 @@ impl Waiting {
                             cli::end_at_once(Exit::Resumable as i32)
                         });
                     }
-                    let now = stage.task();
+                    let now = task_progress.task();
                     if now != task {
                         (task, since) = (now, Instant::now());
                         line.clear();
                     }
-                    if let Some(what) = reported(&stage, now) {
+                    if let Some(what) = reported(&task_progress, now) {
                         line.busy(|_| {
                             format!("{what}  {}", duration(since.elapsed().as_secs_f64()))
                         });
@@ -90,8 +90,8 @@ impl Drop for Waiting {
 }
 
 /// A text for the present task; `None` while steps are made, which have other messages.
-fn reported(stage: &Stage, task: Task) -> Option<String> {
-    Some(match (task, stage.placed()) {
+fn reported(task_progress: &TaskProgress, task: Task) -> Option<String> {
+    Some(match (task, task_progress.placed()) {
         (Task::Planning, _) => "reading and planning the scene".to_owned(),
         (Task::Starting, (0, _)) => "first lists and forces".to_owned(),
         (Task::Starting | Task::Inserting, (placed, Some(of))) if placed < of => {

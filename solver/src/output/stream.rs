@@ -15,8 +15,8 @@ use super::OrderedFrame;
 use super::particle_frames::frames_header;
 use crate::plan::Plan;
 use mercury_engine::contact::HistoryNumber;
-use mercury_engine::stage::OutputFile;
 use mercury_engine::step::Losses;
+use mercury_engine::task::OutputFile;
 
 /// Why the outputs of a run could not be written.
 #[derive(Debug, thiserror::Error)]

@@ -19,9 +19,9 @@ use super::{FrameCopy, OrderedFrame, OutputError, STREAMS, energies};
 use crate::plan::{POSITIONS, Plan};
 use mercury_engine::cell::Cell;
 use mercury_engine::contact::HistoryNumber;
-use mercury_engine::stage::{Event, OutputFile, Stage};
 use mercury_engine::state::{Encoder, Piece, Plain};
 use mercury_engine::step::Losses;
+use mercury_engine::task::{OutputFile, RunEvent, TaskProgress};
 
 /// The number of states that may wait to be written before the time loop has to wait.
 const QUEUE: usize = 4;
@@ -203,7 +203,7 @@ impl Writer {
         plan: &Plan,
         (history, losses): (&[HistoryNumber], &Losses),
         from: Option<Positions>,
-        stage: &Arc<Stage>,
+        task_progress: &Arc<TaskProgress>,
     ) -> Result<Self, OutputError> {
         let streams = streams(folder, plan, (history, losses), from.as_ref())?;
         let sums = from.map_or_else(RunningSums::default, |positions| positions.sums);
@@ -218,7 +218,7 @@ impl Writer {
         let lent = spent.clone();
         let watched = Watched {
             folder: folder.to_owned(),
-            stage: Arc::clone(stage),
+            task_progress: Arc::clone(task_progress),
             reported: Vec::new(),
         };
         let thread = std::thread::Builder::new()
@@ -376,9 +376,9 @@ fn write_all(
                     file.append(&piece.bytes)?;
                 }
                 file.finish()?;
-                if watched.stage.is_heard() {
+                if watched.task_progress.has_receiver() {
                     let bytes = pieces.iter().map(|piece| piece.bytes.len() as u64).sum();
-                    watched.stage.tell(Event::Checkpoint {
+                    watched.task_progress.report(RunEvent::Checkpoint {
                         step,
                         time,
                         file: watched.file(&path, bytes),
@@ -426,7 +426,7 @@ fn growing(streams: &[Named]) -> Vec<OutputFile> {
 /// The observer of the run, and what was reported to it.
 struct Watched {
     folder: PathBuf,
-    stage: Arc<Stage>,
+    task_progress: Arc<TaskProgress>,
     /// The growing files at the last report.
     reported: Vec<OutputFile>,
 }
@@ -443,7 +443,7 @@ impl Watched {
 
     /// Reports what was written of a state.
     fn tell_of(&mut self, state: &OrderedFrame, streams: &mut [Named]) {
-        if !self.stage.is_heard() {
+        if !self.task_progress.has_receiver() {
             return;
         }
         let all = growing(streams);
@@ -455,7 +455,7 @@ impl Watched {
             outputs.push(self.file(&path, bytes));
         }
         self.reported = all;
-        self.stage.tell(Event::Written {
+        self.task_progress.report(RunEvent::Written {
             step: state.step,
             time: state.time,
             outputs,

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use mercury_common::scene::{LawValues, Located, Place, Scene, SceneError};
+use mercury_common::scene::{LawValues, Located, Scene, SceneError, SourceSpan};
 
 use super::PairPlan;
 use super::particles::StartingParticles;
@@ -401,7 +401,7 @@ fn names(pair: &PairPlan) -> String {
 }
 
 /// Where a key of the liquid of a pair stands, or else the law.
-fn place_of(scene: &Scene, pair: &PairPlan, key: &str) -> Place {
+fn place_of(scene: &Scene, pair: &PairPlan, key: &str) -> SourceSpan {
     let materials = pair.materials.map(|material| material.index());
     let of_pair = |between: &[Located<mercury_common::scene::MaterialIndex>; 2]| {
         let mut between = [between[0].value.0, between[1].value.0];

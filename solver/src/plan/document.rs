@@ -149,7 +149,7 @@ struct Wall<'a> {
     from: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     until: Option<f64>,
-    shape: Shape,
+    shape: SurfaceDocument,
     pose: Pose,
     /// Of a mesh, where it came from.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -175,7 +175,7 @@ struct Turn {
 /// A surface in the frame in which the scene describes it, in the words of `.walls.arrow`.
 #[derive(Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
-enum Shape {
+enum SurfaceDocument {
     Plane {
         point: [f64; 3],
         normal: [f64; 3],
@@ -415,13 +415,13 @@ impl<'a> Document<'a> {
     }
 }
 
-fn shape(shape: &WallShape) -> Shape {
+fn shape(shape: &WallShape) -> SurfaceDocument {
     match shape.outline() {
-        Surface::Plane { point, normal } => Shape::Plane {
+        Surface::Plane { point, normal } => SurfaceDocument::Plane {
             point: point.to_array(),
             normal: normal.to_array(),
         },
-        Surface::Sphere { centre, radius } => Shape::Sphere {
+        Surface::Sphere { centre, radius } => SurfaceDocument::Sphere {
             centre: centre.to_array(),
             radius,
         },
@@ -431,7 +431,7 @@ fn shape(shape: &WallShape) -> Shape {
             across: [across, beside],
             profile,
             endless,
-        } => Shape::Turned {
+        } => SurfaceDocument::Turned {
             origin: origin.to_array(),
             direction: direction.to_array(),
             across: across.to_array(),
@@ -441,7 +441,7 @@ fn shape(shape: &WallShape) -> Shape {
         },
         Surface::Mesh(triangles) => {
             let (min, max) = shape.bounds();
-            Shape::Mesh {
+            SurfaceDocument::Mesh {
                 triangles: triangles.triangles.len(),
                 min: min.to_array(),
                 max: max.to_array(),

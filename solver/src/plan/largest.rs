@@ -1,6 +1,6 @@
 //! What of a scene brings the most spheres: advice for a run that needs more memory than there is.
 
-use mercury_common::scene::{ClumpPlace, Lattice, ParticleSource, Place, Scene};
+use mercury_common::scene::{ClumpPlace, Lattice, ParticleSource, Scene, SourceSpan};
 
 use super::Plan;
 use super::expected::at_start;
@@ -10,7 +10,7 @@ use super::insertions::expected_inserted;
 #[derive(Debug, Clone)]
 pub struct Largest<'a> {
     /// Where it stands.
-    pub place: &'a Place,
+    pub place: &'a SourceSpan,
     /// What it is: `this lattice`.
     pub what: &'static str,
     /// How many it brings, at most.
@@ -82,7 +82,7 @@ pub fn lattice_grains(scene: &Scene) -> f64 {
 }
 
 /// Each lattice: where it stands, how many sites it has, the clump on them.
-fn lattices(scene: &Scene) -> impl Iterator<Item = (&Place, f64, Option<usize>)> {
+fn lattices(scene: &Scene) -> impl Iterator<Item = (&SourceSpan, f64, Option<usize>)> {
     let sites = |lattice: &Lattice| lattice.sites().iter().product();
     scene
         .particles

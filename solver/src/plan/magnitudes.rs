@@ -4,7 +4,7 @@
 //! infinity after a step.
 
 use glam::DVec3;
-use mercury_common::scene::{Place, Scene, SceneError};
+use mercury_common::scene::{Scene, SceneError, SourceSpan};
 
 use super::checks::{name, place};
 use super::particles::StartingParticles;
@@ -114,7 +114,7 @@ impl Matter {
         numbers.into_iter().all(f64::is_normal)
     }
 
-    fn error(&self, place: &Place, subject: &str) -> SceneError {
+    fn error(&self, place: &SourceSpan, subject: &str) -> SceneError {
         let message = format!(
             "{subject} has a mass of {} kg and a moment of inertia of {} kg m2: these and one over them must lie within the range of numbers, 2.2e-308 to 1.8e308",
             short(self.mass),

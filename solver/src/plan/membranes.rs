@@ -6,7 +6,8 @@ use glam::DVec3;
 use mercury_common::formats::mesh::{TriangleMesh, read_mesh, read_mesh_in_order};
 use mercury_common::scene::{
     BendingStiffness, Dimensions, Hold, HoldMotion, Load as SceneLoad, Located, Membrane,
-    MembraneElasticity, MembranePressure, MembraneShape, MeshSide, Pick, Place, Scene, SceneError,
+    MembraneElasticity, MembranePressure, MembraneShape, MeshSide, Pick, Scene, SceneError,
+    SourceSpan,
 };
 
 use super::insertions::region;
@@ -323,7 +324,7 @@ fn law(scene: &Scene, membrane: &Membrane) -> Law {
 }
 
 /// Where the mesh is described.
-fn mesh_place(shape: &MembraneShape) -> &Place {
+fn mesh_place(shape: &MembraneShape) -> &SourceSpan {
     match shape {
         MembraneShape::File(source) => &source.file.place,
         MembraneShape::Rectangle { edge, .. }

@@ -1,7 +1,6 @@
 //! The plan: the meaning of a scene. Everything is resolved, checked and decided here, so that the kernels can trust it.
 
 mod bridges;
-mod build;
 mod checkpoint_identity;
 mod checks;
 mod closing;
@@ -37,6 +36,7 @@ mod report;
 mod requests;
 mod schema;
 mod sprays;
+mod stages;
 mod start_from_frame;
 mod start_from_run;
 #[cfg(test)]
@@ -48,7 +48,6 @@ mod walls;
 mod wear;
 mod workload;
 
-pub use build::{plan, sketch};
 pub use checkpoint_identity::{Head, POSITIONS, checkpoint_paths};
 pub use disk::Disk;
 pub use document::{document, document_as_json};
@@ -68,6 +67,7 @@ pub use reading::{parse_scene, read_scene};
 pub use refusal::refusal;
 pub use report::report;
 pub use schema::schema;
+pub use stages::{plan, sketch};
 pub use start_from_run::StartedFrom;
 pub use time_step::{Limit, Meeting, StepPlan};
 pub use workload::{Ahead, Here, Workload};
@@ -77,7 +77,7 @@ use std::sync::Arc;
 use mercury_common::scene::Domain;
 pub use mercury_engine::bodies::NewBody;
 use mercury_engine::cell::Cell;
-pub use mercury_engine::physics::{Carried, Event, Guard, GuardPolicy, Physics};
+pub use mercury_engine::physics::{Carried, Guard, GuardPolicy, Physics, ScheduledChange};
 use mercury_engine::physics::{Setup, ToSetup, Watched};
 pub use mercury_engine::state::{Material, NewParticle, PrescribedMotion};
 

@@ -5,8 +5,8 @@ use mercury_common::particle_properties::{FILM_VOLUME, ParticleProperty, Propert
 use mercury_common::random::Stream;
 use mercury_common::readable;
 use mercury_common::scene::{
-    ClumpPlace, Lattice, Orientation, ParticleSource, ParticleValues, Place, Scene, SceneError,
-    Start,
+    ClumpPlace, Lattice, Orientation, ParticleSource, ParticleValues, Scene, SceneError,
+    SourceSpan, Start,
 };
 
 use super::expected::LeftOut;
@@ -218,7 +218,7 @@ pub(super) fn starting_particles(
     let mut start = StartingParticles::default();
     // Name of a single body, and its place among the bodies.
     let mut named_bodies: Vec<(String, usize)> = Vec::new();
-    let mut numbers = Numbers::default();
+    let mut numbers = TakenIds::default();
     for (entry, particles) in scene.particles.iter().enumerate() {
         match &particles.source {
             ParticleSource::One { particle, position } => {
@@ -363,11 +363,11 @@ pub(super) fn starting_particles(
 
 /// The numbers that lattices take.
 #[derive(Debug, Default)]
-struct Numbers {
+struct TakenIds {
     taken: f64,
 }
 
-impl Numbers {
+impl TakenIds {
     /// The sites of a lattice with so many spheres on each; none, and an error, if all lattices have more spheres than can be numbered.
     fn take(
         &mut self,
@@ -470,7 +470,7 @@ fn check_start(start: &Start, errors: &mut Vec<SceneError>) {
     if !start.fixed {
         return;
     }
-    let mut complain = |place: &Place, what: &str| {
+    let mut complain = |place: &SourceSpan, what: &str| {
         errors.push(
             place
                 .error(format!("a fixed particle has {what}"))

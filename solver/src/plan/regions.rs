@@ -11,7 +11,7 @@ use mercury_engine::boundaries::{CountedRegion, Region, volume_within};
 const THIN: f64 = 1e-6;
 
 /// The domain, of which regions have a part; in two dimensions the plane of the discs.
-pub(super) struct Room {
+pub(super) struct DomainBox {
     min: DVec3,
     max: DVec3,
     /// z of the plane, m.
@@ -20,7 +20,7 @@ pub(super) struct Room {
     depth: f64,
 }
 
-impl Room {
+impl DomainBox {
     /// Of a scene with these particles at the start.
     pub(super) fn of(scene: &Scene, start: &StartingParticles) -> Self {
         let (min, max) = (*scene.domain.min, *scene.domain.max);
@@ -61,7 +61,7 @@ impl Room {
 /// All counted regions, in the order of the file.
 pub(super) fn regions(
     scene: &Scene,
-    room: &Room,
+    room: &DomainBox,
     warnings: &mut Vec<String>,
     errors: &mut Vec<SceneError>,
 ) -> Vec<CountedRegion> {

@@ -5,7 +5,7 @@
 use mercury_common::scene::keys::{
     Absent, Choice, Kind, SceneKey, TableKeys, Variant, Variants, readable,
 };
-use mercury_common::scene::{KeyDefault, LawKeys, Part, Range, SCENE};
+use mercury_common::scene::{KeyDefault, LawKeys, LawPart, Range, SCENE};
 use serde_json::{Map, Value, json};
 
 use mercury_engine::contact::law_keys;
@@ -15,7 +15,7 @@ use mercury_engine::contact::law_keys;
 pub fn schema() -> Value {
     let mut schema = Schema::default();
     let mut root = schema.table(&SCENE, "scene");
-    for part in Part::ALL {
+    for part in LawPart::ALL {
         for whole in [true, false] {
             schema
                 .definitions
@@ -223,7 +223,7 @@ fn choice(choice: &Choice) -> Value {
     json!({ "oneOf": ways })
 }
 
-fn law_name(part: Part, whole: bool) -> String {
+fn law_name(part: LawPart, whole: bool) -> String {
     let part = part.word();
     match whole {
         true => format!("law.{part}"),
@@ -232,7 +232,7 @@ fn law_name(part: Part, whole: bool) -> String {
 }
 
 /// A table that names a law of a part; or, not `whole`, one that replaces some keys of it.
-fn law(part: Part, whole: bool) -> Value {
+fn law(part: LawPart, whole: bool) -> Value {
     let laws = law_keys()
         .into_iter()
         .filter(|law| law.parts.contains(&part));

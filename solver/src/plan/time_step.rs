@@ -232,10 +232,10 @@ pub(super) fn limits(
         for (meeting, kind) in meetings(pair, uses, clumps, densities, dimensions) {
             let [a, b] = &pair.names;
             let words = || match kind {
-                Kind::Wall => format!("{a}-{b}, at a wall"),
-                Kind::Vertex => format!("{a}-{b}, at a vertex of a sheet"),
-                Kind::Particles => format!("{a}-{b}, particles"),
-                Kind::Fixed => format!("{a}-{b}, at a fixed particle"),
+                LimitKind::Wall => format!("{a}-{b}, at a wall"),
+                LimitKind::Vertex => format!("{a}-{b}, at a vertex of a sheet"),
+                LimitKind::Particles => format!("{a}-{b}, particles"),
+                LimitKind::Fixed => format!("{a}-{b}, at a fixed particle"),
             };
             let time = meeting.duration(&pair.law, speed);
             keep(&mut limits.contact, time, "", &words);
@@ -253,7 +253,7 @@ pub(super) fn limits(
 }
 
 #[derive(Clone, Copy)]
-enum Kind {
+enum LimitKind {
     Particles,
     Fixed,
     Wall,
@@ -267,7 +267,7 @@ fn meetings(
     clumps: &[Clump],
     densities: &[f64],
     dimensions: u8,
-) -> Vec<(Meeting, Kind)> {
+) -> Vec<(Meeting, LimitKind)> {
     let [a, b] = pair.materials.map(|material| material.index());
     // Radius and mass of the smallest sphere, and of each clump: its smallest pebble with the mass that its contacts feel.
     let free = |material: usize| {
@@ -288,7 +288,7 @@ fn meetings(
     if (a == b && uses[a].free >= 2) || (a != b && uses[a].free > 0 && uses[b].free > 0) {
         for one in free(a) {
             for other in free(b) {
-                add(one, other, Kind::Particles);
+                add(one, other, LimitKind::Particles);
             }
         }
     }
@@ -296,13 +296,13 @@ fn meetings(
         for body in free(one) {
             if uses[other].fixed > 0 {
                 let fixed = (uses[other].smallest_fixed, f64::INFINITY);
-                add(body, fixed, Kind::Fixed);
+                add(body, fixed, LimitKind::Fixed);
             }
             if uses[other].walls {
-                add(body, (f64::INFINITY, f64::INFINITY), Kind::Wall);
+                add(body, (f64::INFINITY, f64::INFINITY), LimitKind::Wall);
             }
             if let Some(mass) = uses[other].lightest_vertex {
-                add(body, (f64::INFINITY, mass), Kind::Vertex);
+                add(body, (f64::INFINITY, mass), LimitKind::Vertex);
             }
         }
     }

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use mercury_common::scene::{Domain, Scene, Shape as SceneShape, Wall as SceneWall};
 
-use mercury_engine::walls::{Room, Shape, Wall, WallFilmPlan, plane_section};
+use mercury_engine::walls::{SectionBox, Shape, Wall, WallFilmPlan, plane_section};
 
 /// The films of all walls, in their order; empty where none has one.
 pub(super) fn wall_films(scene: &Scene, walls: &[Wall]) -> Vec<Option<WallFilmPlan>> {
@@ -41,7 +41,7 @@ fn area(shape: &Shape, typed: &SceneShape, domain: &Domain) -> f64 {
     match typed {
         SceneShape::Box { .. } | SceneShape::Plane { .. } => match shape {
             Shape::Plane(plane) => {
-                let room = Room::new(min, max, 3);
+                let room = SectionBox::new(min, max, 3);
                 plane_section(plane.point(), plane.normal(), &room)
             }
             _ => 0.0,

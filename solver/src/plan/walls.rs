@@ -44,7 +44,7 @@ pub(super) fn walls(
             _ => vec![(name.clone(), None)],
         };
         for (name, face) in parts {
-            let stated = shape(wall, face, &scene.domain, Place::AS_STATED, warnings);
+            let stated = shape(wall, face, &scene.domain, ShapeFrame::AS_STATED, warnings);
             let pose = stated
                 .as_ref()
                 .ok()
@@ -57,7 +57,7 @@ pub(super) fn walls(
                         wall,
                         face,
                         &scene.domain,
-                        Place(Some(pose)),
+                        ShapeFrame(Some(pose)),
                         &mut Vec::new(),
                     )
                 }
@@ -88,9 +88,9 @@ pub(super) fn walls(
 
 /// Where a wall begins: where the scene has it, or elsewhere.
 #[derive(Clone, Copy)]
-struct Place<'a>(Option<&'a Pose>);
+struct ShapeFrame<'a>(Option<&'a Pose>);
 
-impl Place<'_> {
+impl ShapeFrame<'_> {
     const AS_STATED: Self = Self(None);
 
     fn point(self, x: DVec3) -> DVec3 {
@@ -107,7 +107,7 @@ fn shape(
     wall: &SceneWall,
     face: Option<Face>,
     domain: &Domain,
-    at: Place<'_>,
+    at: ShapeFrame<'_>,
     warnings: &mut Vec<String>,
 ) -> Result<(Shape, DVec3), SceneError> {
     let plane = |point, normal| Plane::new(at.point(point), at.direction(normal)).map(Shape::Plane);

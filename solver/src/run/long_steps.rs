@@ -60,16 +60,16 @@ impl Run {
         long: LongStep,
         stopping: Option<StopReason>,
     ) -> Result<bool, RunFailure> {
-        use mercury_engine::stage::Task;
-        let stage = Arc::clone(&self.options.stage);
+        use mercury_engine::task::Task;
+        let task_progress = Arc::clone(&self.options.task_progress);
         let since = Instant::now();
         let (before, steps) = (self.engine.snapshot(), self.engine.steps());
-        stage.expect(long.expected);
-        stage.may_give_up(true);
-        stage.begin(Task::Inserting);
+        task_progress.expect(long.expected);
+        task_progress.may_give_up(true);
+        task_progress.begin(Task::Inserting);
         let made = self.advance_a_bit(long.step, stopping);
-        stage.may_give_up(false);
-        stage.begin(Task::Stepping);
+        task_progress.may_give_up(false);
+        task_progress.begin(Task::Stepping);
         self.inserting += since.elapsed();
         match made {
             Err(RunFailure::Engine(RunError::GivenUp)) => self.go_back(before, steps),

@@ -11,7 +11,7 @@ use mercury_engine::memory::{GROWTH, MANY};
 use mercury_engine::neighbours::{build_bytes, list_bytes};
 use mercury_engine::physics::ToSetup;
 use mercury_engine::state::{Bodies, Particles};
-use mercury_engine::step::{Crowd, bytes_of_parts};
+use mercury_engine::step::{SizeEstimate, bytes_of_parts};
 
 /// The memory of any run: the program, its libraries, its pictures.
 const PROGRAM: f64 = 16e6;
@@ -37,7 +37,7 @@ pub fn memory(plan: &Plan) -> Memory {
     let parked = parked_bytes(rows, expected.touching);
     let output = output_bytes(plan, &expected, &layout.columns);
     let start = StartBytes::of(plan);
-    let crowd = Crowd {
+    let crowd = SizeEstimate {
         rows,
         touching: expected.touching,
     };

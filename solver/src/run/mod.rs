@@ -44,9 +44,9 @@ use crate::plan::{Ahead, Here, POSITIONS, Plan, Workload, checkpoint_paths};
 use crate::results::NamedResult;
 use mercury_engine::forces::{Watch, block_size};
 use mercury_engine::lanes::Width;
-use mercury_engine::stage::{Event, OutputFile, Stage, Task};
 use mercury_engine::state::{Encoder, FIXED, PEBBLE};
 use mercury_engine::step::{Engine, RunError, StartOptions};
+use mercury_engine::task::{OutputFile, RunEvent, Task, TaskProgress};
 
 /// Fewer particles, pebbles and vertices of sheets than these are stepped by one thread: two threads took as long for 1,000 beads, and 0.7 of the time for 2,000
 /// (`benches/busy.py`).
@@ -78,7 +78,7 @@ pub struct RunOptions {
     /// Set to end the run after the present step.
     pub stop: Arc<AtomicBool>,
     /// The observer of long work; its flag for stops should be the one above.
-    pub stage: Arc<Stage>,
+    pub task_progress: Arc<TaskProgress>,
     /// The wall-clock time after which the run stops by itself.
     pub time_limit: Option<Duration>,
     /// Checkpoints; `None`: none are written.
@@ -133,7 +133,7 @@ impl RunOptions {
         StartOptions::threads(self.threads)
             .records(schedule.everything().needs_records())
             .width(self.width)
-            .stage(Arc::clone(&self.stage))
+            .task_progress(Arc::clone(&self.task_progress))
     }
 }
 
@@ -379,18 +379,18 @@ impl Run {
         );
         let start = options.start(&schedule);
         let long_steps = long_steps(&plan);
-        let stage = &options.stage;
+        let task_progress = &options.task_progress;
         let at_start = long_steps.first().filter(|long| long.step == 0);
-        stage.expect(at_start.map_or(0, |long| long.expected));
-        stage.may_give_up(true);
-        stage.begin(Task::Starting);
+        task_progress.expect(at_start.map_or(0, |long| long.expected));
+        task_progress.may_give_up(true);
+        task_progress.begin(Task::Starting);
         // Nothing is written before the engine is there: until then a stop leaves no trace.
         let open = |engine: &Engine, from| {
-            if stage.is_given_up() {
+            if task_progress.is_given_up() {
                 return Err(RunFailure::from(RunError::GivenUp));
             }
-            stage.may_give_up(false);
-            stage.begin(Task::Stepping);
+            task_progress.may_give_up(false);
+            task_progress.begin(Task::Stepping);
             if let Some(document) = &options.plan_document {
                 write_whole(&folder.join("plan.toml"), document.as_bytes())
                     .map_err(OutputError::from)?;
@@ -404,7 +404,7 @@ impl Run {
                 &plan,
                 (&engine.history_columns(), &engine.audit().losses),
                 from,
-                stage,
+                task_progress,
             )?)
         };
         let files = checkpoint_paths(folder, plan.outputs().prefix());
@@ -738,7 +738,7 @@ impl Run {
         if self.ended.is_none() {
             self.advance_a_bit(self.engine.steps() + 1, Some(StopReason::Request))?;
         }
-        self.options.stage.begin(Task::Finishing);
+        self.options.task_progress.begin(Task::Finishing);
         let written = Arc::new(self.writer.finish()?);
         let folder = &self.options.folder;
         let plan = &self.plan;
@@ -800,7 +800,7 @@ impl Run {
             let bytes = checkpoint.state.finish();
             write_whole(&checkpoint.path, &bytes).map_err(OutputError::from)?;
             let name = checkpoint.path.file_name().unwrap_or_default();
-            self.options.stage.tell(Event::Checkpoint {
+            self.options.task_progress.report(RunEvent::Checkpoint {
                 step: checkpoint.step,
                 time: checkpoint.time,
                 file: OutputFile {

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use mercury_common::readable::rounded;
 
-use crate::plan::{Event, Plan};
+use crate::plan::{Plan, ScheduledChange};
 use mercury_engine::state::{FIXED, PEBBLE, PRESCRIBED, Particles, inverse_inertia_factor};
 use mercury_engine::step::Engine;
 
@@ -52,7 +52,7 @@ enum Awaited {
     /// More particles come.
     Insertion,
     /// Something begins or ends.
-    Event(Event),
+    Change(ScheduledChange),
     /// The wall of this index may move something, m/s.
     Wall(usize, f64),
 }
@@ -170,7 +170,7 @@ impl Rest {
         match awaited(engine, &means) {
             _ if means.limit.is_nan() => "there was no particle that can move".to_owned(),
             Some(Awaited::Insertion) => "more particles were still to come".to_owned(),
-            Some(Awaited::Event(event)) => format!("{event} was still to come"),
+            Some(Awaited::Change(event)) => format!("{event} was still to come"),
             Some(Awaited::Wall(index, speed)) => {
                 let name = walls.get(index).map_or("", |wall| wall.name.as_str());
                 format!("wall `{name}` moves, at up to {} m/s", rounded(speed, 3))
@@ -191,7 +191,7 @@ fn awaited(engine: &Engine, means: &Means) -> Option<Awaited> {
     }
     let event = engine.physics().last_event();
     if let Some(event) = event.filter(|event| engine.time() < event.time) {
-        return Some(Awaited::Event(event));
+        return Some(Awaited::Change(event));
     }
     // As fast as a particle that is calm.
     let limit = (2.0 * means.limit / means.mass).sqrt();

@@ -15,8 +15,8 @@ use crate::output::{Exchanged, FrameCopy, Schedule};
 use crate::plan::{Ahead, Plan, Workload};
 use mercury_engine::forces::Watch;
 use mercury_engine::spray::Droplet;
-use mercury_engine::stage::Task;
 use mercury_engine::step::{Engine, RunError};
+use mercury_engine::task::Task;
 
 /// Particle-steps that are made without looking at the clock: some hundredths of a second.
 const AT_ONCE: u64 = 200_000;
@@ -108,11 +108,11 @@ pub fn trial(plan: Plan, options: &RunOptions, limit: Duration) -> Result<Option
     let (physics, files) = (plan.physics(), plan.outputs().files());
     let mut schedule = Schedule::behind(files, physics.time_step, 0);
     let long_steps = long_steps(&plan);
-    let stage = &options.stage;
-    stage.expect(expected_at(&long_steps, 0));
+    let task_progress = &options.task_progress;
+    task_progress.expect(expected_at(&long_steps, 0));
     // A trial that is given up leaves nothing behind, at any time.
-    stage.may_give_up(true);
-    stage.begin(Task::Starting);
+    task_progress.may_give_up(true);
+    task_progress.begin(Task::Starting);
     let given_up = |error| match error {
         RunError::GivenUp => Ok(None),
         error => Err(error),
@@ -121,7 +121,7 @@ pub fn trial(plan: Plan, options: &RunOptions, limit: Duration) -> Result<Option
         Ok(engine) => engine,
         Err(error) => return given_up(error),
     };
-    stage.begin(Task::Stepping);
+    task_progress.begin(Task::Stepping);
     let starting = begun.elapsed();
     let (mut stepping, mut inserting) = (Duration::ZERO, Duration::ZERO);
     let (mut particle_steps, mut droplet_steps, mut cost) = (0, 0, Cost::default());
@@ -147,8 +147,8 @@ pub fn trial(plan: Plan, options: &RunOptions, limit: Duration) -> Result<Option
             audit: None,
         });
         if is_long {
-            stage.expect(expected_at(&long_steps, target));
-            stage.begin(Task::Inserting);
+            task_progress.expect(expected_at(&long_steps, target));
+            task_progress.begin(Task::Inserting);
         }
         engine.step_alone(options.steps_alone(&engine));
         let since = Instant::now();
@@ -162,7 +162,7 @@ pub fn trial(plan: Plan, options: &RunOptions, limit: Duration) -> Result<Option
             // As a run would hand it over.
             drop(FrameCopy::take(&mut engine, due, &Exchanged::default()));
         }
-        stage.begin(Task::Stepping);
+        task_progress.begin(Task::Stepping);
         let took = since.elapsed();
         if is_long {
             inserting += took;

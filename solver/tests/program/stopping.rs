@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use crate::common::{code, command, errors, facts, folder_with, results, signal, solve};
 use mercury_common::scene::Files;
-use mercury_engine::stage::{Stage, Task};
+use mercury_engine::task::{Task, TaskProgress};
 use mercury_solver::output::folder::{Earlier, prepare};
 use mercury_solver::plan::{Plan, parse_scene, plan};
 use mercury_solver::run::{Checkpoints, Report, RunOptions, checkpoint, run_from};
@@ -133,7 +133,7 @@ fn planned(text: &str) -> Plan {
 /// Runs it, or goes on with it; with `stops`, it is stopped as soon as the insertion has placed some.
 fn go(plan: Plan, folder: &Path, stops: bool) -> Report {
     let stop = Arc::new(AtomicBool::new(false));
-    let stage = Arc::new(Stage::new(Arc::clone(&stop)));
+    let task_progress = Arc::new(TaskProgress::new(Arc::clone(&stop)));
     let (lock, _) = prepare(folder, "rain", Earlier::Continue).unwrap();
     let from = checkpoint::newest(folder, "rain")
         .unwrap()
@@ -143,7 +143,7 @@ fn go(plan: Plan, folder: &Path, stops: bool) -> Report {
         threads: 1,
         plan_document: Some("prefix = \"rain\"\n".to_owned()),
         stop: Arc::clone(&stop),
-        stage: Arc::clone(&stage),
+        task_progress: Arc::clone(&task_progress),
         checkpoints: Some(Checkpoints {
             at_end: true,
             ..Checkpoints::default()
@@ -155,7 +155,7 @@ fn go(plan: Plan, folder: &Path, stops: bool) -> Report {
         let is_over = Arc::clone(&is_over);
         std::thread::spawn(move || {
             while !is_over.load(Ordering::Relaxed) {
-                if stage.task() == Task::Inserting && stage.placed().0 > 10 {
+                if task_progress.task() == Task::Inserting && task_progress.placed().0 > 10 {
                     stop.store(true, Ordering::Relaxed);
                     return;
                 }

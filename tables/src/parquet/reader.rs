@@ -47,9 +47,9 @@ const MOST_FOR_EACH: u64 = 1000;
 const VALUE: u64 = 16;
 
 /// How many bytes the rest of a table may take.
-struct Room(u64);
+struct ByteBudget(u64);
 
-impl Room {
+impl ByteBudget {
     fn take(&mut self, bytes: u64) -> Result<()> {
         self.0 = self.0.checked_sub(bytes).ok_or_else(|| {
             ParquetError::General(format!(
@@ -105,7 +105,7 @@ fn ends(file: &mut File) -> std::io::Result<(Vec<u8>, Vec<u8>)> {
 
 fn read_whole(path: &Path, file: &File) -> Result<Table> {
     let length = file.metadata()?.len();
-    let mut room = Room(MOST.max(length.saturating_mul(MOST_FOR_EACH)));
+    let mut room = ByteBudget(MOST.max(length.saturating_mul(MOST_FOR_EACH)));
     // The types of Arrow that a program may have noted are left aside: the file's own say enough.
     let options = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
     let known = ArrowReaderMetadata::load(file, options)?;
@@ -208,7 +208,7 @@ fn arrays_of(
 fn column(
     kind: &DataType,
     arrays: &[ArrayRef],
-    room: &mut Room,
+    room: &mut ByteBudget,
 ) -> Result<std::result::Result<Values, String>> {
     use DataType as D;
     Ok(match kind {
@@ -242,7 +242,7 @@ fn column(
 }
 
 /// Whether a column in one row group can be read: how it is compressed, and what its pages claim to hold.
-fn check(chunk: &ColumnChunkMetaData, mut file: &File, room: &mut Room) -> Result<()> {
+fn check(chunk: &ColumnChunkMetaData, mut file: &File, room: &mut ByteBudget) -> Result<()> {
     let codec = chunk.compression();
     if !matches!(
         codec,
@@ -268,7 +268,7 @@ fn check(chunk: &ColumnChunkMetaData, mut file: &File, room: &mut Room) -> Resul
 const COUNTED: usize = 16;
 
 /// Takes what the pages of a chunk claim to hold; the library believes them.
-fn claims(mut chunk: &[u8], room: &mut Room) -> Result<()> {
+fn claims(mut chunk: &[u8], room: &mut ByteBudget) -> Result<()> {
     while !chunk.is_empty() {
         let most = chunk.len().saturating_mul(COUNTED);
         let mut protocol = TCompactInputProtocol::new(&mut chunk, most);

@@ -229,7 +229,7 @@ impl<'a, T: PartialEq + Copy> Group<'a, T> {
 
 /// The side of a size on which a share is counted.
 #[derive(Clone, Copy, PartialEq)]
-enum Side {
+enum SieveSide {
     /// All that is finer.
     Finer,
     /// All that is coarser.
@@ -250,15 +250,15 @@ fn values<'a>(
             "cumulative" | "cum" | "cum." => is_cumulative = true,
             // Nouns for any kind of share. Alone they are the share of one class.
             "fraction" | "probability" | "share" => is_share = true,
-            "passing" | "finer" | "undersize" => side.add(word, Side::Finer),
-            "coarser" | "oversize" => side.add(word, Side::Coarser),
-            "retained" => side.add(word, Side::OnSieve),
+            "passing" | "finer" | "undersize" => side.add(word, SieveSide::Finer),
+            "coarser" | "oversize" => side.add(word, SieveSide::Coarser),
+            "retained" => side.add(word, SieveSide::OnSieve),
             "number" | "count" | "counts" => quantity.add(word, Weighting::Number),
             "length" => quantity.add(word, Weighting::Length),
             "area" | "surface" => quantity.add(word, Weighting::Area),
             "volume" | "mass" | "weight" => quantity.add(word, Weighting::Volume),
             "Q0" | "Q1" | "Q2" | "Q3" => {
-                side.add(word, Side::Finer);
+                side.add(word, SieveSide::Finer);
                 quantity.add(
                     word,
                     match word {
@@ -278,10 +278,10 @@ fn values<'a>(
         return Ok(None);
     }
     let kind = match side.meaning()? {
-        Some(Side::Finer) => ValueKind::Cumulative,
-        Some(Side::Coarser) => ValueKind::CumulativeRetained,
-        Some(Side::OnSieve) if is_cumulative => ValueKind::CumulativeRetained,
-        Some(Side::OnSieve) => ValueKind::Retained,
+        Some(SieveSide::Finer) => ValueKind::Cumulative,
+        Some(SieveSide::Coarser) => ValueKind::CumulativeRetained,
+        Some(SieveSide::OnSieve) if is_cumulative => ValueKind::CumulativeRetained,
+        Some(SieveSide::OnSieve) => ValueKind::Retained,
         None if is_cumulative => ValueKind::Cumulative,
         None => ValueKind::Fraction,
     };

@@ -58,14 +58,14 @@ impl<L: Real> AdhesionForce<L> {
 
 /// What happened to a contact whose law [requests events](AdhesionLaw::HAS_EVENTS).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Event {
+pub enum BridgeEvent {
     /// Its two sides touch, or their films meet, and nothing is remembered yet.
     Touch,
     /// What it remembered ends: the gap is too wide.
     End,
 }
 
-impl Event {
+impl BridgeEvent {
     /// That of a contact with this bridge.
     #[must_use]
     pub fn of(bridge: &Bridge) -> Self {
@@ -147,7 +147,7 @@ pub trait AdhesionLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
         0.5 * both * (contact.overlap - last.overlap) - gain
     }
 
-    /// Where a contact that was just evaluated has an event: [`Event::Touch`] where the two overlap, else [`Event::End`].
+    /// Where a contact that was just evaluated has an event: [`BridgeEvent::Touch`] where the two overlap, else [`BridgeEvent::End`].
     #[inline(always)]
     fn event<L: Real>(&self, contact: &Contact<L>, _: &Self::History<L>) -> L::Mask {
         contact.overlap.below(contact.overlap)

@@ -1,6 +1,6 @@
 //! The liquid of a pair.
 
-use mercury_common::scene::{LawKeys, LiquidSettings, Part};
+use mercury_common::scene::{LawKeys, LawPart, LiquidSettings};
 
 use super::{Origin, Pair};
 use crate::contact::AnyAdhesion;
@@ -11,15 +11,15 @@ use crate::contact::adhesion::liquid::{Fit, KEYS, Liquid, Rupture};
 /// The contact angle mixes by the mean of the cosines, which is exact for small bridges at the touch; all other numbers by the
 /// harmonic mean. The range of the law is still 0 ([`Liquid::reaching`]).
 pub(super) fn resolve(pair: &mut Pair<'_>, settings: &LiquidSettings) -> Option<AnyAdhesion> {
-    pair.ask(Part::Liquid, &LawKeys::NONE);
-    let own = pair.laws(Part::Liquid);
-    let over = (pair.replaced(Part::Liquid)).is_some();
+    pair.ask(LawPart::Liquid, &LawKeys::NONE);
+    let own = pair.laws(LawPart::Liquid);
+    let over = (pair.replaced(LawPart::Liquid)).is_some();
     if own.iter().any(Option::is_none) && !(over && own.iter().any(Option::is_some)) {
         return Some(AnyAdhesion::None);
     }
     let (keys, origin) = law_of(pair)?;
     let fit = Fit::named(keys.name)?;
-    pair.ask(Part::Liquid, keys);
+    pair.ask(LawPart::Liquid, keys);
     pair.record_word("law", keys.name, origin);
     let [
         surface_tension,
@@ -117,7 +117,7 @@ fn law_of(pair: &mut Pair<'_>) -> Option<(&'static LawKeys, Origin)> {
         .contact
         .and_then(|(_, contact)| contact.liquid.as_ref()?.name.as_ref());
     let own = pair
-        .laws(Part::Liquid)
+        .laws(LawPart::Liquid)
         .map(|law| law.map(|law| law.name.value.as_str()));
     let (name, origin) = match (over, own) {
         (Some(name), _) => (name.value.as_str(), pair.contact_origin()),

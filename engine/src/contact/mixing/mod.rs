@@ -17,8 +17,8 @@ pub use damping::{damping_ratio_of, restitution_of};
 pub use tangential::Friction;
 
 use mercury_common::scene::{
-    ContactOverride, Conventions, KeyDefault, Law, LawKeys, LawValues, Material, MaterialIndex,
-    Mixing, Part, Place, Range, RollingLever, Scene, SceneError, TangentialHistory,
+    ContactOverride, Conventions, KeyDefault, Law, LawKeys, LawPart, LawValues, Material,
+    MaterialIndex, Mixing, Range, RollingLever, Scene, SceneError, SourceSpan, TangentialHistory,
 };
 
 use super::parameter::{Origin, Parameter, Value, short};
@@ -79,7 +79,7 @@ pub struct Pair<'a> {
     conventions: &'a Conventions,
     /// The law whose keys are being read, and its part.
     law: &'static LawKeys,
-    part: Part,
+    part: LawPart,
     parameters: Vec<Parameter>,
     errors: &'a mut Vec<SceneError>,
 }
@@ -107,14 +107,14 @@ impl<'a> Pair<'a> {
             contact: scene.contacts.iter().enumerate().find(|(_, c)| is_this(c)),
             conventions: &scene.contact,
             law: &LawKeys::NONE,
-            part: Part::Normal,
+            part: LawPart::Normal,
             parameters: Vec::new(),
             errors,
         })
     }
 
     /// Selects the law whose keys are read from now on.
-    pub fn ask(&mut self, part: Part, law: &'static LawKeys) {
+    pub fn ask(&mut self, part: LawPart, law: &'static LawKeys) {
         (self.part, self.law) = (part, law);
     }
 
@@ -126,7 +126,7 @@ impl<'a> Pair<'a> {
 
     /// The part whose law is being read.
     #[must_use]
-    pub fn part(&self) -> Part {
+    pub fn part(&self) -> LawPart {
         self.part
     }
 
@@ -160,7 +160,7 @@ impl<'a> Pair<'a> {
     }
 
     /// Where to complain if the pair as a whole is wrong.
-    fn place(&self) -> Place {
+    fn place(&self) -> SourceSpan {
         match self.contact {
             Some((_, contact)) => contact.place.clone(),
             None => {
@@ -197,7 +197,7 @@ impl<'a> Pair<'a> {
     }
 
     /// The laws of a part that the two materials name, whichever they are.
-    fn laws(&self, part: Part) -> [Option<&'a Law>; 2] {
+    fn laws(&self, part: LawPart) -> [Option<&'a Law>; 2] {
         self.sides.map(|side| side.law(part))
     }
 
@@ -212,7 +212,7 @@ impl<'a> Pair<'a> {
 
     /// What `[[contacts]]` replaces of a part.
     #[must_use]
-    pub fn replaced(&self, part: Part) -> Option<&'a LawValues> {
+    pub fn replaced(&self, part: LawPart) -> Option<&'a LawValues> {
         let (_, contact) = self.contact?;
         contact.law(part).map(|law| &law.values)
     }
@@ -245,7 +245,7 @@ impl<'a> Pair<'a> {
                 contact: None,
                 conventions: self.conventions,
                 law: &LawKeys::NONE,
-                part: Part::Normal,
+                part: LawPart::Normal,
                 parameters: Vec::new(),
                 errors: &mut errors,
             })

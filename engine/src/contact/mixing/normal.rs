@@ -1,12 +1,12 @@
 //! The normal law of a pair.
 
-use mercury_common::scene::{LawKeys, Part};
+use mercury_common::scene::{LawKeys, LawPart};
 
 use super::Pair;
 use crate::contact::{AnyNormal, PlannedNormal};
 
 pub(super) fn resolve(pair: &mut Pair<'_>) -> Option<AnyNormal> {
-    pair.ask(Part::Normal, &LawKeys::NONE);
+    pair.ask(LawPart::Normal, &LawKeys::NONE);
     let own = pair.sides.map(|side| side.normal.name.value.as_str());
     let over = pair
         .contact
@@ -29,7 +29,7 @@ pub(super) fn resolve(pair: &mut Pair<'_>) -> Option<AnyNormal> {
         }
     };
     let law = pair.known(AnyNormal::KEYS, name)?;
-    pair.ask(Part::Normal, law);
+    pair.ask(LawPart::Normal, law);
     pair.record_word("law", law.name, origin);
     AnyNormal::of_scene(pair)
 }

@@ -1,15 +1,15 @@
 //! The law of rolling and torsion of a pair.
 
-use mercury_common::scene::{LawKeys, Part};
+use mercury_common::scene::{LawKeys, LawPart};
 
 use super::Pair;
 use crate::contact::{AnyRolling, AnyTangential};
 
 /// The law that the tables of both parts name, at either side or for the pair; `None` where there is none.
 fn law_of(pair: &mut Pair<'_>) -> Option<Option<&'static LawKeys>> {
-    pair.ask(Part::Rolling, &LawKeys::NONE);
+    pair.ask(LawPart::Rolling, &LawKeys::NONE);
     let mut names: Vec<String> = Vec::new();
-    for part in [Part::Rolling, Part::Torsion] {
+    for part in [LawPart::Rolling, LawPart::Torsion] {
         let over = pair.contact.and_then(|(_, contact)| contact.law(part));
         let over = over.and_then(|law| law.name.as_ref());
         let own = pair.laws(part).into_iter().flatten().map(|law| &law.name);
@@ -42,7 +42,7 @@ pub(super) fn needs_tangential_stiffness(pair: &mut Pair<'_>) -> bool {
     // `resolve` complains.
     pair.errors.truncate(errors);
     law.is_some_and(|law| {
-        pair.ask(Part::Rolling, law);
+        pair.ask(LawPart::Rolling, law);
         AnyRolling::needs_tangential_stiffness(pair)
     })
 }
@@ -50,7 +50,7 @@ pub(super) fn needs_tangential_stiffness(pair: &mut Pair<'_>) -> bool {
 pub(super) fn resolve(pair: &mut Pair<'_>, tangential: &AnyTangential) -> Option<AnyRolling> {
     match law_of(pair)? {
         Some(law) => {
-            pair.ask(Part::Rolling, law);
+            pair.ask(LawPart::Rolling, law);
             AnyRolling::of_scene(pair, tangential)
         }
         None => Some(AnyRolling::None),

@@ -1,6 +1,6 @@
 //! The law of sliding of a pair.
 
-use mercury_common::scene::{LawKeys, Part};
+use mercury_common::scene::{LawKeys, LawPart};
 
 use super::{Origin, Pair};
 use crate::contact::{AnyNormal, AnyTangential};
@@ -9,9 +9,9 @@ use crate::contact::{AnyNormal, AnyTangential};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Friction {
     /// mu while sliding.
-    pub dynamic: f64,
+    pub mu_dynamic: f64,
     /// mu while sticking.
-    pub holding: f64,
+    pub mu_static: f64,
 }
 
 /// `needs_stiffness`: a rolling law takes its stiffness from this one, so it stays even without friction.
@@ -20,21 +20,28 @@ pub(super) fn resolve(
     normal: &AnyNormal,
     needs_stiffness: bool,
 ) -> Option<AnyTangential> {
-    pair.ask(Part::Tangential, &LawKeys::NONE);
-    let own = pair.laws(Part::Tangential);
+    pair.ask(LawPart::Tangential, &LawKeys::NONE);
+    let own = pair.laws(LawPart::Tangential);
     // A material without a law of sliding is smooth.
     let sides = own.map(|law| law.map_or(Some(0.0), |law| law.values.number("friction")));
-    let (dynamic, origin) = pair.mix(pair.over("friction"), sides)?;
-    if dynamic == 0.0 && !(needs_stiffness && own.iter().any(Option::is_some)) {
+    let (mu_dynamic, origin) = pair.mix(pair.over("friction"), sides)?;
+    if mu_dynamic == 0.0 && !(needs_stiffness && own.iter().any(Option::is_some)) {
         pair.record("friction", 0.0, origin);
         return Some(AnyTangential::None);
     }
     let (law, law_origin) = law_of(pair)?;
-    pair.ask(Part::Tangential, law);
+    pair.ask(LawPart::Tangential, law);
     pair.record_word("law", law.name, law_origin);
-    pair.record("friction", dynamic, origin);
-    let holding = pair.static_friction(dynamic)?;
-    AnyTangential::of_scene(pair, normal, Friction { dynamic, holding })
+    pair.record("friction", mu_dynamic, origin);
+    let mu_static = pair.static_friction(mu_dynamic)?;
+    AnyTangential::of_scene(
+        pair,
+        normal,
+        Friction {
+            mu_dynamic,
+            mu_static,
+        },
+    )
 }
 
 fn law_of(pair: &mut Pair<'_>) -> Option<(&'static LawKeys, Origin)> {
@@ -42,7 +49,7 @@ fn law_of(pair: &mut Pair<'_>) -> Option<(&'static LawKeys, Origin)> {
         .contact
         .and_then(|(_, contact)| contact.tangential.as_ref()?.name.as_ref());
     let own = pair
-        .laws(Part::Tangential)
+        .laws(LawPart::Tangential)
         .map(|law| law.map(|law| law.name.value.as_str()));
     let (name, origin) = match (over, own) {
         (Some(name), _) => (name.value.as_str(), pair.contact_origin()),

@@ -1,6 +1,6 @@
 //! Hertz' law with the damping that makes the restitution independent of the velocity.
 
-use mercury_common::scene::{Key, LawKeys, Mixing, Part, Range};
+use mercury_common::scene::{Key, LawKeys, LawPart, Mixing, Range};
 
 use super::super::normal::linear::{damping_ratio, damping_ratio_clamped};
 use super::elastic::{ELASTIC_CHOICE, ELASTIC_KEYS, modulus_of};
@@ -123,7 +123,7 @@ const BETA_PER_ZETA: f64 = 2.236_067_977_499_79;
 
 impl PlannedNormal for Hertz {
     const KEYS: &'static LawKeys = &LawKeys {
-        parts: &[Part::Normal],
+        parts: &[LawPart::Normal],
         name: "hertz",
         text: "Hertz (1882) with viscous damping",
         keys: &[

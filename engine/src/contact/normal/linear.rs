@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use mercury_common::scene::{Key, LawKeys, LawValues, Mixing, Part, Range};
+use mercury_common::scene::{Key, LawKeys, LawPart, LawValues, Mixing, Range};
 
 use super::{Contact, NormalForce, NormalLaw};
 use crate::contact::mixing::{Pair, damping_ratio_of, harmonic_mean, restitution_of};
@@ -175,7 +175,7 @@ const SETTER: Mixing = Mixing::Derived("the stiffness that follows is mixed");
 
 impl PlannedNormal for Linear {
     const KEYS: &'static LawKeys = &LawKeys {
-        parts: &[Part::Normal],
+        parts: &[LawPart::Normal],
         name: "linear",
         text: "linear spring and dashpot",
         keys: &[
@@ -216,7 +216,7 @@ impl PlannedNormal for Linear {
             (Some(time), Some(e), Some(mass)) => Some(from_collision(pair, time, e, mass).0),
             _ => None,
         };
-        let sides = pair.typed().map(|typed| Side::of(pair, typed?));
+        let sides = pair.typed().map(|typed| HalfContact::of(pair, typed?));
         let over_stiffness = pair.over("stiffness").or(collision);
         let stiffnesses = sides.map(|side| side.map(|side| side.stiffness));
         let (stiffness, origin) = pair.need("stiffness", over_stiffness, stiffnesses)?;
@@ -297,7 +297,7 @@ pub(super) fn spring_duration(stiffness: f64, dissipation: f64, effective_mass: 
 
 /// Spring and damping of a material with itself.
 #[derive(Clone, Copy)]
-struct Side {
+struct HalfContact {
     stiffness: f64,
     damping: Damping,
 }
@@ -310,7 +310,7 @@ enum Damping {
     Dissipation(f64),
 }
 
-impl Side {
+impl HalfContact {
     fn of(pair: &Pair<'_>, typed: &LawValues) -> Option<Self> {
         let restitution = typed.number("restitution");
         if let Some(time) = typed.number("collision_time") {

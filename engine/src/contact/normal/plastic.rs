@@ -1,6 +1,6 @@
 //! The hysteretic spring of elasto-plastic, cohesive contacts.
 
-use mercury_common::scene::{Key, LawKeys, Part, Range};
+use mercury_common::scene::{Key, LawKeys, LawPart, Range};
 
 use super::super::{History, HistoryNumber};
 use super::linear::spring_duration;
@@ -149,7 +149,7 @@ impl NormalLaw for Plastic {
 
 impl PlannedNormal for Plastic {
     const KEYS: &'static LawKeys = &LawKeys {
-        parts: &[Part::Normal],
+        parts: &[LawPart::Normal],
         name: "plastic",
         text: "hysteretic and adhesive: Luding (2008)",
         keys: &[

@@ -1,6 +1,6 @@
 //! Luding's virtual springs against rolling and torsion.
 
-use mercury_common::scene::{Key, LawKeys, Part, Range};
+use mercury_common::scene::{Key, LawKeys, LawPart, Range};
 
 use super::super::{Contact, History, HistoryNumber, SpringRotation, follow};
 use super::RollingLaw;
@@ -201,7 +201,7 @@ impl RollingLaw for Luding {
 
 impl PlannedRolling for Luding {
     const KEYS: &'static LawKeys = &LawKeys {
-        parts: &[Part::Rolling, Part::Torsion],
+        parts: &[LawPart::Rolling, LawPart::Torsion],
         name: "luding",
         text: "spring, dashpot and limit as for sliding: Luding (2008)",
         keys: &[
@@ -215,15 +215,17 @@ impl PlannedRolling for Luding {
     };
 
     fn needs_tangential_stiffness(pair: &mut Pair<'_>) -> bool {
-        [Part::Rolling, Part::Torsion].into_iter().any(|part| {
-            pair.ask(part, Self::KEYS);
-            friction(pair).0 > 0.0 && stiffness(pair).is_none()
-        })
+        [LawPart::Rolling, LawPart::Torsion]
+            .into_iter()
+            .any(|part| {
+                pair.ask(part, Self::KEYS);
+                friction(pair).0 > 0.0 && stiffness(pair).is_none()
+            })
     }
 
     fn of_scene(pair: &mut Pair<'_>, tangential: &AnyTangential) -> Option<Option<Self>> {
-        let rolling = spring(pair, Part::Rolling, tangential);
-        let torsion = spring(pair, Part::Torsion, tangential);
+        let rolling = spring(pair, LawPart::Rolling, tangential);
+        let torsion = spring(pair, LawPart::Torsion, tangential);
         let (rolling, torsion) = (rolling?, torsion?);
         if rolling.friction == 0.0 && torsion.friction == 0.0 {
             return Some(None);
@@ -233,7 +235,7 @@ impl PlannedRolling for Luding {
             AnyTangential::Mindlin(_) | AnyTangential::MindlinRescaled(_)
         );
         let lever = pair.lever();
-        pair.ask(Part::Rolling, Self::KEYS);
+        pair.ask(LawPart::Rolling, Self::KEYS);
         let origin = Origin::Derived("contact.rolling_lever");
         pair.record_derived("lever", "R*", lever, origin);
         Some(Some(Self {
@@ -288,7 +290,11 @@ fn stiffness(pair: &Pair<'_>) -> Option<(f64, Origin)> {
     pair.mix(pair.over("stiffness"), pair.sides("stiffness"))
 }
 
-fn spring(pair: &mut Pair<'_>, part: Part, tangential: &AnyTangential) -> Option<FrictionSpring> {
+fn spring(
+    pair: &mut Pair<'_>,
+    part: LawPart,
+    tangential: &AnyTangential,
+) -> Option<FrictionSpring> {
     pair.ask(part, Luding::KEYS);
     let (friction, origin) = friction(pair);
     if friction == 0.0 {

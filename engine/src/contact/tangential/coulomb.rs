@@ -4,14 +4,14 @@ use mercury_common::scene::CoulombLimits;
 
 use crate::lanes::{Mask, Real, Vector};
 
-/// What a contact may carry along its tangent plane.
+/// Coulomb's limits on the force along the tangent plane.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Slider<L: Real> {
     rule: CoulombLimits,
     /// The force at which it starts to slide, N.
-    holds: L,
+    static_limit: L,
     /// The force while it slides, N.
-    slides: L,
+    dynamic_limit: L,
 }
 
 /// Force of a spring and a dashpot after Coulomb's limit.
@@ -43,8 +43,8 @@ impl<L: Real> Slider<L> {
         };
         Self {
             rule,
-            holds: pressure * static_friction,
-            slides: pressure * friction,
+            static_limit: pressure * static_friction,
+            dynamic_limit: pressure * friction,
         }
     }
 
@@ -90,16 +90,16 @@ impl<L: Real> Slider<L> {
     /// back to what the contact holds.
     #[inline(always)]
     fn bounded(&self, elastic: Vector<L>, damping: Vector<L>) -> Limited<L> {
-        let most = self.holds * self.holds;
+        let most = self.static_limit * self.static_limit;
         let elastic_squared = elastic.length_squared();
         let slides = !elastic_squared.at_most(most);
         let mut trial = elastic - damping;
         let mut squared = trial.length_squared();
-        let mut limit = self.holds;
+        let mut limit = self.static_limit;
         if slides.any() {
             trial = Vector::select(slides, elastic, trial);
             squared = L::select(slides, elastic_squared, squared);
-            limit = L::select(slides, self.slides, limit);
+            limit = L::select(slides, self.dynamic_limit, limit);
         }
         let cut = !squared.at_most(most);
         let mut force = trial;
@@ -118,10 +118,10 @@ impl<L: Real> Slider<L> {
     #[inline(always)]
     pub(super) fn cut(&self, trial: Vector<L>) -> (Vector<L>, L::Mask) {
         let squared = trial.length_squared();
-        let slides = !squared.at_most(self.holds * self.holds);
+        let slides = !squared.at_most(self.static_limit * self.static_limit);
         let mut force = trial;
         if slides.any() {
-            force = Vector::select(slides, trial * (self.slides / squared.sqrt()), trial);
+            force = Vector::select(slides, trial * (self.dynamic_limit / squared.sqrt()), trial);
         }
         (force, slides)
     }

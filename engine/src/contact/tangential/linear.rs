@@ -1,6 +1,6 @@
 //! The linear tangential spring and dashpot with Coulomb's limit.
 
-use mercury_common::scene::{CoulombLimits, Key, LawKeys, Part, Range};
+use mercury_common::scene::{CoulombLimits, Key, LawKeys, LawPart, Range};
 
 use super::super::history::TangentialSpring;
 use super::super::{Contact, SpringRotation, follow};
@@ -119,7 +119,7 @@ impl TangentialLaw for LinearFriction {
 
 impl PlannedTangential for LinearFriction {
     const KEYS: &'static LawKeys = &LawKeys {
-        parts: &[Part::Tangential],
+        parts: &[LawPart::Tangential],
         name: "linear",
         text: "linear spring and dashpot with Coulomb's limit",
         keys: &[
@@ -174,8 +174,8 @@ impl PlannedTangential for LinearFriction {
         Some(AnyTangential::Linear(Self {
             stiffness,
             dissipation: dissipation.min(STRONGEST_DASHPOT),
-            friction: friction.dynamic,
-            static_friction: friction.holding,
+            friction: friction.mu_dynamic,
+            static_friction: friction.mu_static,
             rotation: pair.rotation(),
             limits: match pair.conventions().coulomb_limits {
                 CoulombLimits::Bounded => CoulombLimits::Bounded,

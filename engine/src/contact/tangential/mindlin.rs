@@ -1,6 +1,6 @@
 //! Mindlin's tangential stiffness with a spring that forgets the load at which it was stretched.
 
-use mercury_common::scene::{CoulombLimits, Key, LawKeys, Mixing, Part, Range};
+use mercury_common::scene::{CoulombLimits, Key, LawKeys, LawPart, Mixing, Range};
 
 use super::super::history::TangentialSpring;
 use super::super::{Contact, turn};
@@ -154,7 +154,7 @@ impl TangentialLaw for Mindlin {
 
 impl PlannedTangential for Mindlin {
     const KEYS: &'static LawKeys = &LawKeys {
-        parts: &[Part::Tangential],
+        parts: &[LawPart::Tangential],
         name: "mindlin",
         text: "Mindlin (1949), with Hertz contacts",
         keys: &[
@@ -217,8 +217,8 @@ impl PlannedTangential for Mindlin {
             shear,
             factor,
             damping.min(STRONGEST_DASHPOT),
-            friction.dynamic,
-            friction.holding,
+            friction.mu_dynamic,
+            friction.mu_static,
         );
         law.limits = pair.conventions().coulomb_limits;
         Some(match load_history {
@@ -232,7 +232,7 @@ impl PlannedTangential for Mindlin {
 fn damping(pair: &mut Pair<'_>, normal: &AnyNormal) -> Option<(f64, Origin)> {
     let default = normal.beta().map(|beta| (2.0f64 / 3.0).sqrt() * beta);
     let follows = Origin::Derived("sqrt(2/3) of normal.damping");
-    let replaced = pair.replaced(Part::Tangential);
+    let replaced = pair.replaced(LawPart::Tangential);
     let over_default = replaced.is_some_and(|values| values.word("damping").is_some());
     let typed = pair.sides("damping");
     let damping = match pair.over("damping") {
@@ -265,7 +265,7 @@ fn damping(pair: &mut Pair<'_>, normal: &AnyNormal) -> Option<(f64, Origin)> {
 fn shear_modulus(pair: &mut Pair<'_>) -> Option<(f64, Origin)> {
     let over = pair.over("effective_shear_modulus");
     let typed = pair.sides("effective_shear_modulus");
-    let normal = |key: &str| pair.replaced(Part::Normal)?.number(key);
+    let normal = |key: &str| pair.replaced(LawPart::Normal)?.number(key);
     let (over_e, over_nu) = (normal("youngs_modulus"), normal("poisson_ratio"));
     let constants = pair.elastic_constants();
     if over.is_none() && (typed == [None, None] || over_e.is_some()) {

@@ -3,7 +3,7 @@
 use super::block::Block;
 use super::carry_histories::CarriedFromWall;
 use super::slots::{FREE, IMAGE, TOUCHING, WITH_HISTORY, WallSlot, with_history};
-use crate::contact::{Bridge, Event, History};
+use crate::contact::{Bridge, BridgeEvent, History};
 use crate::forces::{Bond, BondPlace, ContactEvent, NearWall, Partner};
 use crate::state::WallIndex;
 
@@ -11,12 +11,12 @@ use crate::state::WallIndex;
 #[derive(Debug, Clone, Copy)]
 pub(super) enum SlotEvent {
     /// A listed pair, by the number of its slot.
-    Pair { slot: u32, event: Event },
+    Pair { slot: u32, event: BridgeEvent },
     /// A particle and a feature of a wall, by the number of the entry among those near walls. Slots at walls may still move.
     Wall {
         near: u32,
         feature: u32,
-        event: Event,
+        event: BridgeEvent,
     },
     /// A contact whose slot is gone, with the bridge that it had.
     Gone {
@@ -94,7 +94,7 @@ impl<H: History> Block<H> {
                         touches: false,
                         bridge,
                     };
-                    (Event::End, bond)
+                    (BridgeEvent::End, bond)
                 }
             };
             all.push(ContactEvent { event, bond });

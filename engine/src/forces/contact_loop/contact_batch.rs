@@ -52,13 +52,13 @@ pub(super) struct ContactBatch<'a> {
     /// The particles of every slot of the chunk.
     pub(super) a: [&'a Particle; ROOM],
     pub(super) b: [&'a Particle; ROOM],
-    pub(super) numbers: &'a mut Numbers,
+    pub(super) numbers: &'a mut BatchColumns,
 }
 
 /// The numbers of the contacts found in a chunk of slots. One for all blocks of a thread: making it takes as long as some
 /// contacts. Each chunk writes every number that it reads; nothing is kept for the next chunk.
 #[derive(Debug)]
-pub(super) struct Numbers {
+pub(super) struct BatchColumns {
     // As they were found, in the order of the slots.
     /// x_A - x_B, of the image of B that is listed, m.
     pub(super) offset: [Column; 3],
@@ -98,7 +98,7 @@ pub(super) struct Numbers {
     pub(super) torques: [[Quad; ROOM]; 2],
 }
 
-impl Numbers {
+impl BatchColumns {
     /// The numbers of no contact.
     pub(super) fn new() -> Self {
         Self {
@@ -123,7 +123,7 @@ impl Numbers {
     }
 }
 
-impl Numbers {
+impl BatchColumns {
     /// Puts the contact found at `k` to `to`, before it.
     pub(super) fn keep(&mut self, k: usize, to: usize) {
         self.slot[to] = self.slot[k];
@@ -146,7 +146,7 @@ pub(super) struct Turn {
 
 impl<'a> ContactBatch<'a> {
     /// Nothing yet; `filler` fills all entries.
-    pub(super) fn new(filler: &'a Particle, numbers: &'a mut Numbers) -> Self {
+    pub(super) fn new(filler: &'a Particle, numbers: &'a mut BatchColumns) -> Self {
         Self {
             a: [filler; ROOM],
             b: [filler; ROOM],

@@ -16,14 +16,14 @@ use glam::DVec3;
 
 use super::block::Block;
 use super::bonds::SlotEvent;
-use super::contact_batch::{CHUNK, ContactBatch, Numbers, ROOM};
+use super::contact_batch::{BatchColumns, CHUNK, ContactBatch, ROOM};
 use super::contact_point::mobility;
 use super::pass::{ContactSite, Pass, Rows};
 use super::prefetch::{PORTION, prefetch_ahead};
 use super::slots::{FREE, IMAGE, Slot, TOUCHING, WITH_HISTORY, with_history};
 use crate::cell::NO_SHIFT;
 use crate::contact::{
-    Action, AdhesionLaw, Event, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
+    Action, AdhesionLaw, BridgeEvent, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
 };
 use crate::forces::{Observation, Partner};
 use crate::lanes::{MOST_LANES, Mask, Quad, Real, Task, Vector};
@@ -36,7 +36,7 @@ pub(super) struct Pairs<'p, 'a, N, T, R, A, H, const PERIODIC: bool, const WATCH
     pub(super) rows: &'p Rows<'p>,
     pub(super) loads: &'p mut [Load],
     /// Buffers for the contacts that are found.
-    pub(super) numbers: &'p mut Numbers,
+    pub(super) numbers: &'p mut BatchColumns,
 }
 
 impl<N, T, R, A, const PERIODIC: bool, const WATCHED: bool> Task
@@ -339,7 +339,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                     if !at[..k].contains(&at[k]) {
                         events.push(SlotEvent::Pair {
                             slot: (first_slot + at[k]) as u32,
-                            event: Event::of(&slots[at[k]].history.bridge()),
+                            event: BridgeEvent::of(&slots[at[k]].history.bridge()),
                         });
                     }
                 }

@@ -1,7 +1,7 @@
 //! One pass over the contacts of all blocks, and what it works on.
 
 use super::block::Block;
-use super::contact_batch::Numbers;
+use super::contact_batch::BatchColumns;
 use super::memory::Memory;
 use super::pairs::Pairs;
 use super::prefetch::BEYOND_CACHE;
@@ -11,7 +11,7 @@ use crate::forces::blocks::place;
 use crate::forces::{Finish, MotionBound, Observation, Partner, StepContext};
 use crate::lanes::Task;
 use crate::state::{Bodies, Id, Load, Particle};
-use crate::surface::Place;
+use crate::surface::SurfacePoint;
 
 /// The data that all blocks of one force evaluation share.
 pub(super) struct Pass<'a, N, T, R, A> {
@@ -60,7 +60,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         records: &mut [Particle],
         loads: &mut [Load],
         finish: &Finish<'_>,
-        numbers: &mut Numbers,
+        numbers: &mut BatchColumns,
     ) -> MotionBound {
         let mut fastest = MotionBound::default();
         for (index, sources) in sources.iter().enumerate() {
@@ -84,7 +84,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         block: &'p mut Block<Histories<N, T, R, A>>,
         rows: &'p Rows<'p>,
         loads: &'p mut [Load],
-        numbers: &'p mut Numbers,
+        numbers: &'p mut BatchColumns,
     ) -> Pairs<'p, 'p, N, T, R, A, Histories<N, T, R, A>, PERIODIC, WATCHED> {
         Pairs {
             pass: self,
@@ -101,7 +101,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         block: &mut Block<Histories<N, T, R, A>>,
         rows: &Rows<'_>,
         loads: &mut [Load],
-        numbers: &mut Numbers,
+        numbers: &mut BatchColumns,
     ) {
         loads.fill(Load::default());
         block.outbox.clear();
@@ -171,7 +171,7 @@ pub(super) struct ContactSite<'a> {
     /// The partner, if it is a particle.
     pub(super) b: Option<&'a Particle>,
     /// The number of the sheet and the point of it, if it is one.
-    pub(super) sheet: Option<(u16, Place)>,
+    pub(super) sheet: Option<(u16, SurfacePoint)>,
     /// Whether it joins a nearer contact of the particle with the sheet.
     pub(super) joined: Option<Joined>,
     /// Feature of the wall.

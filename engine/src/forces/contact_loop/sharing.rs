@@ -14,7 +14,7 @@ use std::sync::{Mutex, PoisonError, RwLock};
 use std::time::{Duration, Instant};
 
 use super::block::Block;
-use super::contact_batch::Numbers;
+use super::contact_batch::BatchColumns;
 use super::pass::{Pass, Rows};
 use crate::contact::{AdhesionLaw, Histories, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::{Finish, MotionBound};
@@ -82,7 +82,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             let begun = Instant::now();
             // What this thread has computed and still has to finish: no other thread has it in its cache.
             let mut mine = Vec::new();
-            let mut numbers = Numbers::new();
+            let mut numbers = BatchColumns::new();
             let finish_ready = |mine: &mut Vec<usize>| {
                 mine.retain(|&index| !finish_if_ready(&stations, index, finish));
             };
@@ -115,7 +115,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         &self,
         stations: &[Station<'_, Histories<N, T, R, A>>],
         index: usize,
-        numbers: &mut Numbers,
+        numbers: &mut BatchColumns,
     ) {
         let station = &stations[index];
         let mut block = locked!(station.block.write());

@@ -10,7 +10,7 @@ use crate::contact::{
     TangentialLaw,
 };
 use crate::forces::SpringEnergy;
-use crate::surface::{Place, Surface, SurfaceLoad};
+use crate::surface::{Surface, SurfaceLoad, SurfacePoint};
 use crate::walls::{Feature, Mesh, Saddle, Shape, Touch};
 
 /// A point of a sheet that is touched.
@@ -19,7 +19,7 @@ pub(super) struct AtSheet<'a> {
     mesh: &'a Mesh,
     number: u16,
     feature: Feature,
-    place: Place,
+    place: SurfacePoint,
     /// Velocity of the point, m/s.
     pub(super) velocity: DVec3,
     /// Over the mass with which it answers a force, 1/kg.
@@ -103,7 +103,7 @@ impl<'a> AtSheet<'a> {
     }
 
     /// The number of the sheet, and the point.
-    pub(super) fn place(&self) -> (u16, Place) {
+    pub(super) fn place(&self) -> (u16, SurfacePoint) {
         (self.number, self.place)
     }
 }

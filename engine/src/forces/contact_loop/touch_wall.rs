@@ -9,7 +9,8 @@ use super::sheets::{AtSheet, Joined};
 use super::slots::{TOUCHING, WITH_HISTORY, WallSlot, with_history};
 use super::walls::WallSide;
 use crate::contact::{
-    Action, AdhesionLaw, Contact, Event, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
+    Action, AdhesionLaw, BridgeEvent, Contact, Histories, History, NormalLaw, RollingLaw,
+    TangentialLaw,
 };
 use crate::forces::{FeatureLoad, FeatureLoads, Impact, Observation, Partner, Rub};
 use crate::lanes::Vector;
@@ -63,7 +64,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             reports.events.push(SlotEvent::Wall {
                 near: at.near,
                 feature: at.touch.feature,
-                event: Event::of(&slot.history.bridge()),
+                event: BridgeEvent::of(&slot.history.bridge()),
             });
         }
         let tangential = DVec3::from(action.shear(A::SHEARS));

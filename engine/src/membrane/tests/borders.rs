@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::{forces_of, lattice, law, noisy, plate, sheet};
-use crate::membrane::borders::{Border, Shape};
+use crate::membrane::borders::{Border, SheetShape};
 use crate::membrane::{Bending, Elasticity, Law, Load, Sheet, sphere};
 use crate::walls::WallStiffness;
 
@@ -22,7 +22,7 @@ fn answer(
 ) -> WallStiffness {
     let inverse_masses: Vec<f64> = sheet.masses().iter().map(|mass| 1.0 / mass).collect();
     let dashpots = sheet.dashpots(&inverse_masses);
-    let shape = Shape {
+    let shape = SheetShape {
         positions,
         // Without masses the damping is that of the dashpots alone.
         inverse_masses: &vec![0.0; positions.len()],

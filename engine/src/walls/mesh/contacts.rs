@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::super::touch::{Touch, Touches, Turning};
-use super::facet::{Facet, Nearest, Part};
+use super::facet::{Facet, FacetPart, Nearest};
 use super::near::Near;
 use super::patches::NO_GROUP;
 use super::{Mesh, SMOOTH_ANGLE, Scratch};
@@ -94,7 +94,7 @@ impl Mesh {
             }) {
                 nearest_of_all = Some((nearest, index, feature));
             }
-            let known = |other: &Found| other.feature == feature && nearest.part != Part::Face;
+            let known = |other: &Found| other.feature == feature && nearest.part != FacetPart::Face;
             match found.iter_mut().find(|other| known(other)) {
                 Some(other) if group == NO_GROUP => other.group = NO_GROUP,
                 Some(_) => {}
@@ -144,8 +144,8 @@ impl Mesh {
         let mut minimum = Minimum {
             distance: nearest.distance,
             normal: match nearest.part {
-                Part::Face if back => -facet.normal,
-                Part::Face => facet.normal,
+                FacetPart::Face if back => -facet.normal,
+                FacetPart::Face => facet.normal,
                 _ if nearest.distance > 0.0 => outward / nearest.distance,
                 _ => facet.normal,
             },
@@ -183,12 +183,12 @@ impl Mesh {
     }
 
     /// Faces come first, then edges, then corners.
-    pub(super) fn feature(&self, facet: u32, part: Part) -> u32 {
+    pub(super) fn feature(&self, facet: u32, part: FacetPart) -> u32 {
         let faces = self.facets.len() as u32;
         match part {
-            Part::Face => facet,
-            Part::Edge(edge) => faces + edge,
-            Part::Corner(corner) => faces + self.topology.edge_count() as u32 + corner,
+            FacetPart::Face => facet,
+            FacetPart::Edge(edge) => faces + edge,
+            FacetPart::Corner(corner) => faces + self.topology.edge_count() as u32 + corner,
         }
     }
 
@@ -224,12 +224,12 @@ impl Mesh {
             nearer <= 0.0 || nearer <= self.round_off * (along.length() + nearest.distance)
         };
         match nearest.part {
-            Part::Face => true,
-            Part::Edge(edge) => {
+            FacetPart::Face => true,
+            FacetPart::Edge(edge) => {
                 let around = self.topology.triangles_at(edge).iter();
                 around.copied().all(|(_, opposite)| rises(opposite))
             }
-            Part::Corner(corner) => {
+            FacetPart::Corner(corner) => {
                 let around = self.topology.neighbours(corner).iter();
                 around.copied().all(rises)
             }
@@ -255,11 +255,11 @@ impl Mesh {
     /// Whether the centre is behind the surface. A rim has no back.
     fn is_behind(&self, nearest: &Nearest, outward: DVec3, normal: DVec3) -> bool {
         match nearest.part {
-            Part::Face => outward.dot(normal) < 0.0,
-            Part::Edge(edge) => {
+            FacetPart::Face => outward.dot(normal) < 0.0,
+            FacetPart::Edge(edge) => {
                 !self.topology.is_rim(edge) && outward.dot(self.topology.edge_normal(edge)) < 0.0
             }
-            Part::Corner(corner) => {
+            FacetPart::Corner(corner) => {
                 !self.topology.is_on_rim(corner)
                     && outward.dot(self.topology.corner_normal(corner)) < 0.0
             }

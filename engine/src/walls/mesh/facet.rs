@@ -24,7 +24,7 @@ pub(super) struct Facet {
 
 /// Which part of a triangle is nearest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Part {
+pub(super) enum FacetPart {
     Face,
     /// Edge, by its index in the mesh.
     Edge(u32),
@@ -37,7 +37,7 @@ pub(super) enum Part {
 pub(super) struct Nearest {
     pub distance: f64,
     pub point: DVec3,
-    pub part: Part,
+    pub part: FacetPart,
 }
 
 impl Facet {
@@ -106,7 +106,7 @@ impl Facet {
             return (distance < reach).then_some(Nearest {
                 distance,
                 point,
-                part: Part::Face,
+                part: FacetPart::Face,
             });
         }
         // The nearest point lies on an edge beyond whose line the centre is.
@@ -126,11 +126,11 @@ impl Facet {
             let along = end - start;
             let t = (centre - start).dot(along) / along.length_squared();
             let (point, part) = if t <= 0.0 {
-                (start, Part::Corner(from))
+                (start, FacetPart::Corner(from))
             } else if t >= 1.0 {
-                (end, Part::Corner(to))
+                (end, FacetPart::Corner(to))
             } else {
-                (start + along * t, Part::Edge(self.edges[k]))
+                (start + along * t, FacetPart::Edge(self.edges[k]))
             };
             let distance = centre.distance_squared(point);
             if best.is_none_or(|best| distance < best.distance) {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use mercury_common::particle_properties::{FILM_VOLUME, ParticleProperty};
-use mercury_common::scene::{ParticleSource, Place, Scene, SceneError, Shape};
+use mercury_common::scene::{ParticleSource, Scene, SceneError, Shape, SourceSpan};
 
 use super::{name, place, point};
 use crate::plan::NewParticle;
@@ -220,7 +220,7 @@ pub(in crate::plan) fn flat(
 
 /// No liquid: bridges and films are those of spheres.
 fn dry(scene: &Scene, start: &StartingParticles, errors: &mut Vec<SceneError>) {
-    let mut refuse = |place: &Place| {
+    let mut refuse = |place: &SourceSpan| {
         let error =
             place.error("liquid needs three dimensions: a disc has no surface to be wetted");
         errors.push(error.with_help("leave the liquid out, or set domain.dimensions = 3"));

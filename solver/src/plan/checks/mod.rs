@@ -5,7 +5,7 @@ mod domain;
 mod overlaps;
 
 use glam::DVec3;
-use mercury_common::scene::{Place, Scene};
+use mercury_common::scene::{Scene, SourceSpan};
 
 use super::particles::{StartingParticles, Typed};
 use mercury_engine::contact::parameter::short;
@@ -25,7 +25,11 @@ pub(super) fn name(scene: &Scene, start: &StartingParticles, grain: usize) -> St
 }
 
 /// Where a grain was typed.
-pub(super) fn place<'a>(scene: &'a Scene, start: &StartingParticles, grain: usize) -> &'a Place {
+pub(super) fn place<'a>(
+    scene: &'a Scene,
+    start: &StartingParticles,
+    grain: usize,
+) -> &'a SourceSpan {
     &scene.particles[start.typed(grain).entry].place
 }
 

@@ -1,13 +1,13 @@
 //! Output that takes much of a disk.
 
-use super::Doubt;
+use super::Finding;
 use crate::plan::{Disk, Plan};
 
 /// A warning if there are very many frames, or very many bytes.
-pub(super) fn much_output(plan: &Plan) -> Vec<Doubt> {
+pub(super) fn much_output(plan: &Plan) -> Vec<Finding> {
     Disk::of(plan)
         .warning()
-        .map(Doubt::Warning)
+        .map(Finding::Warning)
         .into_iter()
         .collect()
 }

@@ -1,15 +1,15 @@
 //! Liquid bridges beyond the solutions that their law was fitted to.
 
-use super::Doubt;
+use super::Finding;
 use crate::plan::{PairPlan, Plan};
 use mercury_engine::contact::adhesion::liquid::{Fit, reduced_diameter};
 use mercury_engine::contact::parameter::short;
 
 /// A warning for each pair of materials.
-pub(super) fn bridges_beyond_the_fit(plan: &Plan) -> Vec<Doubt> {
+pub(super) fn bridges_beyond_the_fit(plan: &Plan) -> Vec<Finding> {
     let pairs = plan.notes().pairs().iter();
     let found = pairs.filter_map(|pair| beyond_the_fit(plan, pair));
-    found.map(Doubt::Warning).collect()
+    found.map(Finding::Warning).collect()
 }
 
 /// Largest volume over R_D^3, and largest contact angle (rad), of the solutions that the laws of liquid bridges were fitted to.

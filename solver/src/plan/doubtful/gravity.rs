@@ -3,23 +3,23 @@
 use glam::DVec3;
 use mercury_common::surfaces::FACES;
 
-use super::Doubt;
+use super::Finding;
 use crate::plan::Plan;
 use mercury_engine::boundaries::InsertionPlan;
 
 /// A warning if all particles fall out of the domain.
-pub(super) fn particles_that_fall_out(plan: &Plan) -> Vec<Doubt> {
+pub(super) fn particles_that_fall_out(plan: &Plan) -> Vec<Finding> {
     nothing_holds(plan)
         .into_iter()
-        .map(Doubt::Warning)
+        .map(Finding::Warning)
         .collect()
 }
 
 /// A warning for each insertion whose particles stay where they are placed.
-pub(super) fn insertions_at_rest(plan: &Plan) -> Vec<Doubt> {
+pub(super) fn insertions_at_rest(plan: &Plan) -> Vec<Finding> {
     let insertions = plan.physics().insertions.iter();
     let found = insertions.filter_map(|insertion| stays_in_the_air(plan, insertion));
-    found.map(Doubt::Warning).collect()
+    found.map(Finding::Warning).collect()
 }
 
 /// There is gravity without an obstacle, and the run is long enough for all particles to fall out of the domain.

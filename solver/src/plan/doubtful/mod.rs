@@ -14,7 +14,7 @@ mod wear;
 use super::Plan;
 
 /// What a check finds.
-pub(super) enum Doubt {
+pub(super) enum Finding {
     /// A likely mistake: shown before the run and in its report.
     Warning(String),
     /// Shown before the run alone.
@@ -22,7 +22,7 @@ pub(super) enum Doubt {
 }
 
 /// All checks, in the order of their messages.
-const CHECKS: [fn(&Plan) -> Vec<Doubt>; 9] = [
+const CHECKS: [fn(&Plan) -> Vec<Finding>; 9] = [
     disk::much_output,
     gravity::particles_that_fall_out,
     wear::wear_without_effect_or_too_fast,
@@ -35,6 +35,6 @@ const CHECKS: [fn(&Plan) -> Vec<Doubt>; 9] = [
 ];
 
 /// Everything that is doubtful about a plan.
-pub(super) fn doubts(plan: &Plan) -> impl Iterator<Item = Doubt> {
+pub(super) fn doubts(plan: &Plan) -> impl Iterator<Item = Finding> {
     CHECKS.into_iter().flat_map(|check| check(plan))
 }

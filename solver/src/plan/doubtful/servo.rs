@@ -2,17 +2,17 @@
 
 use glam::DVec3;
 
-use super::Doubt;
+use super::Finding;
 use crate::plan::Plan;
 use crate::plan::motions::vector;
 use mercury_engine::contact::parameter::Value;
 use mercury_engine::walls::{Component, Shape, Wall};
 
 /// A warning for each such wall.
-pub(super) fn servos_that_lift_off(plan: &Plan) -> Vec<Doubt> {
+pub(super) fn servos_that_lift_off(plan: &Plan) -> Vec<Finding> {
     let walls = plan.physics().walls.iter();
     let found = walls.filter_map(|wall| is_driven_away(plan, wall));
-    found.map(Doubt::Warning).collect()
+    found.map(Finding::Warning).collect()
 }
 
 /// What a servo's axis and a wall's normal may differ from being opposite: less than friction could make up for.

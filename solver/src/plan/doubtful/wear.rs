@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::Doubt;
+use super::Finding;
 use crate::plan::Plan;
 use mercury_engine::contact::parameter::short;
 use mercury_engine::forces::{Impact, Rub};
@@ -11,10 +11,10 @@ use mercury_engine::walls::{Scratch, Shape, Wall};
 use mercury_engine::wear::{WearPlan, Worn};
 
 /// Warnings for each wall that wears.
-pub(super) fn wear_without_effect_or_too_fast(plan: &Plan) -> Vec<Doubt> {
+pub(super) fn wear_without_effect_or_too_fast(plan: &Plan) -> Vec<Finding> {
     let walls = plan.physics().wear.iter();
     let found = walls.flat_map(|wear| of_wear(plan, wear));
-    found.map(Doubt::Warning).collect()
+    found.map(Finding::Warning).collect()
 }
 
 /// A wall that nothing can wear, or that is worn faster than its surface can follow.

@@ -14,7 +14,7 @@ use mercury_common::scene::{
 use mercury_common::sizes::{SizeDistribution, SizeError};
 
 use super::cell_of;
-use super::regions::Room;
+use super::regions::DomainBox;
 use mercury_engine::bodies::Clump;
 use mercury_engine::boundaries::{
     DeletionPlan, Ingredient, InsertionPlan, Rate, Region, Space, mean_volume,
@@ -32,7 +32,7 @@ use space::{ALMOST_ALL, check_large, check_room, spheres};
 /// All insertions that can be planned, in the order of the file. No `clumps`: they could not be read.
 pub(super) fn insertions(
     scene: &Scene,
-    room: &Room,
+    room: &DomainBox,
     clumps: Option<&[Clump]>,
     dimensions: u8,
     warnings: &mut Vec<String>,
@@ -68,7 +68,7 @@ pub(super) fn deletions(
 fn plan_one(
     scene: &Scene,
     insertion: &Insertion,
-    room: &Room,
+    room: &DomainBox,
     clumps: Option<&[Clump]>,
     dimensions: u8,
     warnings: &mut Vec<String>,
@@ -209,7 +209,7 @@ fn total_of(
     scene: &Scene,
     target: &Target,
     own: Option<&Region>,
-    room: &Room,
+    room: &DomainBox,
     errors: &mut Vec<SceneError>,
 ) -> Option<Total> {
     let (fraction, of) = match target {

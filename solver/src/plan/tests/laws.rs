@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use mercury_common::scene::{Files, Given, Key, KeyDefault, LawKeys, Part, Range};
+use mercury_common::scene::{Files, Given, Key, KeyDefault, LawKeys, LawPart, Range};
 
 use crate::plan::parse_scene;
 use mercury_engine::contact::law_keys;
@@ -36,7 +36,7 @@ fn errors_of(part: &str) -> String {
 #[test]
 fn every_mistake_in_a_law_is_named() {
     let laws = law_keys().into_iter();
-    let normal = laws.filter(|law| law.parts.contains(&Part::Normal));
+    let normal = laws.filter(|law| law.parts.contains(&LawPart::Normal));
     let normal: Vec<&str> = normal.map(|law| law.name).collect();
     let cases = include_str!("bad_laws.txt").replace("{normal laws}", &normal.join(", "));
     let cases = cases.split("### ").skip(1);
@@ -70,7 +70,7 @@ fn example(key: &Key) -> String {
 }
 
 /// The tables of a material (by part) whose every key is given, for one way through the law's choices.
-fn full(law: &LawKeys, part: Part, way: usize) -> String {
+fn full(law: &LawKeys, part: LawPart, way: usize) -> String {
     let mut chosen: Vec<&str> = Vec::new();
     for ways in law.choices {
         let done = ways
@@ -92,7 +92,7 @@ fn full(law: &LawKeys, part: Part, way: usize) -> String {
         keys.join(", ")
     );
     let normal = match part {
-        Part::Normal => "",
+        LawPart::Normal => "",
         _ => "normal = { law = \"linear\", stiffness = 1.0, restitution = 0.5 }\n",
     };
     format!("[materials.glass]\ndensity = 1.0\n{normal}{table}")

@@ -84,8 +84,15 @@ fn what_a_part_takes_stands_by_its_name_in_the_budget() {
     let mut engine = Engine::start(Arc::clone(&plan), options).unwrap();
     let columns = engine.history_columns();
     let losses = engine.audit().losses;
-    let stage = Arc::default();
-    let writer = Writer::start(place.path(), &plan, (&columns, &losses), None, &stage).unwrap();
+    let task_progress = Arc::default();
+    let writer = Writer::start(
+        place.path(),
+        &plan,
+        (&columns, &losses),
+        None,
+        &task_progress,
+    )
+    .unwrap();
     let mut schedule = Schedule::behind(plan.outputs().files(), plan.physics().time_step, 0);
     let at_start = Exchanged::by_now(&engine);
     assert!(writer.send(FrameCopy::take(

@@ -1,6 +1,6 @@
 //! What scenes say of liquid bridges.
 
-use mercury_common::scene::{Key, LawKeys, Mixing, Part, Range};
+use mercury_common::scene::{Key, LawKeys, LawPart, Mixing, Range};
 
 use super::Fit;
 
@@ -46,7 +46,7 @@ impl Fit {
 
 const fn law(name: &'static str, text: &'static str, keys: &'static [Key]) -> LawKeys {
     LawKeys {
-        parts: &[Part::Liquid],
+        parts: &[LawPart::Liquid],
         name,
         text,
         keys,

@@ -1,7 +1,7 @@
 //! Liquid bridges: capillary attraction and viscous forces, in contact and across a gap.
 //!
 //! The law of a pair evaluates a bridge that is there. Whether there is one, and how much liquid it holds, is decided by the
-//! rules of migration ([`crate::liquid`]), which are applied to the [events](super::Event) that this law requests: a touch at
+//! rules of migration ([`crate::liquid`]), which are applied to the [events](super::BridgeEvent) that this law requests: a touch at
 //! which a bridge may form, and the gap at which one breaks.
 
 mod bridge;

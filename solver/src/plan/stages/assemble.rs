@@ -8,7 +8,7 @@ use mercury_common::scene::{ClumpMass, ClumpsAs, Scene, SceneErrors, Switches, s
 use super::laws::Laws;
 use super::{Findings, Parts};
 use crate::plan::closing;
-use crate::plan::doubtful::{Doubt, doubts};
+use crate::plan::doubtful::{Finding, doubts};
 use crate::plan::meshes;
 use crate::plan::start_from_run::{Earlier, Here, carried};
 use crate::plan::time_step::{StepPlan, steps};
@@ -257,11 +257,11 @@ fn liquid(
 
 /// Adds what is doubtful about a plan to its notes.
 fn note_doubts(plan: &mut Plan) {
-    let doubts: Vec<Doubt> = doubts(plan).collect();
+    let doubts: Vec<Finding> = doubts(plan).collect();
     for doubt in doubts {
         match doubt {
-            Doubt::Warning(text) => plan.notes.warnings.push(text),
-            Doubt::Remark(text) => plan.notes.remarks.push(text),
+            Finding::Warning(text) => plan.notes.warnings.push(text),
+            Finding::Remark(text) => plan.notes.remarks.push(text),
         }
     }
 }

@@ -7,7 +7,7 @@ use crate::state::Material;
 
 /// Where insertions and deletions take place.
 #[derive(Debug, Clone, Copy)]
-pub struct Setting<'a> {
+pub struct BoundaryContext<'a> {
     /// The present cell.
     pub cell: &'a Cell,
     /// 3, or 2 for discs.
@@ -22,7 +22,7 @@ pub struct Setting<'a> {
     pub seed: u64,
 }
 
-impl<'a> Setting<'a> {
+impl<'a> BoundaryContext<'a> {
     /// The space that regions lie in.
     pub fn space(&self) -> Space<'a> {
         Space {

@@ -1,7 +1,7 @@
 //! The task of a run while it makes no steps, for observers and for requests to stop.
 //!
-//! Inserting a million particles takes a minute. Observers see the progress ([`Stage::placed`]), and a request to stop takes
-//! effect at once: the work is given up where nothing is lost by it (`Stage::may_give_up`), as the run declares.
+//! Inserting a million particles takes a minute. Observers see the progress ([`TaskProgress::placed`]), and a request to stop takes
+//! effect at once: the work is given up where nothing is lost by it (`TaskProgress::may_give_up`), as the run declares.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::Sender;
@@ -34,7 +34,7 @@ pub struct OutputFile {
 
 /// The events that a run reports.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Event {
+pub enum RunEvent {
     /// Something else is done from now on.
     Task(Task),
     /// A state is written.
@@ -63,16 +63,16 @@ pub enum Event {
 
 /// The present task of a run. Shared by the run and its observers; changes no result.
 #[derive(Debug, Default)]
-pub struct Stage {
+pub struct TaskProgress {
     task: Mutex<Task>,
     placed: AtomicU64,
     expected: AtomicU64,
     stop: Arc<AtomicBool>,
     may_give_up: AtomicBool,
-    events: Option<Sender<Event>>,
+    events: Option<Sender<RunEvent>>,
 }
 
-impl Stage {
+impl TaskProgress {
     /// Of a run that this flag stops.
     #[must_use]
     pub fn new(stop: Arc<AtomicBool>) -> Self {
@@ -84,7 +84,7 @@ impl Stage {
 
     /// The same, of a run that reports its events.
     #[must_use]
-    pub fn reporting(stop: Arc<AtomicBool>, events: Sender<Event>) -> Self {
+    pub fn reporting(stop: Arc<AtomicBool>, events: Sender<RunEvent>) -> Self {
         Self {
             events: Some(events),
             ..Self::new(stop)
@@ -92,12 +92,12 @@ impl Stage {
     }
 
     /// Whether there is a receiver.
-    pub fn is_heard(&self) -> bool {
+    pub fn has_receiver(&self) -> bool {
         self.events.is_some()
     }
 
     /// Reports an event.
-    pub fn tell(&self, event: Event) {
+    pub fn report(&self, event: RunEvent) {
         if let Some(events) = &self.events {
             // The receiver may be gone.
             let _ = events.send(event);
@@ -117,7 +117,7 @@ impl Stage {
     /// Something else is done from now on.
     pub fn begin(&self, task: Task) {
         *self.lock() = task;
-        self.tell(Event::Task(task));
+        self.report(RunEvent::Task(task));
     }
 
     /// Calls `act` if nothing of the run is written yet, and prevents writing meanwhile.
@@ -169,29 +169,29 @@ mod tests {
     #[test]
     fn work_is_given_up_only_where_it_may_be() {
         let stop = Arc::new(AtomicBool::new(true));
-        let stage = Stage::new(Arc::clone(&stop));
-        assert!(!stage.is_given_up());
-        stage.may_give_up(true);
-        assert!(stage.is_given_up());
+        let task_progress = TaskProgress::new(Arc::clone(&stop));
+        assert!(!task_progress.is_given_up());
+        task_progress.may_give_up(true);
+        assert!(task_progress.is_given_up());
         stop.store(false, Ordering::Relaxed);
-        assert!(!stage.is_given_up());
+        assert!(!task_progress.is_given_up());
     }
 
     #[test]
     fn nothing_is_done_before_the_steps_once_they_have_begun() {
-        let stage = Stage::default();
-        assert_eq!(stage.before_steps(|| 1), Some(1));
-        stage.begin(Task::Stepping);
-        assert_eq!(stage.before_steps(|| 1), None);
+        let task_progress = TaskProgress::default();
+        assert_eq!(task_progress.before_steps(|| 1), Some(1));
+        task_progress.begin(Task::Stepping);
+        assert_eq!(task_progress.before_steps(|| 1), None);
     }
 
     #[test]
     fn how_far_an_insertion_is() {
-        let stage = Stage::default();
-        stage.note_placed();
-        assert_eq!(stage.placed(), (1, None));
-        stage.expect(2);
-        stage.note_placed();
-        assert_eq!(stage.placed(), (1, Some(2)));
+        let task_progress = TaskProgress::default();
+        task_progress.note_placed();
+        assert_eq!(task_progress.placed(), (1, None));
+        task_progress.expect(2);
+        task_progress.note_placed();
+        assert_eq!(task_progress.placed(), (1, Some(2)));
     }
 }

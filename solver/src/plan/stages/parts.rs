@@ -8,7 +8,7 @@ use crate::plan::fluxes::fluxes;
 use crate::plan::insertions::{deletions, insertions};
 use crate::plan::membranes::{Sheets, membranes};
 use crate::plan::particles::{StartingParticles, starting_particles};
-use crate::plan::regions::{Room, regions};
+use crate::plan::regions::{DomainBox, regions};
 use crate::plan::sprays::sprays;
 use crate::plan::usage::{MaterialUse, material_uses};
 use crate::plan::walls::walls;
@@ -54,7 +54,7 @@ impl Parts {
         let mut start = starting_particles(scene, clumps.as_deref(), most_sites, warnings, errors);
         remarks.append(&mut start.remarks);
         let walls = walls(scene, &start.walls, warnings, remarks, errors);
-        let room = Room::of(scene, &start);
+        let room = DomainBox::of(scene, &start);
         let clumps_of = clumps.as_deref();
         let insertions = insertions(scene, &room, clumps_of, dimensions, warnings, errors);
         let clumps = clumps.unwrap_or_default();
