@@ -210,10 +210,15 @@ pub(super) fn in_lanes<L: Real>(number: impl Fn(usize) -> f64) -> L {
     L::load(&numbers)
 }
 
-/// One number of one side of each triangle, in lanes.
+/// The numbers of both sides of each edge, in lanes: their sum. Among the numbers of all triangles, in rows of four, that of a side has the
+/// index of four times the triangle, plus its own.
 #[inline(always)]
-fn of_sides<L: Real>(numbers: &[Quad], sides_of: &[[u32; 2]], which: usize) -> L {
-    in_lanes::<L>(|k| one_of(numbers, sides_of[k][which]))
+fn of_sides<L: Real>(numbers: &[Quad], sides_of: &[[u32; 2]]) -> L {
+    let numbers: &[f64] = bytemuck::must_cast_slice(numbers);
+    in_lanes::<L>(|k| {
+        let [one, other] = sides_of[k];
+        numbers[one as usize] + numbers[other as usize]
+    })
 }
 
 /// Unit normals of one triangle of each hinge, in lanes.
@@ -221,12 +226,6 @@ fn of_sides<L: Real>(numbers: &[Quad], sides_of: &[[u32; 2]], which: usize) -> L
 fn normals<L: Real>(faces: &[Quad], sides_of: &[[u32; 2]], which: usize) -> Vector<L> {
     let [x, y, z, inverse] = L::columns(|k| &faces[(sides_of[k][which] >> 2) as usize]);
     Vector::new(x, y, z) * inverse
-}
-
-/// One number of each side, or corner, of a triangle: the place of it is four times the triangle, plus its own.
-#[inline(always)]
-fn one_of(numbers: &[Quad], place: u32) -> f64 {
-    numbers[(place >> 2) as usize].0[(place & 3) as usize]
 }
 
 impl Sheet {
@@ -503,7 +502,7 @@ impl InLanes for Areas<'_> {
 /// Tensions and moments of a chunk of edges, over their lengths.
 struct Pulls<'a> {
     ends: &'a [[u32; 2]],
-    /// Where they are among the sides of the triangles, as [`one_of`] has it.
+    /// Their indices among the sides of the triangles, as [`of_sides`] has them.
     sides_of: &'a [[u32; 2]],
     /// Of springs: stiffness times length without force, N.
     pull: &'a [f64],
@@ -598,7 +597,7 @@ impl Pulls<'_> {
         self.stretch.add(at, stretch);
         let mut tension = if self.is_continuum {
             let sides_of = &self.sides_of[range.clone()];
-            of_sides::<L>(self.sides, sides_of, 0) + of_sides::<L>(self.sides, sides_of, 1)
+            of_sides::<L>(self.sides, sides_of)
         } else {
             // Stiffness times (length - length without force), over the length.
             L::load(&self.pull[range.clone()]) * (rest - inverse)
@@ -628,9 +627,7 @@ impl Pulls<'_> {
         let rest = L::load(&self.half_sine[at..]);
         let mut moment = L::load(&self.factor[at..]) * (half - rest) * inverse;
         if self.damping > 0.0 {
-            let rates =
-                of_sides::<L>(self.rates, sides_of, 0) + of_sides::<L>(self.rates, sides_of, 1);
-            let rate = rates * inverse;
+            let rate = of_sides::<L>(self.rates, sides_of) * inverse;
             let dashpot = rate * self.damping;
             moment = moment - dashpot;
             self.lost[1].add(at, dashpot * length * rate);
@@ -706,6 +703,7 @@ impl Task for Gather<'_> {
 
     #[inline(always)]
     fn run<L: Real>(self) {
+        let along: &[f64] = bytemuck::must_cast_slice(self.along);
         for (offset, force) in self.forces.iter_mut().enumerate() {
             let vertex = self.first + offset;
             let own = self.places[vertex];
@@ -713,9 +711,9 @@ impl Task for Gather<'_> {
             for &[edge, other] in self.sheet.edges_at(vertex) {
                 sum += (self.places[other as usize] - own) * self.tensions[edge as usize];
             }
-            if !self.along.is_empty() {
+            if !along.is_empty() {
                 for &corner in self.sheet.corners_at(vertex) {
-                    sum += self.faces[(corner >> 2) as usize] * one_of(self.along, corner);
+                    sum += self.faces[(corner >> 2) as usize] * along[corner as usize];
                 }
             }
             let inner = DVec3::from(sum);
