@@ -24,12 +24,15 @@
 //!
 //! Tables that grow (time series, frames) are written by a [`ParquetWriter`], batch after batch, with the memory of one batch.
 //!
+//! The feature `query` adds `query`: SQL over tables and frames, by polars.
+//!
 //! Parquet is read and written by the crate `parquet`, compressed and with statistics. It is long to compile: `common`,
 //! `coarse-grain`, `mclump` and the solver never depend on this crate (`docs/decisions/0029-libraries.md`).
 
 mod column;
 mod element;
 mod parquet;
+#[cfg(feature = "query")]
 pub mod query;
 mod table;
 mod text;

@@ -14,10 +14,13 @@ use std::sync::{Arc, Mutex};
 use mercury_common::error::FormatError;
 use mercury_common::frames::FrameReader;
 use mercury_common::whole_file::FileError;
-use polars::prelude::{DataFrame, IntoLazy as _, LazyFrame, PolarsError, PolarsResult};
+use polars::prelude::{
+    DataFrame, IntoColumn as _, IntoLazy as _, LazyFrame, NamedFrom as _, PolarsError,
+    PolarsResult, Series,
+};
 use polars::sql::{SQLContext, extract_table_identifiers};
 
-use crate::Table;
+use crate::{Table, Values};
 pub use answer::{Answer, Format, Rows};
 use frames::Frames;
 pub use frames::Labels;
@@ -39,6 +42,38 @@ pub enum QueryError {
 impl From<FormatError> for QueryError {
     fn from(error: FormatError) -> Self {
         Self::Table(Box::new(error))
+    }
+}
+
+impl Table {
+    /// The table as polars has it. Numbers that are NaN are missing there, as they are in files.
+    ///
+    /// # Errors
+    /// When columns have the same name or unequal lengths.
+    pub fn into_data_frame(self) -> PolarsResult<DataFrame> {
+        let rows = self.rows();
+        let columns = self.columns.into_iter().map(|column| {
+            let name = column.name.into();
+            match column.values {
+                Values::F64(values) => {
+                    let there = |value: f64| (!value.is_nan()).then_some(value);
+                    Series::new(name, values.into_iter().map(there).collect::<Vec<_>>())
+                }
+                Values::I32(values) => Series::new(name, values),
+                Values::I64(values) => Series::new(name, values),
+                // Polars as it is built here has no smaller type.
+                Values::U8(values) => {
+                    Series::new(name, values.into_iter().map(u32::from).collect::<Vec<_>>())
+                }
+                Values::U32(values) => Series::new(name, values),
+                Values::OptionalU32(values) => Series::new(name, values),
+                Values::U64(values) => Series::new(name, values),
+                Values::Bool(values) => Series::new(name, values),
+                Values::Text(values) => Series::new(name, values),
+            }
+            .into_column()
+        });
+        DataFrame::new(rows, columns.collect())
     }
 }
 

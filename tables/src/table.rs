@@ -5,7 +5,6 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use mercury_common::error::FormatError;
-use polars::prelude::{DataFrame, IntoColumn as _, NamedFrom as _, PolarsResult, Series};
 
 use crate::column::{Column, Spec, Values};
 use crate::element::{Cell, Element};
@@ -15,7 +14,7 @@ use crate::text;
 /// Named columns of equal length, and words about the whole.
 #[derive(Debug, Clone, Default)]
 pub struct Table {
-    columns: Vec<Column>,
+    pub(crate) columns: Vec<Column>,
     /// Further entries of the file's metadata: key and value. Units are not among them.
     pub metadata: Vec<(String, String)>,
     pub(crate) origin: Origin,
@@ -189,36 +188,6 @@ impl Table {
             values => Column { values, ..column },
         });
         columns.fold(Self::default(), Self::with)
-    }
-
-    /// The table as polars has it. Numbers that are NaN are missing there, as they are in files.
-    ///
-    /// # Errors
-    /// When columns have the same name or unequal lengths.
-    pub fn into_data_frame(self) -> PolarsResult<DataFrame> {
-        let rows = self.rows();
-        let columns = self.columns.into_iter().map(|column| {
-            let name = column.name.into();
-            match column.values {
-                Values::F64(values) => {
-                    let there = |value: f64| (!value.is_nan()).then_some(value);
-                    Series::new(name, values.into_iter().map(there).collect::<Vec<_>>())
-                }
-                Values::I32(values) => Series::new(name, values),
-                Values::I64(values) => Series::new(name, values),
-                // Polars as it is built here has no smaller type.
-                Values::U8(values) => {
-                    Series::new(name, values.into_iter().map(u32::from).collect::<Vec<_>>())
-                }
-                Values::U32(values) => Series::new(name, values),
-                Values::OptionalU32(values) => Series::new(name, values),
-                Values::U64(values) => Series::new(name, values),
-                Values::Bool(values) => Series::new(name, values),
-                Values::Text(values) => Series::new(name, values),
-            }
-            .into_column()
-        });
-        DataFrame::new(rows, columns.collect())
     }
 
     pub(crate) fn read_from(origin: Origin) -> Self {
