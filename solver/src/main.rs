@@ -168,10 +168,8 @@ enum Command {
 }
 
 fn lanes(text: &str) -> Result<Width, String> {
-    let all: Vec<String> = Width::all()
-        .iter()
-        .map(|width| width.lanes().to_string())
-        .collect();
+    let all = [1, 2, 4].map(Width::of).into_iter().flatten();
+    let all: Vec<String> = all.map(|width| width.lanes().to_string()).collect();
     (text.parse().ok().and_then(Width::of))
         .ok_or_else(|| format!("this processor can do {}", all.join(", ")))
 }
