@@ -167,7 +167,7 @@ impl Part for Auditor {
     }
 
     fn of(core: &mut Core) -> Option<Self> {
-        let is_wanted = core.physics.energy_budget;
+        let is_wanted = core.physics().energy_budget;
         is_wanted.then(Self::default)
     }
 
@@ -207,7 +207,7 @@ impl Part for Auditor {
     fn take(&mut self, core: &mut Core, bytes: &mut &[u8]) -> Result<(), String> {
         self.sums = Plain::take(bytes)?;
         self.contacts = Plain::take(bytes)?;
-        let (rows, walls) = (core.particles.len(), core.walls.len());
+        let (rows, walls) = (core.particles.len(), core.domain.walls.len());
         let leads_somewhere = |contact: &AuditedContact| contact.leads_somewhere(rows, walls);
         if !self.contacts.iter().all(leads_somewhere) {
             let reason = "it has audited contacts of particles or walls that are not there";
@@ -248,7 +248,7 @@ impl Auditor {
     /// Takes the contacts of the force evaluation just made into the sums.
     fn take_in(&mut self, core: &Core, observation: &Observation) {
         let dt = core.since_last();
-        let fields: Vec<_> = (0..core.walls.len())
+        let fields: Vec<_> = (0..core.domain.walls.len())
             .map(|wall| core.wall_fields(wall, dt))
             .collect();
         let mut powers = Powers::default();
@@ -283,7 +283,7 @@ impl Auditor {
                     };
                     let power = force.dot(b.velocity) + couple.dot(b.spin);
                     powers.walls += power;
-                    if !core.walls[wall.index()].servos.is_empty() {
+                    if !core.domain.walls[wall.index()].servos.is_empty() {
                         powers.servos += power;
                     }
                     b
@@ -306,7 +306,7 @@ impl Auditor {
     /// Particles were removed since the last forces, and no list was built yet: what their contacts stored leaves with them.
     fn note_leavers(&mut self, core: &Core) {
         let Self { sums, contacts } = self;
-        let boundaries = &core.boundaries;
+        let boundaries = core.boundaries();
         contacts.retain(|contact| {
             let is_gone = contact.row < FIRST_VERTEX && boundaries.is_removed(contact.row)
                 || !contact.is_wall && boundaries.is_removed(contact.partner);
@@ -320,7 +320,7 @@ impl Auditor {
     /// The same for walls that were there at the last forces and are not at these.
     fn note_vanished_walls(&mut self, core: &Core) {
         for contact in &self.contacts {
-            if contact.is_wall && !core.walls[contact.partner as usize].state.present {
+            if contact.is_wall && !core.domain.walls[contact.partner as usize].state.present {
                 self.sums.let_go(&contact.stored, true);
             }
         }
@@ -330,10 +330,10 @@ impl Auditor {
 impl Core {
     /// The velocities of a wall half a step before and after the present forces; before the first step those of the start.
     fn wall_fields(&self, wall: usize, dt: f64) -> [RigidVelocity; 2] {
-        let Some(planned) = self.physics.walls.get(wall) else {
+        let Some(planned) = self.physics().walls.get(wall) else {
             return [RigidVelocity::REST; 2];
         };
-        let WallNow { state, servos, .. } = &self.walls[wall];
+        let WallNow { state, servos, .. } = &self.domain.walls[wall];
         if !state.moves || dt == 0.0 {
             return [state.velocity; 2];
         }
@@ -374,11 +374,11 @@ impl Core {
             return self.moving_body(body, prescribed, body.orientation * pebble.offset, half);
         }
         let Load { force, torque, .. } = particles.loads[row.index()];
-        let acceleration = force * record.inverse_mass + self.physics.gravity;
+        let acceleration = force * record.inverse_mass + self.physics().gravity;
         moving.velocity += acceleration * half;
-        if self.turns {
+        if self.turns() {
             let per_torque =
-                self.inverse_inertia * record.inverse_mass / (record.radius * record.radius);
+                self.inverse_inertia() * record.inverse_mass / (record.radius * record.radius);
             moving.spin += torque * (per_torque * half);
         }
         if let Some(prescribed) = particles.prescribed.iter().find(|it| it.row == row) {
@@ -396,9 +396,9 @@ impl Core {
 
     /// The same of a vertex, by its number among those of all sheets.
     fn moving_vertex(&self, mut number: usize, half: f64) -> Moving {
-        for surface in &self.surfaces {
+        for surface in &self.domain.surfaces {
             if let Some(velocity) = surface.velocities.get(number) {
-                let kick = surface.kick(number, half, self.physics.gravity);
+                let kick = surface.kick(number, half, self.physics().gravity);
                 return Moving {
                     velocity: *velocity + kick,
                     spin: DVec3::ZERO,
@@ -415,8 +415,8 @@ impl Core {
     /// The same of a point of a sheet, whose own energy counts: it does no work as walls do.
     fn moving_sheet(&self, exchange: &Exchange, half: f64) -> Moving {
         let at = exchange.sheet.unwrap_or_default();
-        let surface = &self.surfaces[usize::from(at.0)];
-        let [velocity, spin] = surface.moving(&at.1, half, self.physics.gravity);
+        let surface = &self.domain.surfaces[usize::from(at.0)];
+        let [velocity, spin] = surface.moving(&at.1, half, self.physics().gravity);
         Moving { velocity, spin }
     }
 
@@ -428,7 +428,7 @@ impl Core {
         lever: DVec3,
         half: f64,
     ) -> Moving {
-        let acceleration = body.load.force / body.mass + self.physics.gravity;
+        let acceleration = body.load.force / body.mass + self.physics().gravity;
         let momentum = body.angular_momentum + body.load.torque * half;
         let mut velocity = body.velocity + acceleration * half;
         let mut spins = [None; 3];

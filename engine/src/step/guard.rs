@@ -91,7 +91,7 @@ impl Part for Guard {
     }
 
     fn of(core: &mut Core) -> Option<Self> {
-        let guard = core.physics.guard;
+        let guard = core.physics().guard;
         let is_off = guard.policy == GuardPolicy::Off;
         Some(Self {
             overlap: (!is_off).then_some(guard.overlap),
@@ -111,7 +111,7 @@ impl Part for Guard {
 
     fn after_exchange(&mut self, core: &mut Core, _: &Exchanged) {
         // What leaves at the start was placed outside.
-        if core.step > 0 {
+        if core.steps() > 0 {
             self.look_at_leavers(core);
         }
     }
@@ -272,9 +272,9 @@ impl Finding {
 impl Guard {
     /// Checks the displacements of this step.
     fn look_at_ways(&mut self, core: &Core) {
-        let guard = core.physics.guard;
-        let dt = core.physics.time_step;
-        let is_short = core.fastest() * dt <= guard.way * core.physics.smallest_radius();
+        let guard = core.physics().guard;
+        let dt = core.physics().time_step;
+        let is_short = core.fastest() * dt <= guard.way * core.physics().smallest_radius();
         if is_short || guard.policy == GuardPolicy::Off {
             return;
         }
@@ -299,13 +299,13 @@ impl Guard {
 
     /// Looks for vertices of sheets that have left the domain: all were inside at the start.
     fn look_for_vertices_outside(&mut self, core: &Core) {
-        if core.physics.guard.policy == GuardPolicy::Off {
+        if core.physics().guard.policy == GuardPolicy::Off {
             return;
         }
-        let cell = &core.cell;
+        let cell = core.cell();
         let (min, max) = cell.faces();
         let mut worst: Option<(Subject, DVec3, f64)> = None;
-        for (surface, sheet) in (0..).zip(&core.surfaces) {
+        for (surface, sheet) in (0..).zip(&core.domain.surfaces) {
             for (vertex, &position) in (0..).zip(&sheet.positions) {
                 let beyond = (min - position).max(position - max);
                 for axis in 0..3 {
@@ -338,7 +338,7 @@ impl Guard {
     }
 
     fn note(&mut self, core: &Core, what: What) {
-        let (step, time) = (core.step, core.time());
+        let (step, time) = (core.steps(), core.time());
         let event = Finding { step, time, what };
         let count = &mut self.counts[event.index()];
         count.steps += 1;
@@ -347,7 +347,7 @@ impl Guard {
         }
         // What touches a wall from behind is where it should not be, but nothing is wrong with its motion.
         let stops = !matches!(what, What::Contact(AlarmKind::Behind, _));
-        let is_strict = core.physics.guard.policy == GuardPolicy::Strict;
+        let is_strict = core.physics().guard.policy == GuardPolicy::Strict;
         if stops && is_strict && !self.off && self.stop.is_none() {
             self.stop = Some(event);
         }
@@ -412,7 +412,7 @@ impl Engine {
 }
 
 fn reported(core: &Core, event: &Finding) -> String {
-    let limits = core.physics.guard;
+    let limits = core.physics().guard;
     let place = |x: DVec3| format!("({}, {}, {}) m", short(x.x), short(x.y), short(x.z));
     let (kind, alarm) = match event.what {
         What::Way {
@@ -477,7 +477,7 @@ fn subject(core: &Core, of: Subject) -> String {
     match of {
         Subject::Particle(id) => format!("particle {id}"),
         Subject::Vertex { surface, vertex } => {
-            let plan = core.physics.surfaces.get(usize::from(surface));
+            let plan = core.physics().surfaces.get(usize::from(surface));
             let name = plan.map_or(surface.to_string(), |plan| plan.name.clone());
             format!("membranes.{name}: vertex {vertex}")
         }
@@ -487,7 +487,7 @@ fn subject(core: &Core, of: Subject) -> String {
 /// The name of a wall, or of the sheet whose shape it borrows.
 fn wall(core: &Core, index: WallIndex) -> String {
     let number = index.index();
-    let (walls, surfaces) = (&core.physics.walls, &core.physics.surfaces);
+    let (walls, surfaces) = (&core.physics().walls, &core.physics().surfaces);
     match walls.get(number) {
         Some(wall) => format!("wall `{}`", wall.name),
         None => match surfaces.get(number.wrapping_sub(walls.len())) {
@@ -499,11 +499,11 @@ fn wall(core: &Core, index: WallIndex) -> String {
 
 /// The likely cause, and what to do.
 fn help(core: &Core, event: &Finding) -> String {
-    let dt = core.physics.time_step;
+    let dt = core.physics().time_step;
     let go_on = "guard.policy = \"warn\" goes on and counts";
     match event.what {
         What::Way { part, .. } => {
-            let limit = core.physics.guard.way;
+            let limit = core.physics().guard.way;
             format!(
                 "the time step is too large for this speed (below {} s it is not), or the particle was thrown by a contact that was too deep; {go_on}",
                 short(dt * limit / part)

@@ -36,7 +36,7 @@ mod tests;
 mod tracks;
 mod walls;
 
-pub use self::core::Core;
+pub use self::core::{Core, Domain};
 pub use audit::{Audit, AuditedContact};
 pub(crate) use crossings::SEEN;
 pub use error::RunError;
@@ -59,8 +59,12 @@ use crate::forces::{Observation, Watch};
 /// is that of the [`Core`].
 pub struct Engine {
     core: Core,
-    /// In the order in which each place of the step calls them.
+    /// In the order in which each place of the step calls them: those of the plan, then those from outside.
     parts: Vec<Box<dyn Part>>,
+    /// Number of parts of the plan.
+    planned_parts: usize,
+    /// Whether the contact laws are from outside of the plan.
+    has_own_laws: bool,
 }
 
 impl Deref for Engine {
@@ -96,7 +100,7 @@ impl Engine {
     /// # Errors
     /// If a particle's motion is no longer a number, or if the guard of the plan is strict and something is beyond its limits.
     pub fn steps_at_once(&mut self, count: u64, watch: Option<Watch>) -> Result<(), RunError> {
-        let pool = self.pool.clone();
+        let pool = self.threads.pool.clone();
         let mut run = || {
             let was_worn = self.is_worn();
             for k in 1..=count {
@@ -117,9 +121,15 @@ impl Engine {
     /// Whether steps are made by the calling thread alone from now on, although there is a pool; they come out the same.
     pub fn step_alone(&mut self, is_alone: bool) {
         let (from, to) = if is_alone {
-            (&mut self.core.pool, &mut self.core.idle_pool)
+            (
+                &mut self.core.threads.pool,
+                &mut self.core.threads.idle_pool,
+            )
         } else {
-            (&mut self.core.idle_pool, &mut self.core.pool)
+            (
+                &mut self.core.threads.idle_pool,
+                &mut self.core.threads.pool,
+            )
         };
         if from.is_some() {
             *to = from.take();
@@ -145,7 +155,7 @@ impl Engine {
 
     /// Does the same with all parts in their order.
     fn call(&mut self, mut act: impl FnMut(&mut dyn Part, &mut Core)) {
-        let Self { core, parts } = self;
+        let Self { core, parts, .. } = self;
         parts.iter_mut().for_each(|part| act(part.as_mut(), core));
     }
 
@@ -154,7 +164,7 @@ impl Engine {
         &mut self,
         mut act: impl FnMut(&mut dyn Part, &mut Core) -> Result<(), RunError>,
     ) -> Result<(), RunError> {
-        let Self { core, parts } = self;
+        let Self { core, parts, .. } = self;
         parts
             .iter_mut()
             .try_for_each(|part| act(part.as_mut(), core))
