@@ -6,6 +6,7 @@
 #![warn(clippy::disallowed_methods)]
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
+pub mod audit;
 pub mod bodies;
 pub mod boundaries;
 pub mod cell;

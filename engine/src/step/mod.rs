@@ -13,7 +13,6 @@
 //! | forces; loads of pebbles gathered; fused with them the kicks and the drift that follow | `forces` |
 //! | everything else | the parts, by their list in `parts` |
 
-mod audit;
 mod awake;
 mod core;
 mod crossings;
@@ -24,7 +23,6 @@ mod guard;
 mod kick;
 mod lists;
 mod load_series;
-mod losses;
 mod motion;
 mod part;
 mod parts;
@@ -37,11 +35,9 @@ mod tracks;
 mod walls;
 
 pub use self::core::{Core, Domain};
-pub use audit::{Audit, AuditedContact};
 pub(crate) use crossings::SEEN;
 pub use error::RunError;
 pub use lists::Lists;
-pub use losses::Losses;
 pub use part::{Arrival, Exchanged, Leaving, Part, SizeEstimate};
 pub use parts::bytes_of_parts;
 pub use snapshot::Snapshot;
