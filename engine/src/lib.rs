@@ -12,6 +12,7 @@ pub mod boundaries;
 pub mod cell;
 pub mod contact;
 pub mod forces;
+pub mod guard;
 pub mod lanes;
 pub mod liquid;
 pub mod membrane;

@@ -5,9 +5,10 @@ use std::sync::Arc;
 use super::{Fault, Gap, HoldCourse, MembraneNow, MembranePlan, Moment, STRETCHES, SavedMembrane};
 use crate::contact::parameter::short;
 use crate::forces::{NewList, Observation, StepContext};
-use crate::physics::{GuardPolicy, Physics, Setup};
+use crate::guard::{GuardPolicy, SEEN};
+use crate::physics::{Physics, Setup};
 use crate::state::{Pieces, Plain};
-use crate::step::{Core, Engine, Part, RunError, SEEN, SizeEstimate};
+use crate::step::{Core, Engine, Part, RunError, SizeEstimate};
 use crate::surface::Surface;
 
 /// What moves the sheets of a core.

@@ -15,11 +15,9 @@
 
 mod awake;
 mod core;
-mod crossings;
 mod error;
 mod exchange;
 mod forces;
-mod guard;
 mod kick;
 mod lists;
 mod load_series;
@@ -35,7 +33,6 @@ mod tracks;
 mod walls;
 
 pub use self::core::{Core, Domain};
-pub(crate) use crossings::SEEN;
 pub use error::RunError;
 pub use lists::Lists;
 pub use part::{Arrival, Exchanged, Leaving, Part, SizeEstimate};

@@ -2,11 +2,11 @@
 
 use std::any::Any;
 
-use super::guard::Guard;
 use super::load_series::LoadSeries;
 use super::tracks::Tracks;
 use super::{Core, Engine, Part, SizeEstimate};
 use crate::audit::Auditor;
+use crate::guard::GuardPart;
 use crate::liquid::Liquids;
 use crate::membrane::Membranes;
 use crate::physics::Setup;
@@ -38,7 +38,7 @@ const PARTS: &[PartKind] = &[
     kind::<LoadSeries>(),
     kind::<Wear>(),
     // What is beyond a limit stops the run when all others have made their step.
-    kind::<Guard>(),
+    kind::<GuardPart>(),
 ];
 
 /// The parts of a plan.

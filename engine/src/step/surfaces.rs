@@ -89,7 +89,8 @@ impl Core {
     }
 
     /// The vertices of all sheets as spheres, sheet by sheet; nothing if none touches walls.
-    pub(super) fn all_vertex_spheres(&self) -> Vec<Vec<Particle>> {
+    #[must_use]
+    pub fn all_vertex_spheres(&self) -> Vec<Vec<Particle>> {
         if !self.vertices_touch_walls() {
             return Vec::new();
         }

@@ -5,7 +5,8 @@ use mercury_common::readable::rounded;
 use super::{Wear, Worn};
 use crate::contact::parameter::short;
 use crate::forces::Observation;
-use crate::physics::{GuardPolicy, Setup};
+use crate::guard::GuardPolicy;
+use crate::physics::Setup;
 use crate::state::{Pieces, Plain, WallIndex};
 use crate::step::{Core, Engine, Part, RunError, SizeEstimate};
 

@@ -7,18 +7,14 @@
 use glam::DVec3;
 use mercury_common::turns::by_vector;
 
-use super::Core;
-use super::guard::Guard;
+use super::super::{GuardPolicy, SEEN};
+use super::GuardPart;
 use crate::cell::Cell;
 use crate::forces::{Alarm, AlarmKind, Alarms, Other, Subject};
-use crate::physics::GuardPolicy;
 use crate::state::{Particle, WallIndex};
+use crate::step::Core;
 use crate::surface::Surface;
 use crate::walls::{Pose, RigidVelocity, Touch, Touches, WallNow};
-
-/// By this part of its radius a centre may move against a wall in a step so that the contact loop sees it go through: before and after it, it
-/// touches the wall.
-pub(crate) const SEEN: f64 = 0.5;
 
 /// Least part of its way by which a centre is followed on: a damaged state may hold speeds at which a radius is no part of it.
 const LEAST: f64 = 1e-5;
@@ -211,7 +207,7 @@ fn is_through(before: &Sample, now: &Sample, stride: f64) -> bool {
     now.touch.normal.dot(before.touch.normal) < 0.0 && now.foot.distance(before.foot) <= stride
 }
 
-impl Guard {
+impl GuardPart {
     /// Looks for centres that walls were too fast for, or that were too fast for a wall, in this step. Particles have
     /// moved, none has come or gone yet.
     pub(super) fn look_for_crossings(&mut self, core: &Core) {
