@@ -25,5 +25,6 @@ pub mod state;
 pub mod step;
 pub mod surface;
 pub mod task;
+pub mod tracks;
 pub mod walls;
 pub mod wear;

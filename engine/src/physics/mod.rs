@@ -8,7 +8,7 @@ mod watched;
 pub use event::ScheduledChange;
 pub use inputs::{InputError, Inputs};
 pub use sizes::{Sizes, radii};
-pub use watched::{Setup, ToSetup, Tracking, Watched};
+pub use watched::{Setup, ToSetup, Watched};
 
 use std::ops::Deref;
 

@@ -29,7 +29,6 @@ mod start;
 mod surfaces;
 #[cfg(test)]
 mod tests;
-mod tracks;
 mod walls;
 
 pub use self::core::{Core, Domain};
@@ -41,8 +40,6 @@ pub use snapshot::Snapshot;
 pub use start::StartOptions;
 
 use std::ops::{Deref, DerefMut};
-
-pub use tracks::Tracked;
 
 use awake::awake;
 

@@ -3,7 +3,6 @@
 use std::any::Any;
 
 use super::load_series::LoadSeries;
-use super::tracks::Tracks;
 use super::{Core, Engine, Part, SizeEstimate};
 use crate::audit::Auditor;
 use crate::guard::GuardPart;
@@ -11,6 +10,7 @@ use crate::liquid::Liquids;
 use crate::membrane::Membranes;
 use crate::physics::Setup;
 use crate::spray::Sprays;
+use crate::tracks::Tracks;
 use crate::wear::Wear;
 
 /// A kind of part, before there is one.

@@ -1,13 +1,14 @@
-//! Which particles are followed, and by how many periods each was put back into the domain.
+//! Tracks in a step: grains that come get their track, and periods are counted.
 
 use glam::DVec3;
 
-use super::{Arrival, Core, Exchanged, Part, RunError, SizeEstimate};
-use crate::physics::{Setup, Tracking};
-use crate::state::{PEBBLE, PERIODS, Particles, TRACK};
+use super::{PERIODS, TRACK, Tracked, Tracking};
+use crate::physics::Setup;
+use crate::state::{PEBBLE, Particles};
+use crate::step::{Arrival, Core, Exchanged, Part, RunError, SizeEstimate};
 
 /// The part that follows particles: by columns of theirs.
-pub(super) struct Tracks {
+pub(crate) struct Tracks {
     tracking: Tracking,
     /// Whether a domain with images counts periods.
     has_periods: bool,
@@ -96,16 +97,6 @@ fn mark(particles: &mut Particles, arrival: &Arrival, track: u32, every: u64) {
             tracks[row] = f64::from(track);
         }
     }
-}
-
-/// A tracked particle or body.
-pub struct Tracked {
-    /// Its row; of a body, that of its first pebble.
-    pub row: usize,
-    /// Its track.
-    pub track: u32,
-    /// Centre, m: where it would be in a domain that goes on for ever.
-    pub position: DVec3,
 }
 
 impl Core {
