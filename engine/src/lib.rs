@@ -6,11 +6,13 @@
 #![warn(clippy::disallowed_methods)]
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
+pub mod audit;
 pub mod bodies;
 pub mod boundaries;
 pub mod cell;
 pub mod contact;
 pub mod forces;
+pub mod guard;
 pub mod lanes;
 pub mod liquid;
 pub mod membrane;
@@ -23,5 +25,6 @@ pub mod state;
 pub mod step;
 pub mod surface;
 pub mod task;
+pub mod tracks;
 pub mod walls;
 pub mod wear;

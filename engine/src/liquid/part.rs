@@ -1,6 +1,7 @@
 //! Liquid in a step: films and bridges after each force evaluation.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use mercury_common::particle_properties::FILM_VOLUME;
 
@@ -18,7 +19,7 @@ impl Part for Liquids {
     }
 
     fn of(core: &mut Core) -> Option<Self> {
-        core.physics.liquid.as_ref().map(Self::new)
+        core.physics().liquid.as_ref().map(Self::new)
     }
 
     fn bytes(setup: &Setup, crowd: &SizeEstimate) -> f64 {
@@ -45,7 +46,7 @@ impl Part for Liquids {
         self.note_first(
             core.contacts.as_ref(),
             &mut core.particles,
-            &core.wall_films,
+            &core.domain.wall_films,
         );
     }
 
@@ -74,14 +75,15 @@ impl Part for Liquids {
     }
 
     fn after_forces(&mut self, core: &mut Core, _: Option<&Observation>) {
-        let is_due = core.step > 0 && core.step.is_multiple_of(EVAPORATES_EVERY);
-        let time = EVAPORATES_EVERY as f64 * core.physics.time_step;
+        let physics = Arc::clone(core.physics());
+        let is_due = core.steps() > 0 && core.steps().is_multiple_of(EVAPORATES_EVERY);
+        let time = EVAPORATES_EVERY as f64 * physics.time_step;
         let contacts = core.contacts.as_mut();
         let events = contacts.take_events();
         let mut around = MigrationContext {
-            laws: &core.physics.laws,
-            walls: &core.walls,
-            films: &mut core.wall_films,
+            laws: &physics.laws,
+            walls: &core.domain.walls,
+            films: &mut core.domain.wall_films,
         };
         self.answer(events, contacts, &mut core.particles, &mut around);
         if is_due {
@@ -115,11 +117,11 @@ impl Part for Liquids {
     }
 
     fn put(&self, core: &Core, pieces: &mut Pieces) {
-        self.save(&core.wall_films).put(pieces.end());
+        self.save(&core.domain.wall_films).put(pieces.end());
     }
 
     fn take(&mut self, core: &mut Core, bytes: &mut &[u8]) -> Result<(), String> {
-        self.restore(&Plain::take(bytes)?, &mut core.wall_films)
+        self.restore(&Plain::take(bytes)?, &mut core.domain.wall_films)
     }
 }
 
@@ -162,7 +164,7 @@ impl Engine {
         let liquid = self.part::<Liquids>()?;
         let sprayed = self.part().map_or([0.0; 5], Sprays::volumes);
         let contacts = self.contacts.as_ref();
-        Some(liquid.row(&self.particles, contacts, &self.wall_films, sprayed))
+        Some(liquid.row(&self.particles, contacts, &self.domain.wall_films, sprayed))
     }
 
     /// What liquid brought to particles from outside since the start: mass (kg, where it has any) and energy (J), by the rules of migration

@@ -1,11 +1,14 @@
 //! Sheets in a step: their vertices are kicked and drift, their meshes follow, and what acts inside them is added to what contacts do.
 
+use std::sync::Arc;
+
 use super::{Fault, Gap, HoldCourse, MembraneNow, MembranePlan, Moment, STRETCHES, SavedMembrane};
 use crate::contact::parameter::short;
 use crate::forces::{NewList, Observation, StepContext};
-use crate::physics::{GuardPolicy, Setup};
+use crate::guard::{GuardPolicy, SEEN};
+use crate::physics::{Physics, Setup};
 use crate::state::{Pieces, Plain};
-use crate::step::{Core, Engine, Part, RunError, SEEN, SizeEstimate};
+use crate::step::{Core, Engine, Part, RunError, SizeEstimate};
 use crate::surface::Surface;
 
 /// What moves the sheets of a core.
@@ -21,15 +24,12 @@ pub(crate) struct Membranes {
 }
 
 /// The sheets of a core, their plans, and what their mechanics depend on.
-fn sheets(core: &mut Core) -> (&[MembranePlan], &mut [Surface], Moment<'_>) {
-    let (time, has_pool, width) = (core.time(), core.pool.is_some(), core.width);
-    let Core {
-        physics,
-        surfaces,
-        walls,
-        cell,
-        ..
-    } = core;
+fn sheets<'a>(
+    physics: &'a Physics,
+    core: &'a mut Core,
+) -> (&'a [MembranePlan], &'a mut [Surface], Moment<'a>) {
+    let (time, has_pool, width) = (core.time(), core.pool().is_some(), core.width());
+    let (surfaces, walls, cell) = core.domain.sheets();
     let at = Moment {
         time,
         dt: physics.time_step,
@@ -50,10 +50,11 @@ impl Part for Membranes {
     /// What holds sheets at the start holds them.
     fn of(core: &mut Core) -> Option<Self> {
         let (is_near, stale) = (
-            vec![true; core.walls.len()],
-            vec![false; core.surfaces.len()],
+            vec![true; core.domain.walls.len()],
+            vec![false; core.domain.surfaces.len()],
         );
-        let (plans, surfaces, at) = sheets(core);
+        let physics = Arc::clone(core.physics());
+        let (plans, surfaces, at) = sheets(&physics, core);
         let all = plans.iter().zip(&mut *surfaces);
         let all = all
             .map(|(plan, surface)| MembraneNow::new(plan, surface, &at))
@@ -79,7 +80,8 @@ impl Part for Membranes {
 
     /// A mesh that no particle is near is left where it was until the candidate list is built.
     fn advance(&mut self, core: &mut Core, kicks: u32, drift: f64) -> Result<(), RunError> {
-        let (plans, surfaces, at) = sheets(core);
+        let physics = Arc::clone(core.physics());
+        let (plans, surfaces, at) = sheets(&physics, core);
         for (number, surface) in surfaces.iter_mut().enumerate() {
             match self.all.get_mut(number) {
                 Some(membrane) => membrane.advance(&plans[number], surface, (kicks, drift), &at),
@@ -89,20 +91,23 @@ impl Part for Membranes {
         if drift == 0.0 {
             return Ok(());
         }
-        let physics = &core.physics;
         let first = physics.walls.len();
         // Others than contacts look for walls, too.
-        let speeds = core.surfaces.iter().map(|sheet| sheet.squared_speed.sqrt());
+        let speeds = core
+            .domain
+            .surfaces
+            .iter()
+            .map(|sheet| sheet.squared_speed.sqrt());
         let fastest = speeds.fold(core.fastest(), f64::max);
         let is_fast =
             !core.particles.is_empty() && fastest * drift > SEEN * physics.smallest_radius();
-        let all = is_fast || core.needs.all_walls || core.boundaries.expects_more();
-        for number in 0..core.surfaces.len() {
+        let all = is_fast || core.needs().all_walls || core.boundaries().expects_more();
+        for number in 0..core.domain.surfaces.len() {
             if all || self.is_near[first + number] {
                 self.follow(core, number)?;
             } else {
-                let way = core.surfaces[number].way_since_listed();
-                core.walls[first + number].note_way(way);
+                let way = core.domain.surfaces[number].way_since_listed();
+                core.domain.walls[first + number].note_way(way);
                 self.stale[number] = true;
             }
         }
@@ -114,12 +119,12 @@ impl Part for Membranes {
         if core.particles.is_empty() {
             return Ok(());
         }
-        let first = core.physics.walls.len();
-        for number in 0..core.surfaces.len() {
+        let first = core.physics().walls.len();
+        for number in 0..core.domain.surfaces.len() {
             if self.stale[number] {
                 self.follow(core, number)?;
             }
-            core.walls[first + number].fit();
+            core.domain.walls[first + number].fit();
         }
         Ok(())
     }
@@ -144,7 +149,8 @@ impl Part for Membranes {
     /// holds begin or end.
     fn add_loads(&mut self, core: &mut Core) {
         let since = core.since_last();
-        let (plans, surfaces, at) = sheets(core);
+        let physics = Arc::clone(core.physics());
+        let (plans, surfaces, at) = sheets(&physics, core);
         for ((plan, surface), membrane) in plans.iter().zip(surfaces).zip(&mut self.all) {
             membrane.add_forces(plan, surface, since, &at);
             membrane.update_holds(plan, surface, &at);
@@ -153,9 +159,9 @@ impl Part for Membranes {
 
     /// Sheets that are stretched or turned beyond the limits stop the run, or are counted.
     fn end_step(&mut self, core: &mut Core) -> Result<(), RunError> {
-        let physics = &core.physics;
+        let physics = core.physics();
         let policy = physics.guard.policy;
-        let plans = physics.membranes.iter().zip(&core.surfaces);
+        let plans = physics.membranes.iter().zip(&core.domain.surfaces);
         for (number, (membrane, (plan, surface))) in self.all.iter_mut().zip(plans).enumerate() {
             let Some(fault) = membrane.fault(plan, surface) else {
                 continue;
@@ -164,7 +170,7 @@ impl Part for Membranes {
             if policy == GuardPolicy::Strict || is_lost {
                 let name = &physics.surfaces[number].name;
                 return Err(RunError::Guarded {
-                    step: core.step,
+                    step: core.steps(),
                     time: core.time(),
                     what: format!("membranes.{name}: {}", words_of(&fault, surface)),
                     help: "the time step is too large for the sheet, or its loads are too large for its stiffness, or a hold is too fast; or go on with guard.policy = \"warn\"".to_owned(),
@@ -179,17 +185,17 @@ impl Part for Membranes {
 
     /// The load of sheets on walls that hold their vertices is part of the loads of these walls, and of what servos meet.
     fn observe(&self, core: &Core, observation: &mut Observation) {
-        let plans = core.physics.membranes.iter().zip(&core.surfaces);
+        let plans = core.physics().membranes.iter().zip(&core.domain.surfaces);
         for ((plan, surface), membrane) in plans.zip(&self.all) {
-            let walls = core.physics.walls.iter().enumerate();
-            for (number, wall) in walls.filter(|_| core.has_servos) {
+            let walls = core.physics().walls.iter().enumerate();
+            for (number, wall) in walls.filter(|_| core.has_servos()) {
                 let sum = &mut observation.wall_stiffness[number];
                 for (_, axis) in wall.motion.servos(core.time()) {
                     membrane.add_answer((plan, surface), (number, axis), sum);
                 }
             }
             for (wall, (load, power)) in observation.walls.iter_mut().enumerate() {
-                let state = &core.walls[wall].state;
+                let state = &core.domain.walls[wall].state;
                 let Some((force, torque)) = membrane.load_on_wall(plan, wall, state.reference)
                 else {
                     continue;
@@ -202,7 +208,7 @@ impl Part for Membranes {
     }
 
     fn warnings(&self, core: &Core) -> Vec<String> {
-        let names = core.physics.surfaces.iter();
+        let names = core.physics().surfaces.iter();
         let faults = (names.zip(&self.all))
             .filter(|(_, membrane)| membrane.faults > 0)
             .map(|(surface, membrane)| {
@@ -211,7 +217,11 @@ impl Part for Membranes {
                     surface.name, membrane.faults, STRETCHES[0], STRETCHES[1]
                 )
             });
-        let plans = core.physics.surfaces.iter().zip(&core.physics.membranes);
+        let plans = core
+            .physics()
+            .surfaces
+            .iter()
+            .zip(&core.physics().membranes);
         let gaps = (plans.zip(&self.all)).flat_map(|((surface, plan), membrane)| {
             let words = |gap: &Gap| words_of_gap(core, &surface.name, plan, gap);
             membrane.gaps.iter().map(words)
@@ -232,7 +242,7 @@ impl Part for Membranes {
                 "it has the mechanics of {found} membranes, the plan of {planned}"
             ));
         }
-        let plans = core.physics.membranes.iter().zip(&core.surfaces);
+        let plans = core.physics().membranes.iter().zip(&core.domain.surfaces);
         for (((plan, surface), membrane), saved) in plans.zip(&mut self.all).zip(&saved) {
             membrane.restore(plan, surface, saved)?;
         }
@@ -251,26 +261,27 @@ impl Engine {
 impl Membranes {
     /// Puts the mesh of a sheet to where its vertices are.
     fn follow(&mut self, core: &mut Core, number: usize) -> Result<(), RunError> {
-        let surface = &core.surfaces[number];
-        let wall = &mut core.walls[core.physics.walls.len() + number];
+        let (cell, pool) = (*core.cell(), core.pool().cloned());
+        let surface = &core.domain.surfaces[number];
         let (corners, way) = (surface.corners(), surface.way_since_listed());
+        let first = core.physics().walls.len();
+        let wall = &mut core.domain.walls[first + number];
         // Triangles that were left behind for many steps may have turned.
         let is_stale = std::mem::take(&mut self.stale[number]);
-        let cell = &core.cell;
         let mut follow = || {
             if is_stale {
-                wall.follow_anew(&corners, way, cell)
+                wall.follow_anew(&corners, way, &cell)
             } else {
-                wall.follow(&corners, way, cell)
+                wall.follow(&corners, way, &cell)
             }
         };
-        let followed = match core.pool.as_deref() {
+        let followed = match pool {
             Some(pool) => pool.install(follow),
             None => follow(),
         };
         followed.map_err(|error| RunError::Surface {
-            surface: core.physics.surfaces[number].name.clone(),
-            step: core.step,
+            surface: core.physics().surfaces[number].name.clone(),
+            step: core.steps(),
             time: core.time(),
             error,
         })
@@ -280,7 +291,7 @@ impl Membranes {
 fn words_of_gap(core: &Core, name: &str, plan: &MembranePlan, gap: &Gap) -> String {
     let hold = &plan.holds[gap.hold as usize];
     let wall = match hold.ramp {
-        HoldCourse::Wall(wall) => core.physics.walls.get(wall),
+        HoldCourse::Wall(wall) => core.physics().walls.get(wall),
         _ => None,
     };
     let distance = if gap.distance.is_finite() {

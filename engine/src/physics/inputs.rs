@@ -7,13 +7,14 @@ use glam::DVec3;
 use mercury_common::particle_properties::{FILM_VOLUME, PARTICLE_PROPERTIES, ParticleProperty};
 
 use super::sizes::Sizes;
-use super::{Carried, Guard, Physics, Setup};
+use super::{Carried, Physics, Setup};
 use crate::bodies::{Clump, NewBody};
 use crate::boundaries::{DeletionPlan, InsertionPlan};
 use crate::cell::Cell;
 use crate::contact::SlidingNormal;
 use crate::contact::adhesion::liquid::Tables;
 use crate::contact::registry::{AnyPairLaw, LawTable};
+use crate::guard::Guard;
 use crate::liquid::LiquidPlan;
 use crate::membrane::MembranePlan;
 use crate::spray::SprayPlan;

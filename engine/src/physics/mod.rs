@@ -1,16 +1,14 @@
 //! What a run simulates: what an engine starts from.
 
 mod event;
-mod guard;
 mod inputs;
 mod sizes;
 mod watched;
 
 pub use event::ScheduledChange;
-pub use guard::{Guard, GuardPolicy};
 pub use inputs::{InputError, Inputs};
 pub use sizes::{Sizes, radii};
-pub use watched::{Setup, ToSetup, Tracking, Watched};
+pub use watched::{Setup, ToSetup, Watched};
 
 use std::ops::Deref;
 

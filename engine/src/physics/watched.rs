@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::Physics;
 use crate::boundaries::FluxPlan;
+use crate::tracks::Tracking;
 
 /// What an engine starts from.
 #[derive(Debug, Clone)]
@@ -54,33 +55,4 @@ pub struct Watched {
     pub load_sums: [bool; 2],
     /// Which particles are followed.
     pub tracking: Tracking,
-}
-
-/// Which particles and bodies are followed. Track 1 is the first of the particles; those of insertions come behind.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Tracking {
-    /// Particles and bodies of the start, by id.
-    pub particles: Vec<u32>,
-    /// Insertions whose grains are followed, by index.
-    pub insertions: Vec<usize>,
-    /// Every n-th of these grains, from the first.
-    pub every: u64,
-}
-
-impl Tracking {
-    /// Whether nothing is followed.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.particles.is_empty() && self.insertions.is_empty()
-    }
-
-    /// The track of the grains of an insertion, by its index.
-    #[must_use]
-    pub fn track_of(&self, insertion: usize) -> Option<u32> {
-        let place = self
-            .insertions
-            .iter()
-            .position(|index| *index == insertion)?;
-        Some((self.particles.len() + place + 1) as u32)
-    }
 }

@@ -1,5 +1,7 @@
 //! Droplets in a step.
 
+use std::sync::Arc;
+
 use super::{SprayContext, Sprays};
 use crate::forces::Needs;
 use crate::physics::Setup;
@@ -12,7 +14,7 @@ impl Part for Sprays {
     }
 
     fn of(core: &mut Core) -> Option<Self> {
-        core.physics.sprays.as_ref().map(Self::new)
+        core.physics().sprays.as_ref().map(Self::new)
     }
 
     fn bytes(setup: &Setup, crowd: &SizeEstimate) -> f64 {
@@ -35,11 +37,11 @@ impl Part for Sprays {
     /// Releases droplets and moves them to the end of the step.
     fn before_forces(&mut self, core: &mut Core) -> Result<(), RunError> {
         // The forces before the first step are those of its beginning.
-        if core.step == 0 {
+        if core.steps() == 0 {
             return Ok(());
         }
         let time = core.time();
-        let physics = &core.physics;
+        let (physics, cell) = (Arc::clone(core.physics()), *core.cell());
         let Some(plan) = &physics.sprays else {
             return Ok(());
         };
@@ -47,13 +49,18 @@ impl Part for Sprays {
             time,
             dt: physics.time_step,
             gravity: physics.gravity,
-            walls: &core.walls,
+            walls: &core.domain.walls,
             planned_walls: &physics.walls,
-            cell: &core.cell,
+            cell: &cell,
             fastest: core.fastest(),
-            rebuilds: core.lists.rebuilds,
+            rebuilds: core.lists().rebuilds,
         };
-        let advanced = self.advance(plan, &mut core.particles, &mut core.wall_films, &around);
+        let advanced = self.advance(
+            plan,
+            &mut core.particles,
+            &mut core.domain.wall_films,
+            &around,
+        );
         self.too_many = advanced.err();
         Ok(())
     }

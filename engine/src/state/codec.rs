@@ -542,14 +542,6 @@ impl<'a> Decoder<'a> {
         (!ahead.is_empty()).then(|| String::take(&mut ahead).unwrap_or_default())
     }
 
-    /// Leaves out the next section, which must have this name.
-    ///
-    /// # Errors
-    /// If it is another one, cut or damaged.
-    pub fn skip(&mut self, name: &str) -> Result<(), DecodeError> {
-        self.content(name).map(|_| ())
-    }
-
     /// The bytes of the next section, which must have this name and its checksum.
     pub(super) fn content(&mut self, name: &str) -> Result<&'a [u8], DecodeError> {
         let section = || name.to_owned();

@@ -25,13 +25,6 @@ crate::state::plain!(Column {
     values
 });
 
-/// Name of the column with the track of each particle, counted from 1 in the order of [`Tracking`](crate::physics::Tracking); 0:
-/// none. Of a clump its first pebble has it.
-pub const TRACK: &str = "track";
-
-/// Names of the columns that count the periods by which a tracked particle, or the clump of a tracked pebble, was put back into the domain.
-pub const PERIODS: [&str; 3] = ["periods_x", "periods_y", "periods_z"];
-
 /// All such columns of a run, in a fixed order.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Columns(Vec<Column>);

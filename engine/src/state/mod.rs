@@ -16,7 +16,7 @@ mod sections;
 pub use crate::plain;
 pub use bodies::{Bodies, Body, BodyPebble, PrescribedBody};
 pub use codec::{DecodeError, Decoder, Encoder, Piece, Pieces, Plain, VERSION, announced, whole};
-pub use columns::{Column, Columns, PERIODS, StartValues, TRACK};
+pub use columns::{Column, Columns, StartValues};
 pub use index::{BodyIndex, Id, MaterialIndex, PebbleIndex, Row, WallIndex};
 pub use new_particle::{Material, NewParticle, PrescribedMotion};
 pub use particles::{Particles, Prescribed};

@@ -17,46 +17,87 @@ use super::Lists;
 
 /// Clock, particles, contacts, walls, sheets and lists: lent to each [`Part`](super::Part) of the step.
 pub struct Core {
-    pub(crate) physics: Arc<Physics>,
+    pub(super) physics: Arc<Physics>,
     /// What outputs need to be watched in every step.
-    pub(crate) watched: Watched,
-    /// The periodic box.
-    pub(crate) cell: Cell,
+    pub(super) watched: Watched,
+    pub(super) clock: Clock,
+    /// Domain, walls and sheets.
+    pub domain: Domain,
     /// All particles.
     pub particles: Particles,
-    /// The contact loop with what it remembers of contacts.
-    pub(crate) contacts: Box<dyn ContactForces>,
-    pub(crate) boundaries: Boundaries,
-    /// One for each wall of the plan, then one for each sheet, whose shape it borrows.
-    pub(crate) walls: Vec<WallNow>,
-    /// What walls hold of liquid.
-    pub(crate) wall_films: WallFilms,
+    pub(super) lists: Lists,
+    /// The contact loop with its memory of contacts.
+    pub contacts: Box<dyn ContactForces>,
+    pub(super) constants: Constants,
+    pub(super) threads: Threads,
+}
+
+/// Domain, walls and sheets, and the particles that enter or leave.
+pub struct Domain {
+    /// The periodic box.
+    pub(super) cell: Cell,
+    pub(super) boundaries: Boundaries,
+    /// One for each wall of the plan, then one for each sheet, whose shape it borrows. Their number never changes.
+    pub walls: Vec<WallNow>,
+    /// Liquid on walls.
+    pub wall_films: WallFilms,
     /// One for each sheet of the plan.
     pub surfaces: Vec<Surface>,
-    pub(crate) lists: Lists,
-    pub(crate) step: u64,
+}
+
+impl Domain {
+    /// The periodic box as it is now.
+    #[must_use]
+    pub fn cell(&self) -> &Cell {
+        &self.cell
+    }
+
+    /// Insertions and deletions, and what they counted.
+    #[must_use]
+    pub fn boundaries(&self) -> &Boundaries {
+        &self.boundaries
+    }
+
+    /// Sheets to be changed, with the walls and the periodic box around them.
+    pub fn sheets(&mut self) -> (&mut [Surface], &[WallNow], &Cell) {
+        (&mut self.surfaces, &self.walls, &self.cell)
+    }
+}
+
+/// Steps made, and the motion that is made ahead or still due.
+#[derive(Default)]
+pub(super) struct Clock {
+    pub(super) step: u64,
     /// How particles move in this step.
-    pub(crate) motion: MotionBound,
+    pub(super) motion: MotionBound,
     /// The second half kick of the last step is still to be made; it is made together with the next one.
     pub(super) kick_due: bool,
     /// The present step was begun when the last one ended: its kicks and drift are made already.
     pub(super) drifted: Option<MotionBound>,
+}
 
-    // What follows never changes.
+/// Values that never change in a run.
+pub(super) struct Constants {
     /// What contacts and parts need together.
-    pub(crate) needs: Needs,
+    pub(super) needs: Needs,
     /// How far beyond contact forces of each material reach, m; empty if none does.
     pub(super) ranges: Vec<f64>,
     pub(super) law_names: String,
     /// Whether a wall has a servo.
-    pub(crate) has_servos: bool,
-    pub(crate) inverse_inertia: f64,
-    pub(crate) turns: bool,
+    pub(super) has_servos: bool,
+    /// m r^2 / I of a sphere or disc.
+    pub(super) inverse_inertia: f64,
+    /// Whether rotations are integrated.
+    pub(super) turns: bool,
     /// How many numbers are worked on side by side.
-    pub(crate) width: Width,
+    pub(super) width: Width,
+}
+
+/// Threads, and the progress of long work.
+pub(super) struct Threads {
     /// The progress to which long work reports.
     pub(super) task_progress: Arc<TaskProgress>,
-    pub(crate) pool: Option<Arc<rayon::ThreadPool>>,
+    pub(super) pool: Option<Arc<rayon::ThreadPool>>,
     /// The pool while steps are made without it.
     pub(super) idle_pool: Option<Arc<rayon::ThreadPool>>,
 }
@@ -65,13 +106,13 @@ impl Core {
     /// Time of the present state, s: step number times step, never a running sum.
     #[must_use]
     pub fn time(&self) -> f64 {
-        self.step as f64 * self.physics.time_step
+        self.clock.step as f64 * self.physics.time_step
     }
 
     /// Time since the last force evaluation, s: 0 in the first.
     #[must_use]
     pub fn since_last(&self) -> f64 {
-        if self.step > 0 {
+        if self.clock.step > 0 {
             self.physics.time_step
         } else {
             0.0
@@ -81,13 +122,49 @@ impl Core {
     /// Steps made.
     #[must_use]
     pub fn steps(&self) -> u64 {
-        self.step
+        self.clock.step
     }
 
     /// What it simulates.
     #[must_use]
     pub fn physics(&self) -> &Arc<Physics> {
         &self.physics
+    }
+
+    /// What outputs need to be watched in every step.
+    #[must_use]
+    pub fn watched(&self) -> &Watched {
+        &self.watched
+    }
+
+    /// What contacts and parts need together.
+    #[must_use]
+    pub fn needs(&self) -> Needs {
+        self.constants.needs
+    }
+
+    /// Whether a wall has a servo.
+    #[must_use]
+    pub fn has_servos(&self) -> bool {
+        self.constants.has_servos
+    }
+
+    /// Whether rotations are integrated.
+    #[must_use]
+    pub fn turns(&self) -> bool {
+        self.constants.turns
+    }
+
+    /// m r^2 / I of a sphere, or of a disc in two dimensions.
+    #[must_use]
+    pub fn inverse_inertia(&self) -> f64 {
+        self.constants.inverse_inertia
+    }
+
+    /// How many numbers are worked on side by side.
+    #[must_use]
+    pub fn width(&self) -> Width {
+        self.constants.width
     }
 
     /// What the engine started from.
@@ -102,25 +179,25 @@ impl Core {
     /// The periodic box as it is now.
     #[must_use]
     pub fn cell(&self) -> &Cell {
-        &self.cell
+        &self.domain.cell
     }
 
     /// Insertions and deletions, and what they counted.
     #[must_use]
     pub fn boundaries(&self) -> &Boundaries {
-        &self.boundaries
+        &self.domain.boundaries
     }
 
     /// The walls as they are now, in the order of the plan.
     #[must_use]
     pub fn walls(&self) -> &[WallNow] {
-        &self.walls[..self.physics.walls.len()]
+        &self.domain.walls[..self.physics.walls.len()]
     }
 
     /// The threads of the engine beside the calling one; `None` if it has no others.
     #[must_use]
     pub fn pool(&self) -> Option<&Arc<rayon::ThreadPool>> {
-        self.pool.as_ref()
+        self.threads.pool.as_ref()
     }
 
     /// What is known of the candidate lists.
@@ -132,7 +209,7 @@ impl Core {
     /// Largest speed of a particle in this step, m/s.
     #[must_use]
     pub fn fastest(&self) -> f64 {
-        self.motion.squared_speed.sqrt()
+        self.clock.motion.squared_speed.sqrt()
     }
 
     /// Unit and meaning of the numbers that contacts remember.
@@ -144,7 +221,7 @@ impl Core {
     /// The laws that the contact loop was compiled for.
     #[must_use]
     pub fn law_names(&self) -> &str {
-        &self.law_names
+        &self.constants.law_names
     }
 
     /// Times the candidate list was built, and the listed pairs of the present one.

@@ -138,7 +138,7 @@ impl Core {
         };
         let row = self.particles.records.iter().position(lost).unwrap_or(0);
         RunError::NotFinite {
-            step: self.step,
+            step: self.clock.step,
             time: self.time(),
             id: self.particles.ids[row].number(),
             position: self.particles.records[row].position,

@@ -1,6 +1,6 @@
 //! What comes, what goes and what passes.
 
-use super::{Arrival, Core, Engine, Exchanged, Leaving, RunError};
+use super::{Arrival, Core, Domain, Engine, Exchanged, Leaving, RunError};
 use crate::boundaries::{Crossed, Passage};
 use crate::forces::Bond;
 use crate::state::Particles;
@@ -11,18 +11,22 @@ impl Engine {
     /// # Errors
     /// If that was given up; the state is none then.
     pub(super) fn exchange_particles(&mut self) -> Result<(), RunError> {
-        let Self { core, parts } = self;
+        let Self { core, parts, .. } = self;
         let time = core.time();
         let Core {
             physics,
-            cell,
+            domain,
             particles,
             contacts,
+            ..
+        } = core;
+        let Domain {
+            cell,
             boundaries,
             walls,
             wall_films,
             ..
-        } = core;
+        } = domain;
         let mut leaving = |particles: &mut Particles, leavers: &[(u32, bool)]| {
             let mut at = Leaving {
                 leavers,
@@ -56,7 +60,7 @@ impl Engine {
         core.lists.rows_changed |= changed;
         let exchanged = Exchanged { changed, arrivals };
         self.call(|part, core| part.after_exchange(core, &exchanged));
-        if self.task_progress.is_given_up() {
+        if self.threads.task_progress.is_given_up() {
             return Err(RunError::GivenUp);
         }
         Ok(())
@@ -68,11 +72,11 @@ impl Core {
     #[must_use]
     pub fn have_places(&self) -> Vec<bool> {
         let physics = &self.physics;
-        self.boundaries.have_places(
+        self.domain.boundaries.have_places(
             &self.particles,
             &physics.insertions,
-            &physics.setting(&self.cell),
-            &self.walls,
+            &physics.setting(&self.domain.cell),
+            &self.domain.walls,
             self.time(),
         )
     }
@@ -92,11 +96,11 @@ impl Core {
     /// The grains that crossed a flux plane or left since the last call, in the order of time, boundary and id; none where the plan does not
     /// list them.
     pub fn take_passages(&mut self) -> Vec<Passage> {
-        self.boundaries.take_passages()
+        self.domain.boundaries.take_passages()
     }
 
     /// What crossed the flux planes since the last call: plane by plane, in the order of the plan, each material by material.
     pub fn take_crossed(&mut self) -> Vec<Crossed> {
-        self.boundaries.take_crossed()
+        self.domain.boundaries.take_crossed()
     }
 }

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use glam::DQuat;
 
 use super::motion::turn_orientations;
-use super::{Core, Engine};
+use super::{Core, Domain, Engine};
 use crate::cell::Cell;
 use crate::forces::{Finish, MotionBound, Observation, StepContext, Watch, block_size};
 use crate::lanes::Width;
@@ -21,7 +21,9 @@ impl Engine {
         let is_audited = self.physics.energy_budget;
         let watch = match watch {
             Some(watch) => Some(watch),
-            None if self.needs.sums || self.has_servos => Some(Watch::default()),
+            None if self.constants.needs.sums || self.constants.has_servos => {
+                Some(Watch::default())
+            }
             None => None,
         };
         let watch = watch.map(|watch| Watch {
@@ -30,12 +32,12 @@ impl Engine {
         });
         // Prescribed motion is put right between kick and drift of all particles, not block by block; and where other forces come
         // after the contacts, the loads are not complete yet.
-        let waits = self.needs.whole_steps || self.needs.after_contacts;
+        let waits = self.constants.needs.whole_steps || self.constants.needs.after_contacts;
         if fuse && !waits && self.particles.prescribed.is_empty() {
             self.forces_and_drift(spring_time, watch);
         } else {
             self.forces_alone(spring_time, watch);
-            self.kick_due = true;
+            self.clock.kick_due = true;
         }
         let sums = self.sums();
         self.call(|part, core| part.after_forces(core, sums.as_ref()));
@@ -43,12 +45,12 @@ impl Engine {
 
     /// Sums up what the contacts did, once for servos, which follow it, and for parts that need it in every step.
     fn sums(&mut self) -> Option<Observation> {
-        if !self.needs.sums && !self.has_servos {
+        if !self.constants.needs.sums && !self.constants.has_servos {
             return None;
         }
         let sums = (self.contacts).observation(self.physics.walls.len(), false);
         let sums = self.with_parts(sums);
-        if self.has_servos {
+        if self.constants.has_servos {
             self.answer_loads(&sums);
         }
         Some(sums)
@@ -67,7 +69,7 @@ impl Engine {
         let pass = self.kick_drift(2, drift);
         // Turned while the angular velocities are in the cache. No lock is ever waited for.
         let mut orientations = self.particles.orientations.take();
-        let (size, width) = (block_size(self.particles.len()), self.width);
+        let (size, width) = (block_size(self.particles.len()), self.constants.width);
         let shares: Vec<Mutex<&mut [DQuat]>> = orientations
             .iter_mut()
             .flat_map(|all| all.chunks_mut(size))
@@ -86,7 +88,7 @@ impl Engine {
         self.particles.orientations = orientations;
         self.gather_loads();
         let of_bodies = self.advance_bodies(2, drift);
-        self.drifted = Some(fastest.merge(of_bodies));
+        self.clock.drifted = Some(fastest.merge(of_bodies));
     }
 
     fn compute(
@@ -95,7 +97,7 @@ impl Engine {
         watch: Option<Watch>,
         finish: &Finish<'_>,
     ) -> MotionBound {
-        let Self { core, parts } = self;
+        let Self { core, parts, .. } = self;
         let vertices = core.all_vertex_spheres();
         let velocity_lag = 0.5 * core.since_last();
         let Core {
@@ -103,29 +105,34 @@ impl Engine {
             watched,
             particles,
             contacts,
+            domain,
+            threads,
+            constants,
+            ..
+        } = core;
+        let Domain {
+            cell,
             walls,
             wall_films,
             surfaces,
-            cell,
-            pool,
             ..
-        } = core;
+        } = domain;
+        let pool = threads.pool.as_deref();
         let mut context = StepContext {
             spring_time,
             velocity_lag,
             feature_loads: watched.triangle_loads,
             wall_films: Some(wall_films),
             watch,
-            ..unobserved(physics, cell, (walls, surfaces), core.width)
+            ..unobserved(physics, cell, (walls, surfaces), constants.width)
         };
         for part in parts.iter() {
             part.inform(&mut context);
         }
-        let bound = contacts.compute(particles, &context, pool.as_deref(), finish);
+        let bound = contacts.compute(particles, &context, pool, finish);
         let (mut vertex_loads, mut first) = (Vec::new(), 0);
         for (number, (vertices, surface)) in vertices.iter().zip(&*surfaces).enumerate() {
             let mut loads = vec![Load::default(); vertices.len()];
-            let pool = pool.as_deref();
             contacts.compute_vertices((number, first), vertices, &context, pool, &mut loads);
             first += surface.positions.len();
             vertex_loads.push(loads);
@@ -168,7 +175,7 @@ impl Core {
     fn gather_loads(&mut self) {
         let Particles { loads, bodies, .. } = &mut self.particles;
         if let Some(bodies) = bodies {
-            bodies.gather(loads, self.pool.as_deref());
+            bodies.gather(loads, self.threads.pool.as_deref());
         }
     }
 }

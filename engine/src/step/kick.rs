@@ -14,7 +14,7 @@ impl Engine {
     /// # Errors
     /// If a particle's motion is no longer a number.
     pub fn complete_step(&mut self) -> Result<(), RunError> {
-        if std::mem::take(&mut self.core.kick_due) {
+        if std::mem::take(&mut self.core.clock.kick_due) {
             if !self.advance(1, 0.0).sum_of_squares.is_finite() {
                 return Err(self.not_finite());
             }
@@ -31,21 +31,21 @@ impl Core {
     /// # Errors
     /// If a particle's motion is no longer a number.
     pub(super) fn begin_step(&mut self) -> Result<u32, RunError> {
-        let kicks = 1 + u32::from(self.kick_due || self.drifted.is_some());
-        self.motion = match self.drifted.take() {
+        let kicks = 1 + u32::from(self.clock.kick_due || self.clock.drifted.is_some());
+        self.clock.motion = match self.clock.drifted.take() {
             Some(motion) => motion,
             None => self.kick_and_drift(),
         };
-        if !self.motion.sum_of_squares.is_finite() {
+        if !self.clock.motion.sum_of_squares.is_finite() {
             return Err(self.not_finite());
         }
-        self.step += 1;
+        self.clock.step += 1;
         Ok(kicks)
     }
 
     /// First half kick and drift, with the second half kick of the step before if it is still due.
     fn kick_and_drift(&mut self) -> MotionBound {
-        let kicks = if std::mem::take(&mut self.kick_due) {
+        let kicks = if std::mem::take(&mut self.clock.kick_due) {
             2
         } else {
             1
@@ -63,7 +63,7 @@ impl Core {
         let size = block_size(self.particles.len());
         let records = &mut self.particles.records;
         let loads = &self.particles.loads;
-        let fastest = match &self.pool {
+        let fastest = match &self.threads.pool {
             Some(pool) if records.len() > size => pool.install(|| {
                 let chunks = records.par_chunks_mut(size).zip(loads.par_chunks(size));
                 chunks
@@ -92,7 +92,7 @@ impl Core {
             kicks,
             gravity: self.physics.gravity,
         };
-        bodies.advance(records, &step, self.pool.as_deref())
+        bodies.advance(records, &step, self.threads.pool.as_deref())
     }
 
     pub(super) fn kick_drift(&self, kicks: u32, drift: f64) -> KickDrift {
@@ -101,9 +101,9 @@ impl Core {
             drift,
             kicks,
             gravity: self.physics.gravity,
-            inverse_inertia: self.inverse_inertia,
-            turns: self.turns,
-            width: self.width,
+            inverse_inertia: self.constants.inverse_inertia,
+            turns: self.constants.turns,
+            width: self.constants.width,
         }
     }
 
@@ -137,7 +137,12 @@ impl Core {
     /// Turns the orientations by the angular velocities over `drift` seconds.
     fn turn_orientations(&mut self, drift: f64) {
         if let Some(orientations) = &mut self.particles.orientations {
-            turn_orientations(orientations, &self.particles.records, drift, self.width);
+            turn_orientations(
+                orientations,
+                &self.particles.records,
+                drift,
+                self.constants.width,
+            );
         }
     }
 }

@@ -66,7 +66,7 @@ impl Engine {
 
     /// Sorts the particles and builds the candidate lists.
     fn rebuild(&mut self) -> Result<(), RunError> {
-        let Self { core, parts } = self;
+        let Self { core, parts, .. } = self;
         let finite = |record: &Particle| record.position.is_finite();
         if !core.particles.records.iter().all(finite) {
             return Err(core.not_finite());
@@ -82,7 +82,7 @@ impl Engine {
             );
         }
         let parallel = in_pool();
-        let removed = core.boundaries.take_row_map(core.particles.len());
+        let removed = core.domain.boundaries.take_row_map(core.particles.len());
         core.rename_images(&removed);
         let skin = core.lists.skin.thickness;
         let levels = Levels::choose(&core.particles.records, skin);
@@ -90,10 +90,10 @@ impl Engine {
         // Forces that act across a gap need their pairs listed that much farther out.
         let margin = Margin {
             skin,
-            ranges: core.ranges.clone(),
+            ranges: core.constants.ranges.clone(),
         };
         if let Some(bodies) = &mut core.particles.bodies {
-            bodies.wrap(&core.cell);
+            bodies.wrap(&core.domain.cell);
         }
         let Built {
             list,
@@ -104,24 +104,24 @@ impl Engine {
             &mut extra,
             &levels,
             &margin,
-            &core.cell,
+            &core.domain.cell,
             parallel,
         );
         let Particles {
             records, bodies, ..
         } = &mut core.particles;
         if let Some(bodies) = bodies {
-            bodies.note_shifts(records, &core.cell);
+            bodies.note_shifts(records, &core.domain.cell);
         }
-        for wall in &mut core.walls {
-            wall.note_images(&core.cell);
+        for wall in &mut core.domain.walls {
+            wall.note_images(&core.domain.cell);
         }
         let near_walls = find_near_walls(
             &core.particles,
             &extra,
             &grid,
-            &core.walls,
-            &core.cell,
+            &core.domain.walls,
+            &core.domain.cell,
             &margin,
             parallel,
         );
@@ -139,16 +139,22 @@ impl Engine {
         };
         parts.iter_mut().for_each(|part| part.new_list(&list));
         let most = extra.iter().copied().fold(0.0, f64::max);
-        core.boundaries
-            .listed(&core.particles, &core.cell, skin + 2.0 * most);
-        if core.boundaries.expects_more() {
-            let cells = Cells::of_list(grid, &levels, &core.particles, &core.cell);
-            core.boundaries.take_cells(core.particles.len(), cells);
+        core.domain
+            .boundaries
+            .listed(&core.particles, &core.domain.cell, skin + 2.0 * most);
+        if core.domain.boundaries.expects_more() {
+            let cells = Cells::of_list(grid, &levels, &core.particles, &core.domain.cell);
+            core.domain
+                .boundaries
+                .take_cells(core.particles.len(), cells);
         }
         core.lists.validity = Validity::default();
         core.lists.extra_skin = extra;
-        core.walls.iter_mut().for_each(WallNow::note_listed);
-        core.surfaces.iter_mut().for_each(Surface::note_listed);
+        core.domain.walls.iter_mut().for_each(WallNow::note_listed);
+        core.domain
+            .surfaces
+            .iter_mut()
+            .for_each(Surface::note_listed);
         core.list_vertices(0.5 * skin);
         core.lists.rows_changed = false;
         core.lists.rebuilds += 1;
@@ -174,12 +180,13 @@ impl Core {
                 in_pool(),
             );
         }
-        let (about, reach) = (self.cell.middle(), self.cell.diagonal());
+        let (about, reach) = (self.domain.cell.middle(), self.domain.cell.diagonal());
         // Sheets stand behind the walls of the plan.
         let rooms = std::iter::repeat_n(0.0, self.physics.walls.len());
-        let rooms = rooms.chain(self.surfaces.iter().map(|surface| surface.room));
+        let rooms = rooms.chain(self.domain.surfaces.iter().map(|surface| surface.room));
         valid
             && self
+                .domain
                 .walls
                 .iter()
                 .zip(rooms)
@@ -191,7 +198,7 @@ impl Core {
     /// Before particles are put back into the domain: contacts with a wall go on by the image that is the same copy of it then.
     /// `present`: where each row of the last list is now.
     fn rename_images(&mut self, present: &[Option<Row>]) {
-        let (cell, walls) = (&self.cell, &self.walls);
+        let (cell, walls) = (&self.domain.cell, &self.domain.walls);
         if !cell.has_images() || walls.is_empty() {
             return;
         }

@@ -37,7 +37,7 @@ impl Part for LoadSeries {
     }
 
     fn of(core: &mut Core) -> Option<Self> {
-        let is_wanted = core.watched.triangle_loads;
+        let is_wanted = core.watched().triangle_loads;
         is_wanted.then(Self::default)
     }
 
@@ -85,7 +85,7 @@ impl Engine {
         let Some((series, core)) = self.part_and_core::<LoadSeries>() else {
             return [None, None];
         };
-        let [for_frames, for_vtk] = core.watched.load_sums;
+        let [for_frames, for_vtk] = core.watched().load_sums;
         let loads = core.contacts.take_feature_loads();
         let evaluations = std::mem::take(&mut series.pending);
         if for_frames {

@@ -13,18 +13,14 @@
 //! | forces; loads of pebbles gathered; fused with them the kicks and the drift that follow | `forces` |
 //! | everything else | the parts, by their list in `parts` |
 
-mod audit;
 mod awake;
 mod core;
-mod crossings;
 mod error;
 mod exchange;
 mod forces;
-mod guard;
 mod kick;
 mod lists;
 mod load_series;
-mod losses;
 mod motion;
 mod part;
 mod parts;
@@ -33,23 +29,17 @@ mod start;
 mod surfaces;
 #[cfg(test)]
 mod tests;
-mod tracks;
 mod walls;
 
-pub use self::core::Core;
-pub use audit::{Audit, AuditedContact};
-pub(crate) use crossings::SEEN;
+pub use self::core::{Core, Domain};
 pub use error::RunError;
 pub use lists::Lists;
-pub use losses::Losses;
 pub use part::{Arrival, Exchanged, Leaving, Part, SizeEstimate};
 pub use parts::bytes_of_parts;
 pub use snapshot::Snapshot;
 pub use start::StartOptions;
 
 use std::ops::{Deref, DerefMut};
-
-pub use tracks::Tracked;
 
 use awake::awake;
 
@@ -59,8 +49,12 @@ use crate::forces::{Observation, Watch};
 /// is that of the [`Core`].
 pub struct Engine {
     core: Core,
-    /// In the order in which each place of the step calls them.
+    /// In the order in which each place of the step calls them: those of the plan, then those from outside.
     parts: Vec<Box<dyn Part>>,
+    /// Number of parts of the plan.
+    planned_parts: usize,
+    /// Whether the contact laws are from outside of the plan.
+    has_own_laws: bool,
 }
 
 impl Deref for Engine {
@@ -96,7 +90,7 @@ impl Engine {
     /// # Errors
     /// If a particle's motion is no longer a number, or if the guard of the plan is strict and something is beyond its limits.
     pub fn steps_at_once(&mut self, count: u64, watch: Option<Watch>) -> Result<(), RunError> {
-        let pool = self.pool.clone();
+        let pool = self.threads.pool.clone();
         let mut run = || {
             let was_worn = self.is_worn();
             for k in 1..=count {
@@ -117,9 +111,15 @@ impl Engine {
     /// Whether steps are made by the calling thread alone from now on, although there is a pool; they come out the same.
     pub fn step_alone(&mut self, is_alone: bool) {
         let (from, to) = if is_alone {
-            (&mut self.core.pool, &mut self.core.idle_pool)
+            (
+                &mut self.core.threads.pool,
+                &mut self.core.threads.idle_pool,
+            )
         } else {
-            (&mut self.core.idle_pool, &mut self.core.pool)
+            (
+                &mut self.core.threads.idle_pool,
+                &mut self.core.threads.pool,
+            )
         };
         if from.is_some() {
             *to = from.take();
@@ -145,7 +145,7 @@ impl Engine {
 
     /// Does the same with all parts in their order.
     fn call(&mut self, mut act: impl FnMut(&mut dyn Part, &mut Core)) {
-        let Self { core, parts } = self;
+        let Self { core, parts, .. } = self;
         parts.iter_mut().for_each(|part| act(part.as_mut(), core));
     }
 
@@ -154,7 +154,7 @@ impl Engine {
         &mut self,
         mut act: impl FnMut(&mut dyn Part, &mut Core) -> Result<(), RunError>,
     ) -> Result<(), RunError> {
-        let Self { core, parts } = self;
+        let Self { core, parts, .. } = self;
         parts
             .iter_mut()
             .try_for_each(|part| act(part.as_mut(), core))

@@ -23,8 +23,7 @@ pub trait Part: Any + Send {
     /// A name for it, unique in the run: that of its section in a checkpoint.
     fn name(&self) -> &str;
 
-    /// The part of a plan that has this feature; it may add columns to the particles of the start. Parts that are
-    /// added from outside leave it out.
+    /// The part of a plan that has this feature. Parts from outside leave it out.
     fn of(core: &mut Core) -> Option<Self>
     where
         Self: Sized,
@@ -46,6 +45,12 @@ pub trait Part: Any + Send {
     /// What it needs of the step; the same during a whole run.
     fn needs(&self) -> Needs {
         Needs::default()
+    }
+
+    /// Columns of particles that it needs, each by its name, with the value of new particles. They are sorted, removed and saved with the
+    /// particles.
+    fn columns(&self) -> Vec<(&'static str, f64)> {
+        Vec::new()
     }
 
     /// A run starts, from a plan and not from a checkpoint: particles and contacts of the start are there, lists and forces not yet.
@@ -165,7 +170,8 @@ pub trait Part: Any + Send {
         let _ = (core, pieces);
     }
 
-    /// Takes back what [`Part::put`] wrote; the core has its state back.
+    /// Takes back what [`Part::put`] wrote, and forgets what belongs to another state: a part from outside may have made steps before
+    /// ([`Engine::restore_in_place`](super::Engine::restore_in_place)). The core has its state back.
     ///
     /// # Errors
     /// If these bytes cannot be of this part and plan, with the reason.

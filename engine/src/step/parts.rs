@@ -2,15 +2,15 @@
 
 use std::any::Any;
 
-use super::audit::Auditor;
-use super::guard::Guard;
 use super::load_series::LoadSeries;
-use super::tracks::Tracks;
 use super::{Core, Engine, Part, SizeEstimate};
+use crate::audit::Auditor;
+use crate::guard::GuardPart;
 use crate::liquid::Liquids;
 use crate::membrane::Membranes;
 use crate::physics::Setup;
 use crate::spray::Sprays;
+use crate::tracks::Tracks;
 use crate::wear::Wear;
 
 /// A kind of part, before there is one.
@@ -38,7 +38,7 @@ const PARTS: &[PartKind] = &[
     kind::<LoadSeries>(),
     kind::<Wear>(),
     // What is beyond a limit stops the run when all others have made their step.
-    kind::<Guard>(),
+    kind::<GuardPart>(),
 ];
 
 /// The parts of a plan.
@@ -60,8 +60,13 @@ impl Engine {
         parts.find_map(|part| (part.as_ref() as &dyn Any).downcast_ref())
     }
 
-    /// The same, and the core to which it may do something.
-    pub(crate) fn part_and_core<P: Part>(&mut self) -> Option<(&mut P, &mut Core)> {
+    /// All parts, in the order in which each place of the step calls them.
+    pub fn parts(&self) -> impl Iterator<Item = &dyn Part> {
+        self.parts.iter().map(AsRef::as_ref)
+    }
+
+    /// The part of this type, if the plan has it, and the core, both to be changed.
+    pub fn part_and_core<P: Part>(&mut self) -> Option<(&mut P, &mut Core)> {
         let mut parts = self.parts.iter_mut();
         let part = parts.find_map(|part| (part.as_mut() as &mut dyn Any).downcast_mut())?;
         Some((part, &mut self.core))

@@ -1,6 +1,6 @@
 //! The state of a run as sections of bytes: the one list of what a checkpoint holds of the engine.
 
-use super::{Core, Engine, Lists, RunError, StartOptions};
+use super::{Core, Engine, Lists, Part, RunError, StartOptions};
 use crate::cell::Cell;
 use crate::forces::SavedSlots;
 use crate::physics::ToSetup;
@@ -30,7 +30,7 @@ fn always(_: &Core) -> bool {
 }
 
 fn has_surfaces(core: &Core) -> bool {
-    !core.surfaces.is_empty()
+    !core.domain.surfaces.is_empty()
 }
 
 /// Whether sliding at walls is summed up from step to step.
@@ -53,19 +53,22 @@ const SECTIONS: &[Section] = &[
     Section {
         name: CLOCK,
         is_there: always,
-        put: |core, pieces| (core.step, core.kick_due).put(pieces.end()),
+        put: |core, pieces| (core.clock.step, core.clock.kick_due).put(pieces.end()),
         take: Core::take_clock,
     },
     Section {
         name: CELL,
         is_there: always,
-        put: |core, pieces| core.cell.put(pieces.end()),
+        put: |core, pieces| core.domain.cell.put(pieces.end()),
         take: Core::take_cell,
     },
     Section {
         name: PARTICLES,
         is_there: always,
-        put: |core, pieces| core.particles.put_pieces(pieces, core.pool.as_deref()),
+        put: |core, pieces| {
+            core.particles
+                .put_pieces(pieces, core.threads.pool.as_deref())
+        },
         take: Core::take_particles,
     },
     Section {
@@ -81,7 +84,7 @@ const SECTIONS: &[Section] = &[
         name: PAIRS,
         is_there: always,
         put: |core, pieces| {
-            let pool = core.pool.as_deref();
+            let pool = core.threads.pool.as_deref();
             core.contacts.put_pairs(pieces, pool);
         },
         take: |core, bytes| {
@@ -94,7 +97,7 @@ const SECTIONS: &[Section] = &[
         is_there: always,
         put: |core, pieces| core.contacts.put_near_walls(pieces),
         take: |core, bytes| {
-            let counts = (core.particles.len(), core.walls.len());
+            let counts = (core.particles.len(), core.domain.walls.len());
             core.contacts.take_near_walls(counts, bytes)
         },
     },
@@ -120,19 +123,21 @@ const SECTIONS: &[Section] = &[
     Section {
         name: "boundaries",
         is_there: always,
-        put: |core, pieces| core.boundaries.state().put(pieces.end()),
+        put: |core, pieces| core.domain.boundaries.state().put(pieces.end()),
         take: |core, bytes| {
             let state = Plain::take(bytes)?;
-            core.boundaries.restore(&state, &core.particles, &core.cell)
+            core.domain
+                .boundaries
+                .restore(&state, &core.particles, &core.domain.cell)
         },
     },
     Section {
         name: "passages",
         is_there: |core| core.watched.passages,
-        put: |core, pieces| core.boundaries.passages().to_vec().put(pieces.end()),
+        put: |core, pieces| core.domain.boundaries.passages().to_vec().put(pieces.end()),
         take: |core, bytes| {
             let passages = Plain::take(bytes)?;
-            core.boundaries.restore_passages(passages);
+            core.domain.boundaries.restore_passages(passages);
             Ok(())
         },
     },
@@ -151,7 +156,7 @@ const SECTIONS: &[Section] = &[
         put: |core, pieces| core.contacts.put_vertices(pieces),
         take: |core, bytes| {
             let walls = core.physics.walls.len();
-            let surfaces = core.surfaces.iter();
+            let surfaces = core.domain.surfaces.iter();
             let vertices: Vec<usize> = surfaces.map(|of| of.positions.len()).collect();
             let contacts = &mut core.contacts;
             contacts.take_vertices((&vertices, walls), bytes)
@@ -284,27 +289,69 @@ impl Engine {
         snapshot: Snapshot,
         options: StartOptions,
     ) -> Result<Self, RunError> {
-        Self::unstarted(setup.to_setup(), options)?.restored(&snapshot)
+        let mut engine = Self::unstarted(setup.to_setup(), options)?;
+        take_state(&mut engine.core, &mut engine.parts, &snapshot)?;
+        Ok(engine)
     }
 
-    /// An engine that is not started yet, in the state of a snapshot.
-    fn restored(mut self, snapshot: &Snapshot) -> Result<Self, RunError> {
-        let Self { core, parts } = &mut self;
-        let mut found = snapshot.0.iter();
-        for section in SECTIONS {
-            if (section.is_there)(core) {
-                let name = section.name;
-                take_section(found.next(), name, |bytes| (section.take)(core, bytes))?;
-            }
+    /// Goes to the state of `snapshot`, which must come from a run of the same setup with the same contact laws and parts. Threads,
+    /// lanes, and the laws and parts from outside of the plan stay. It takes the memory of two states until it returns.
+    ///
+    /// # Errors
+    /// If the snapshot cannot have come from this setup. The engine stays as it was then, but parts and laws from outside may
+    /// have taken their sections.
+    pub fn restore_in_place(&mut self, snapshot: &Snapshot) -> Result<(), RunError> {
+        let options = StartOptions::threads(1).task_progress(self.threads.task_progress.clone());
+        // All that is of the plan begins anew, so that nothing of the present state is left.
+        let mut next = Self::unstarted(self.setup(), options)?;
+        let outside = self.parts.split_off(self.planned_parts);
+        outside
+            .iter()
+            .for_each(|part| next.core.add_columns(part.as_ref()));
+        next.parts.extend(outside);
+        self.exchange_options(&mut next);
+        let taken = take_state(&mut next.core, &mut next.parts, snapshot);
+        if taken.is_ok() {
+            std::mem::swap(self, &mut next);
+        } else {
+            self.exchange_options(&mut next);
+            self.parts.extend(next.parts.drain(self.planned_parts..));
         }
-        for part in parts {
-            let name = part.name().to_owned();
-            take_section(found.next(), &name, |bytes| part.take(core, bytes))?;
+        taken
+    }
+
+    /// Exchanges what the options of a start decide.
+    fn exchange_options(&mut self, other: &mut Self) {
+        let (a, b) = (&mut self.core, &mut other.core);
+        std::mem::swap(&mut a.constants, &mut b.constants);
+        std::mem::swap(&mut a.threads, &mut b.threads);
+        if self.has_own_laws {
+            std::mem::swap(&mut a.contacts, &mut b.contacts);
+            other.has_own_laws = true;
         }
-        match found.next() {
-            Some((name, _)) => Err(RunError::other_section("end", Some(name))),
-            None => Ok(self),
+    }
+}
+
+/// Takes the state of a snapshot into a core that is not started yet, and its parts.
+fn take_state(
+    core: &mut Core,
+    parts: &mut [Box<dyn Part>],
+    snapshot: &Snapshot,
+) -> Result<(), RunError> {
+    let mut found = snapshot.0.iter();
+    for section in SECTIONS {
+        if (section.is_there)(core) {
+            let name = section.name;
+            take_section(found.next(), name, |bytes| (section.take)(core, bytes))?;
         }
+    }
+    for part in parts {
+        let name = part.name().to_owned();
+        take_section(found.next(), &name, |bytes| part.take(core, bytes))?;
+    }
+    match found.next() {
+        Some((name, _)) => Err(RunError::other_section("end", Some(name))),
+        None => Ok(()),
     }
 }
 
@@ -326,8 +373,8 @@ fn take_section(
 
 impl Core {
     fn take_clock(&mut self, bytes: &mut &[u8]) -> Result<(), String> {
-        (self.step, self.kick_due) = Plain::take(bytes)?;
-        if self.step > MOST_STEPS {
+        (self.clock.step, self.clock.kick_due) = Plain::take(bytes)?;
+        if self.clock.step > MOST_STEPS {
             return Err("more steps than a run can make".to_owned());
         }
         Ok(())
@@ -348,7 +395,7 @@ impl Core {
             let (found, planned) = (text(&cell), text(&self.physics.cell));
             return Err(format!("it is {found}, that of the plan {planned}"));
         }
-        self.cell = cell;
+        self.domain.cell = cell;
         Ok(())
     }
 
@@ -368,8 +415,8 @@ impl Core {
             return Err(format!("it has {found} walls, the plan {planned}"));
         }
         let (time, dt) = (self.time(), self.physics.time_step);
-        for ((wall, now), saved) in planned.iter().zip(&mut self.walls).zip(&saved) {
-            now.restore(wall, saved, (time, dt), &self.cell)
+        for ((wall, now), saved) in planned.iter().zip(&mut self.domain.walls).zip(&saved) {
+            now.restore(wall, saved, (time, dt), &self.domain.cell)
                 .map_err(|error| format!("walls.{}: {error}", wall.name))?;
         }
         Ok(())

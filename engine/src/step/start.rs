@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use super::{Core, Engine, Lists, Part, RunError};
+use super::core::{Clock, Constants, Core, Domain, Threads};
+use super::{Engine, Lists, Part, RunError};
 use super::{parts, surfaces};
 use crate::boundaries::Boundaries;
-use crate::forces::{ContactForces, MotionBound, Needs, Watch, contact_loop};
+use crate::forces::{ContactForces, Needs, Watch, contact_loop};
 use crate::lanes::Width;
 use crate::neighbours::Skin;
 use crate::physics::{Setup, ToSetup};
@@ -116,7 +117,7 @@ impl Engine {
         };
         self.evaluate_forces(spring_time, Some(watch), false);
         // The first step begins with its own half kick alone.
-        self.kick_due = false;
+        self.clock.kick_due = false;
         Ok(self)
     }
 
@@ -130,14 +131,14 @@ impl Engine {
         let Core {
             contacts,
             particles,
-            boundaries,
+            domain,
             ..
         } = &mut self.core;
         // Laws that no scene can name may remember something else.
         if carried.pairs.numbers() == contacts.layout().numbers {
             let rows = particles.len();
             contacts.restore(rows, &carried.pairs, &carried.near_walls);
-            boundaries.go_on_from_list(rows);
+            domain.boundaries.go_on_from_list(rows);
         }
     }
 
@@ -145,6 +146,7 @@ impl Engine {
     pub(super) fn unstarted(setup: Setup, options: StartOptions) -> Result<Self, RunError> {
         let Setup { physics, watched } = setup;
         let named = options.contacts;
+        let has_own_laws = named.is_some();
         let (contacts, law_names) = named.unwrap_or_else(|| contact_loop(&physics.laws));
         let others = options.parts.iter().map(|part| part.needs());
         let needs = others.fold(contacts.needs(), Needs::and);
@@ -193,44 +195,68 @@ impl Engine {
         let liquid = physics.liquid.as_ref();
         let wall_films = liquid.map(|liquid| WallFilms::start(&liquid.wall_films));
         let mut core = Core {
-            boundaries,
-            inverse_inertia: inverse_inertia_factor(physics.dimensions),
-            turns: physics.laws.turns(),
+            clock: Clock::default(),
+            domain: Domain {
+                cell,
+                boundaries,
+                walls,
+                wall_films: wall_films.unwrap_or_default(),
+                surfaces,
+            },
+            particles,
+            lists: Lists::new(skin),
+            contacts,
+            constants: Constants {
+                needs,
+                ranges: Vec::new(),
+                law_names,
+                has_servos,
+                inverse_inertia: inverse_inertia_factor(physics.dimensions),
+                turns: physics.laws.turns(),
+                width,
+            },
+            threads: Threads {
+                task_progress: options.task_progress,
+                pool,
+                idle_pool: None,
+            },
             physics,
             watched,
-            particles,
-            contacts,
-            needs,
-            ranges: Vec::new(),
-            law_names,
-            cell,
-            walls,
-            wall_films: wall_films.unwrap_or_default(),
-            surfaces,
-            lists: Lists::new(skin),
-            has_servos,
-            width,
-            task_progress: options.task_progress,
-            step: 0,
-            motion: MotionBound::default(),
-            kick_due: false,
-            drifted: None,
-            pool,
-            idle_pool: None,
         };
         let mut parts = parts::all(&mut core);
+        let planned_parts = parts.len();
         parts.extend(options.parts);
+        parts
+            .iter()
+            .for_each(|part| core.add_columns(part.as_ref()));
         let of_parts = parts.iter().map(|part| part.needs());
         let of_parts = of_parts.fold(Needs::default(), Needs::and);
-        core.needs = core.needs.and(of_parts);
-        core.ranges = core.contacts.ranges();
+        core.constants.needs = core.constants.needs.and(of_parts);
+        core.constants.ranges = core.contacts.ranges();
         if of_parts.range > 0.0 {
             // What acts beside the contacts does not say between which materials.
-            core.ranges.resize(core.physics.materials.len(), 0.0);
-            for range in &mut core.ranges {
+            core.constants
+                .ranges
+                .resize(core.physics.materials.len(), 0.0);
+            for range in &mut core.constants.ranges {
                 *range = range.max(of_parts.range);
             }
         }
-        Ok(Self { core, parts })
+        Ok(Self {
+            core,
+            parts,
+            planned_parts,
+            has_own_laws,
+        })
+    }
+}
+
+impl Core {
+    /// Adds the columns that a part needs to the particles.
+    pub(super) fn add_columns(&mut self, part: &dyn Part) {
+        let rows = self.particles.len();
+        for (name, default) in part.columns() {
+            self.particles.columns.add(name, default, rows);
+        }
     }
 }

@@ -62,18 +62,21 @@ fn gap(place: DVec3, (low, high): (DVec3, DVec3), cell: &Cell) -> f64 {
 impl Core {
     /// Adds up what contacts did to the vertices; `of_walls`: what walls did to those of each sheet, nothing if none touches walls.
     pub(super) fn load_surfaces(&mut self, of_walls: &[Vec<Load>]) {
-        if self.surfaces.is_empty() {
+        if self.domain.surfaces.is_empty() {
             return;
         }
-        self.surfaces.iter_mut().for_each(Surface::clear_loads);
-        let surfaces = &mut self.surfaces;
+        self.domain
+            .surfaces
+            .iter_mut()
+            .for_each(Surface::clear_loads);
+        let surfaces = &mut self.domain.surfaces;
         (self.contacts)
             .visit_surface_loads(&mut |load| surfaces[load.surface as usize].add_load(load));
-        for (surface, loads) in self.surfaces.iter_mut().zip(of_walls) {
+        for (surface, loads) in self.domain.surfaces.iter_mut().zip(of_walls) {
             surface.add_vertex_loads(loads.iter().map(|load| load.force));
         }
         if self.physics.membranes.is_empty() {
-            for surface in &mut self.surfaces {
+            for surface in &mut self.domain.surfaces {
                 surface.forces.clone_from(&surface.loads);
             }
         }
@@ -86,18 +89,19 @@ impl Core {
     }
 
     /// The vertices of all sheets as spheres, sheet by sheet; nothing if none touches walls.
-    pub(super) fn all_vertex_spheres(&self) -> Vec<Vec<Particle>> {
+    #[must_use]
+    pub fn all_vertex_spheres(&self) -> Vec<Vec<Particle>> {
         if !self.vertices_touch_walls() {
             return Vec::new();
         }
-        let numbers = 0..self.surfaces.len();
+        let numbers = 0..self.domain.surfaces.len();
         numbers.map(|number| self.vertex_spheres(number)).collect()
     }
 
     /// The vertices of a sheet as spheres of half its thickness; none if they do not touch walls.
     fn vertex_spheres(&self, number: usize) -> Vec<Particle> {
         let plan = &self.physics.surfaces[number];
-        let surface = &self.surfaces[number];
+        let surface = &self.domain.surfaces[number];
         let count = if plan.touches_walls {
             surface.positions.len()
         } else {
@@ -119,14 +123,14 @@ impl Core {
     /// particle that is nearest, less what counts as near. `extra_skin` (m; empty for none).
     pub(super) fn note_rooms(&mut self, extra_skin: &[f64], margin: &Margin) {
         let first = self.physics.walls.len();
-        let cell = &self.cell;
+        let cell = &self.domain.cell;
         let periods = (0..3).filter(|&axis| cell.is_periodic(axis));
         // The images by which a sheet is met are those around the place where it was.
         let most = periods.fold(cell.diagonal(), |most, axis| {
             most.min(LEAST_PART * cell.size()[axis])
         });
-        for (number, surface) in self.surfaces.iter_mut().enumerate() {
-            let outer = self.walls[first + number].outer_box();
+        for (number, surface) in self.domain.surfaces.iter_mut().enumerate() {
+            let outer = self.domain.walls[first + number].outer_box();
             let mut room = most;
             // More vertices are near walls where they may go farther.
             if self.physics.surfaces[number].touches_walls {
@@ -150,13 +154,14 @@ impl Core {
         if !self.vertices_touch_walls() {
             return;
         }
-        let walls = &self.walls[..self.physics.walls.len()];
-        let range = self.needs.range;
-        let near: Vec<Vec<NearWall>> = (0..self.surfaces.len())
+        let walls = &self.domain.walls[..self.physics.walls.len()];
+        let range = self.constants.needs.range;
+        let near: Vec<Vec<NearWall>> = (0..self.domain.surfaces.len())
             .map(|number| {
                 let vertices = self.vertex_spheres(number);
-                let margin = Margin::of_skin(2.0 * skin + range + self.surfaces[number].room);
-                near_walls_of_vertices(&vertices, walls, &self.cell, &margin)
+                let margin =
+                    Margin::of_skin(2.0 * skin + range + self.domain.surfaces[number].room);
+                near_walls_of_vertices(&vertices, walls, &self.domain.cell, &margin)
             })
             .collect();
         self.contacts.adopt_vertices(&near);
@@ -165,27 +170,31 @@ impl Core {
     /// The sheets as they are now, in the order of the plan.
     #[must_use]
     pub fn surfaces(&self) -> &[Surface] {
-        &self.surfaces
+        &self.domain.surfaces
     }
 
     pub(super) fn saved_surfaces(&self) -> Vec<SavedSurface> {
-        self.surfaces.iter().map(Surface::save).collect()
+        self.domain.surfaces.iter().map(Surface::save).collect()
     }
 
     pub(super) fn restore_surfaces(&mut self, saved: &[SavedSurface]) -> Result<(), String> {
         let first = self.physics.walls.len();
-        if saved.len() != self.surfaces.len() {
+        if saved.len() != self.domain.surfaces.len() {
             return Err(format!(
                 "it has {} membranes, the plan {}",
                 saved.len(),
-                self.surfaces.len()
+                self.domain.surfaces.len()
             ));
         }
-        let surfaces = self.surfaces.iter_mut().zip(&mut self.walls[first..]);
+        let surfaces = self
+            .domain
+            .surfaces
+            .iter_mut()
+            .zip(&mut self.domain.walls[first..]);
         for ((number, saved), (surface, wall)) in saved.iter().enumerate().zip(surfaces) {
             surface.restore(saved)?;
             let way = surface.way_since_listed();
-            let followed = wall.follow_anew(&surface.corners(), way, &self.cell);
+            let followed = wall.follow_anew(&surface.corners(), way, &self.domain.cell);
             let name = &self.physics.surfaces[number].name;
             followed.map_err(|error| format!("membranes.{name}: {error}"))?;
         }

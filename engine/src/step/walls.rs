@@ -10,10 +10,10 @@ use crate::walls::{SectionBox, Shape, WallError, area};
 impl Engine {
     /// Gives walls the surfaces that parts want them to have.
     pub(super) fn reshape_walls(&mut self) -> Result<(), RunError> {
-        if !self.needs.reshapes_walls {
+        if !self.constants.needs.reshapes_walls {
             return Ok(());
         }
-        let Self { core, parts } = self;
+        let Self { core, parts, .. } = self;
         for part in parts {
             for (wall, corners) in part.reshape_walls(core) {
                 core.reshape_wall(WallIndex::new(wall as u16), &corners)?;
@@ -27,8 +27,8 @@ impl Core {
     /// Moves the walls to the present time.
     pub(super) fn move_walls(&mut self) {
         let (time, dt) = (self.time(), self.physics.time_step);
-        for (wall, now) in self.physics.walls.iter().zip(&mut self.walls) {
-            now.advance(wall, time, dt, &self.cell);
+        for (wall, now) in self.physics.walls.iter().zip(&mut self.domain.walls) {
+            now.advance(wall, time, dt, &self.domain.cell);
         }
     }
 
@@ -38,10 +38,10 @@ impl Core {
     /// # Errors
     /// If there is no such wall, or it cannot take these places; it stays as it was then.
     pub fn reshape_wall(&mut self, wall: WallIndex, corners: &[DVec3]) -> Result<(), RunError> {
-        let Some(now) = self.walls.get_mut(wall.index()) else {
+        let Some(now) = self.domain.walls.get_mut(wall.index()) else {
             return Err(self.wall_error(wall, WallError::OtherShape));
         };
-        let changed = now.reshape(corners, &self.cell);
+        let changed = now.reshape(corners, &self.domain.cell);
         changed.map_err(|error| self.wall_error(wall, error))
     }
 
@@ -50,10 +50,10 @@ impl Core {
     /// # Errors
     /// As [`Core::reshape_wall`].
     pub fn exchange_wall(&mut self, wall: WallIndex, shape: Shape) -> Result<(), RunError> {
-        let Some(now) = self.walls.get_mut(wall.index()) else {
+        let Some(now) = self.domain.walls.get_mut(wall.index()) else {
             return Err(self.wall_error(wall, WallError::OtherShape));
         };
-        let changed = now.exchange(shape, &self.cell);
+        let changed = now.exchange(shape, &self.domain.cell);
         changed.map_err(|error| self.wall_error(wall, error))
     }
 
@@ -65,17 +65,17 @@ impl Core {
         let room = SectionBox::new(min, max, physics.dimensions);
         for (index, wall) in self.physics.walls.iter().enumerate() {
             for (number, (motor, axis)) in wall.motion.servos(time).enumerate() {
-                let mut state = self.walls[index].servos[number];
-                if self.walls[index].state.present {
+                let mut state = self.domain.walls[index].servos[number];
+                if self.domain.walls[index].state.present {
                     // The load is that of the particles on the wall.
                     let force = -observation.walls[index].0.force.dot(axis);
-                    let area = motor.area(|| area(&self.walls, index, axis, &room));
+                    let area = motor.area(|| area(&self.domain.walls, index, axis, &room));
                     let stiffness = &observation.wall_stiffness[index];
                     motor.follow(&mut state, (force, area), stiffness, (time, dt));
                 } else {
                     state.next_velocity = 0.0;
                 }
-                self.walls[index].servos[number] = state;
+                self.domain.walls[index].servos[number] = state;
             }
         }
     }

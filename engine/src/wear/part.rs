@@ -5,7 +5,8 @@ use mercury_common::readable::rounded;
 use super::{Wear, Worn};
 use crate::contact::parameter::short;
 use crate::forces::Observation;
-use crate::physics::{GuardPolicy, Setup};
+use crate::guard::GuardPolicy;
+use crate::physics::Setup;
 use crate::state::{Pieces, Plain, WallIndex};
 use crate::step::{Core, Engine, Part, RunError, SizeEstimate};
 
@@ -15,9 +16,9 @@ impl Part for Wear {
     }
 
     fn of(core: &mut Core) -> Option<Self> {
-        let wear = Self::new(&core.physics.wear, &core.walls)?;
+        let wear = Self::new(&core.physics().wear, &core.domain.walls)?;
         for wall in &wear.walls {
-            core.walls[wall.plan().wall].set_wearing();
+            core.domain.walls[wall.plan().wall].set_wearing();
         }
         Some(wear)
     }
@@ -37,7 +38,7 @@ impl Part for Wear {
 
     fn after_forces(&mut self, core: &mut Core, _: Option<&Observation>) {
         core.contacts.take_rubs(self.rubs());
-        if core.step == 0 {
+        if core.steps() == 0 {
             // Contacts of the start are no impacts.
             self.rubs();
         }
@@ -45,8 +46,8 @@ impl Part for Wear {
 
     /// Adds what the contacts of this step wear. Surfaces that are due move; in the last step of the plan all that owe something.
     fn end_step(&mut self, core: &mut Core) -> Result<(), RunError> {
-        self.note(&core.walls);
-        let is_last = core.step == core.physics.steps;
+        self.note(&core.domain.walls);
+        let is_last = core.steps() == core.physics().steps;
         self.move_surfaces(core, |worn| worn.is_due() || is_last)
     }
 
@@ -56,9 +57,9 @@ impl Part for Wear {
 
     fn warnings(&self, core: &Core) -> Vec<String> {
         let mut warnings = Vec::new();
-        let guard = core.physics.guard.policy;
+        let guard = core.physics().guard.policy;
         for worn in &self.walls {
-            let name = &core.physics.walls[worn.plan().wall].name;
+            let name = &core.physics().walls[worn.plan().wall].name;
             let row = worn.row();
             if let Some(through) = worn_through(core, worn).filter(|_| guard != GuardPolicy::Off) {
                 warnings.push(format!(
@@ -126,12 +127,11 @@ impl Wear {
                 continue;
             }
             let index = worn.plan().wall;
-            if let Some(mesh) = core.walls[index].shape().mesh() {
+            if let Some(mesh) = core.domain.walls[index].shape().mesh() {
                 worn.advance(mesh);
             }
-            let changed = core.walls[index].reshape(&worn.corners(), &core.cell);
-            changed.map_err(|error| core.wall_error(WallIndex::new(index as u16), error))?;
-            let mesh = core.walls[index].shape().mesh();
+            core.reshape_wall(WallIndex::new(index as u16), &worn.corners())?;
+            let mesh = core.domain.walls[index].shape().mesh();
             if mesh.is_some_and(|mesh| worn.find_worn_through(mesh)) {
                 guard_worn_through(core, worn)?;
             }
@@ -143,10 +143,10 @@ impl Wear {
 
 /// A thin wall is worn through for the first time.
 fn guard_worn_through(core: &Core, worn: &Worn) -> Result<(), RunError> {
-    match core.physics.guard.policy {
+    match core.physics().guard.policy {
         GuardPolicy::Warn | GuardPolicy::Off => Ok(()),
         GuardPolicy::Strict => Err(RunError::Guarded {
-            step: core.step,
+            step: core.steps(),
             time: core.time(),
             what: worn_through(core, worn).unwrap_or_default(),
             help: "end the run before with until_depth, lower the acceleration, or go on with guard.policy = \"warn\": there the surface stays then"
@@ -158,7 +158,7 @@ fn guard_worn_through(core: &Core, worn: &Worn) -> Result<(), RunError> {
 /// Where a wall is worn through, in words.
 fn worn_through(core: &Core, worn: &Worn) -> Option<String> {
     let found = worn.worn_through()?;
-    let name = &core.physics.walls[worn.plan().wall].name;
+    let name = &core.physics().walls[worn.plan().wall].name;
     let [x, y, z] = found.place.to_array().map(short);
     Some(format!(
         "wall `{name}` is worn through at [{x}, {y}, {z}] m (its own frame), in move {} of its surface: its two faces came closer than a thousandth of an edge",

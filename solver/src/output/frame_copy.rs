@@ -12,7 +12,8 @@ use mercury_engine::forces::{LoadSums, Observation};
 use mercury_engine::liquid::LiquidRow;
 use mercury_engine::spray::Droplet;
 use mercury_engine::state::{Bodies, Load, Particle};
-use mercury_engine::step::{Engine, Tracked};
+use mercury_engine::step::Engine;
+use mercury_engine::tracks::Tracked;
 use mercury_engine::walls::WallState;
 
 /// What is written of one time. Rows are in the engine's order.

@@ -14,8 +14,8 @@ use mercury_pictures::PictureError;
 use super::OrderedFrame;
 use super::particle_frames::frames_header;
 use crate::plan::Plan;
+use mercury_engine::audit::Losses;
 use mercury_engine::contact::HistoryNumber;
-use mercury_engine::step::Losses;
 use mercury_engine::task::OutputFile;
 
 /// Why the outputs of a run could not be written.

@@ -2,8 +2,8 @@
 
 use serde::{Serialize, Serializer};
 
+use mercury_engine::audit::Losses;
 use mercury_engine::liquid::LiquidRow;
-use mercury_engine::step::Losses;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

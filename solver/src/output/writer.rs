@@ -17,10 +17,10 @@ use super::field_tables::FieldTable;
 use super::stream::{Beginning, Stream};
 use super::{FrameCopy, OrderedFrame, OutputError, STREAMS, energies};
 use crate::plan::{POSITIONS, Plan};
+use mercury_engine::audit::Losses;
 use mercury_engine::cell::Cell;
 use mercury_engine::contact::HistoryNumber;
 use mercury_engine::state::{Encoder, Piece, Plain};
-use mercury_engine::step::Losses;
 use mercury_engine::task::{OutputFile, RunEvent, TaskProgress};
 
 /// The number of states that may wait to be written before the time loop has to wait.

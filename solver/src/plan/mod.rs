@@ -77,7 +77,8 @@ use std::sync::Arc;
 use mercury_common::scene::Domain;
 pub use mercury_engine::bodies::NewBody;
 use mercury_engine::cell::Cell;
-pub use mercury_engine::physics::{Carried, Guard, GuardPolicy, Physics, ScheduledChange};
+pub use mercury_engine::guard::{Guard, GuardPolicy};
+pub use mercury_engine::physics::{Carried, Physics, ScheduledChange};
 use mercury_engine::physics::{Setup, ToSetup, Watched};
 pub use mercury_engine::state::{Material, NewParticle, PrescribedMotion};
 

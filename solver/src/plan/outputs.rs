@@ -9,7 +9,7 @@ use mercury_common::scene::Switches;
 
 use super::{FieldPlan, getters};
 use mercury_engine::boundaries::{CountedRegion, FluxPlan};
-use mercury_engine::physics::Tracking;
+use mercury_engine::tracks::Tracking;
 
 /// What a run writes, and under which names.
 #[derive(Debug, Clone)]

@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The part of the step that a feature is, beside the rest of the feature (`wear/part.rs`): it belongs to this module.
+/// The part of the step that a feature is, beside the rest of the feature (`wear/part.rs`, and what lies in `guard/part/`): it belongs to
+/// this module.
 const PARTS: (&str, &str) = ("part", "step");
 
 /// Arrows that still run upwards, each of which is owed: the list may only become shorter.
@@ -28,7 +29,7 @@ fn no_module_uses_a_module_above_it() {
         for file in files {
             let inside = file.strip_prefix(&source).unwrap();
             let path = module_of(inside);
-            let is_part = path.len() > 1 && path.last().is_some_and(|name| name == PARTS.0);
+            let is_part = path.get(1).is_some_and(|name| name == PARTS.0);
             let part = PARTS.1.to_owned();
             let Some(module) = (if is_part { Some(&part) } else { path.first() }) else {
                 // lib.rs names all modules.

@@ -7,5 +7,6 @@ mod crates;
 mod determinism;
 mod leaving;
 mod observed;
+mod part_outside;
 mod rotation;
 mod state_bytes;

@@ -48,6 +48,7 @@ fn goes_on(engine: &mut Engine, threads: usize, steps: u64) -> Result<(), TestCa
         decoded.encode() == bytes,
         "decoded and encoded again: other bytes"
     );
+    let before = decoded.clone();
     let mut other =
         Engine::restore(engine.setup(), decoded, threads).expect("the state fits its plan");
     prop_assert!(
@@ -59,9 +60,19 @@ fn goes_on(engine: &mut Engine, threads: usize, steps: u64) -> Result<(), TestCa
             .steps_at_once(steps, Some(Watch::default()))
             .expect("the scene goes on");
     }
+    let after = engine.snapshot();
     prop_assert!(
-        other.snapshot().encode() == engine.snapshot().encode(),
+        other.snapshot().encode() == after.encode(),
         "other bytes after {steps} steps"
+    );
+    // Back, and on again, in place.
+    other.restore_in_place(&before).expect("it is of this plan");
+    other
+        .steps_at_once(steps, Some(Watch::default()))
+        .expect("the scene goes on");
+    prop_assert!(
+        other.snapshot() == after,
+        "other bytes after {steps} steps from a state restored in place"
     );
     Ok(())
 }

@@ -7,18 +7,14 @@
 use glam::DVec3;
 use mercury_common::turns::by_vector;
 
-use super::Core;
-use super::guard::Guard;
+use super::super::{GuardPolicy, SEEN};
+use super::GuardPart;
 use crate::cell::Cell;
 use crate::forces::{Alarm, AlarmKind, Alarms, Other, Subject};
-use crate::physics::GuardPolicy;
 use crate::state::{Particle, WallIndex};
+use crate::step::Core;
 use crate::surface::Surface;
 use crate::walls::{Pose, RigidVelocity, Touch, Touches, WallNow};
-
-/// By this part of its radius a centre may move against a wall in a step so that the contact loop sees it go through: before and after it, it
-/// touches the wall.
-pub(crate) const SEEN: f64 = 0.5;
 
 /// Least part of its way by which a centre is followed on: a damaged state may hold speeds at which a radius is no part of it.
 const LEAST: f64 = 1e-5;
@@ -46,9 +42,11 @@ struct Sample {
 
 impl<'a> Passing<'a> {
     fn new(index: usize, core: &'a Core) -> Self {
-        let (wall, cell) = (&core.walls[index], &core.cell);
-        let dt = core.physics.time_step;
-        let surface = wall.surface().map(|k| &core.surfaces[usize::from(k)]);
+        let (wall, cell) = (&core.domain.walls[index], core.cell());
+        let dt = core.physics().time_step;
+        let surface = wall
+            .surface()
+            .map(|k| &core.domain.surfaces[usize::from(k)]);
         let mut passing = Self {
             index: WallIndex::new(index as u16),
             wall,
@@ -209,11 +207,11 @@ fn is_through(before: &Sample, now: &Sample, stride: f64) -> bool {
     now.touch.normal.dot(before.touch.normal) < 0.0 && now.foot.distance(before.foot) <= stride
 }
 
-impl Guard {
+impl GuardPart {
     /// Looks for centres that walls were too fast for, or that were too fast for a wall, in this step. Particles have
     /// moved, none has come or gone yet.
     pub(super) fn look_for_crossings(&mut self, core: &Core) {
-        let (physics, fastest) = (&core.physics, core.fastest());
+        let (physics, fastest) = (core.physics(), core.fastest());
         let own = fastest * physics.time_step;
         let seen = SEEN * physics.smallest_radius();
         if physics.guard.policy == GuardPolicy::Off {
@@ -221,7 +219,7 @@ impl Guard {
         }
         let mut touches = Touches::default();
         let mut alarms = Alarms::default();
-        for (index, wall) in core.walls.iter().enumerate() {
+        for (index, wall) in core.domain.walls.iter().enumerate() {
             if !wall.state.moves && wall.surface().is_none() && own <= seen {
                 continue;
             }
@@ -243,7 +241,7 @@ impl Guard {
 
     /// Bound for vertices of sheets that touch walls.
     pub(super) fn look_for_crossing_vertices(&mut self, core: &Core) {
-        let physics = &core.physics;
+        let physics = core.physics();
         if physics.guard.policy == GuardPolicy::Off {
             return;
         }
@@ -253,7 +251,10 @@ impl Guard {
             let Some(radius) = vertices.first().map(|vertex| vertex.radius) else {
                 continue;
             };
-            let own = core.surfaces[usize::from(surface)].squared_speed.sqrt() * physics.time_step;
+            let own = core.domain.surfaces[usize::from(surface)]
+                .squared_speed
+                .sqrt()
+                * physics.time_step;
             for index in 0..physics.walls.len() {
                 let passing = Passing::new(index, core);
                 if passing.way + own <= SEEN * radius {
@@ -274,13 +275,13 @@ impl Guard {
 
     /// The same for slower particles that have just left through a face of the domain: no contact sees them any more.
     pub(super) fn look_at_leavers(&mut self, core: &Core) {
-        let leavers = core.boundaries.left_by_face();
-        if leavers.is_empty() || core.physics.guard.policy == GuardPolicy::Off {
+        let leavers = core.boundaries().left_by_face();
+        if leavers.is_empty() || core.physics().guard.policy == GuardPolicy::Off {
             return;
         }
         let mut touches = Touches::default();
         let mut alarms = Alarms::default();
-        for index in 0..core.walls.len() {
+        for index in 0..core.domain.walls.len() {
             let passing = Passing::new(index, core);
             for (id, record) in leavers {
                 if !passing.is_fast(record)

@@ -1,148 +1,15 @@
-//! The energy audit: running sums over the steps.
-//!
-//! The second half kick of one step and the first of the next are made with the same force F, so that it does the work
-//! F . (v(t - dt/2) + v(t + dt/2))/2 dt, to round-off. The mean of the two velocities is that of the time of the force. It is known only when all forces
-//! on a particle are, after which each contact's share is formed.
+//! The audit in a step: powers of contacts at the time of the forces, and what leaves with particles and walls.
 
 use glam::DVec3;
 
-use super::{Core, Engine, Exchanged, Losses, Part, SizeEstimate};
+use super::{Audit, AuditedContact, Losses, Powers, Sums};
 use crate::bodies::{angular_velocity, constrained_spin};
-use crate::forces::{Exchange, FIRST_VERTEX, Needs, Observation, Partner, SpringEnergy};
+use crate::forces::{Exchange, FIRST_VERTEX, Needs, Observation, Partner};
 use crate::memory::GROWTH;
 use crate::physics::Setup;
 use crate::state::{Body, FIXED, Load, Pieces, Plain, PrescribedBody, Row};
+use crate::step::{Core, Engine, Exchanged, Part, SizeEstimate};
 use crate::walls::{RigidVelocity, ServoState, WallNow};
-
-/// What happened to the energy since the start, J; filled only in audited runs.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Audit {
-    /// Dissipated, by what took it.
-    pub losses: Losses,
-    /// Done by the walls on the particles.
-    pub wall_work: f64,
-    /// The part of it that walls with a servo did.
-    pub servo_work: f64,
-    /// Stored in the contacts of particles that left, when they left.
-    pub left: SpringEnergy,
-    /// Stored in contacts with walls that vanished, when they vanished.
-    pub vanished: SpringEnergy,
-}
-
-/// What contacts did since the start, J.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Sums {
-    /// By viscous and plastic normal forces.
-    dissipated_normal: f64,
-    /// By sliding friction and tangential dashpots.
-    dissipated_tangential: f64,
-    /// By rolling and torsion resistance.
-    dissipated_rolling: f64,
-    /// By adhesion: by viscous liquid, and as bridges form, grow and break.
-    dissipated_adhesion: f64,
-    /// Done by the walls on the particles.
-    wall_work: f64,
-    /// The part of it that walls with a servo did.
-    servo_work: f64,
-    /// Stored in the contacts of particles that left, when they left.
-    left: SpringEnergy,
-    /// Stored in contacts with walls that vanished, when they vanished.
-    vanished: SpringEnergy,
-    /// Power of each at the time of the last forces.
-    last: Powers,
-    /// What is stored then of the energy that each takes, J.
-    stored: SpringEnergy,
-}
-
-/// A contact of the last forces, and what is lost with it if one side is gone before the next forces.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AuditedContact {
-    /// Row of the particle.
-    row: u32,
-    /// Row of the other particle, or number of the wall.
-    partner: u32,
-    is_wall: bool,
-    /// J.
-    stored: SpringEnergy,
-}
-
-impl AuditedContact {
-    fn of(exchange: &Exchange) -> Self {
-        let (partner, is_wall) = match exchange.partner {
-            Partner::Particle { row, .. } => (row, false),
-            Partner::Wall { wall, .. } => (u32::from(wall.number()), true),
-        };
-        Self {
-            row: exchange.row,
-            partner,
-            is_wall,
-            stored: exchange.next_stored,
-        }
-    }
-
-    /// Whether it can be one of so many particles and walls.
-    fn leads_somewhere(&self, rows: usize, walls: usize) -> bool {
-        // A contact of a vertex never leaves; only its wall has to be there.
-        let rows = if self.row >= FIRST_VERTEX {
-            usize::MAX
-        } else {
-            rows
-        };
-        let partners = if self.is_wall { walls } else { rows };
-        (self.row as usize) < rows && (self.partner as usize) < partners
-    }
-}
-
-/// What contacts do at one time, W.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Powers {
-    /// Taken by viscous normal forces, and by those that are not elastic.
-    normal: f64,
-    /// Taken by tangential forces, springs included.
-    tangential: f64,
-    /// Taken by rolling and torsion couples, springs included.
-    rolling: f64,
-    /// Taken by the viscous part of adhesion.
-    adhesion: f64,
-    /// Given by walls.
-    walls: f64,
-    /// The part of it given by walls with a servo.
-    servos: f64,
-}
-
-impl Sums {
-    /// Takes in the time of `dt` (s) since the last forces, over which powers count by the trapezoidal rule. What springs store
-    /// more than then is not lost.
-    fn take_in(&mut self, observation: &Observation, now: Powers, dt: f64) {
-        let half = 0.5 * dt;
-        let last = self.last;
-        let stored = observation.stored;
-        if dt > 0.0 {
-            self.dissipated_normal +=
-                half * (last.normal + now.normal) - (stored.plastic - self.stored.plastic);
-            self.dissipated_adhesion +=
-                half * (last.adhesion + now.adhesion) + observation.dissipated_by_bonds;
-            self.dissipated_tangential += half * (last.tangential + now.tangential)
-                - (stored.tangential - self.stored.tangential);
-            self.dissipated_rolling +=
-                half * (last.rolling + now.rolling) - (stored.rolling - self.stored.rolling);
-            self.wall_work += half * (last.walls + now.walls);
-            self.servo_work += half * (last.servos + now.servos);
-        }
-        (self.last, self.stored) = (now, stored);
-    }
-
-    /// Takes account of a contact that is gone with what it stored: that is not dissipated.
-    fn let_go(&mut self, stored: &SpringEnergy, by_wall: bool) {
-        self.stored.add(stored, -1.0);
-        let sum = if by_wall {
-            &mut self.vanished
-        } else {
-            &mut self.left
-        };
-        sum.add(stored, 1.0);
-    }
-}
 
 /// How a body or a wall moves at the time of the forces.
 #[derive(Debug, Clone, Copy)]
@@ -155,7 +22,7 @@ struct Moving {
 
 /// The part that audits the energy.
 #[derive(Debug, Default)]
-pub(super) struct Auditor {
+pub(crate) struct Auditor {
     sums: Sums,
     /// The contacts of the last forces.
     contacts: Vec<AuditedContact>,
@@ -167,7 +34,7 @@ impl Part for Auditor {
     }
 
     fn of(core: &mut Core) -> Option<Self> {
-        let is_wanted = core.physics.energy_budget;
+        let is_wanted = core.physics().energy_budget;
         is_wanted.then(Self::default)
     }
 
@@ -207,7 +74,7 @@ impl Part for Auditor {
     fn take(&mut self, core: &mut Core, bytes: &mut &[u8]) -> Result<(), String> {
         self.sums = Plain::take(bytes)?;
         self.contacts = Plain::take(bytes)?;
-        let (rows, walls) = (core.particles.len(), core.walls.len());
+        let (rows, walls) = (core.particles.len(), core.domain.walls.len());
         let leads_somewhere = |contact: &AuditedContact| contact.leads_somewhere(rows, walls);
         if !self.contacts.iter().all(leads_somewhere) {
             let reason = "it has audited contacts of particles or walls that are not there";
@@ -229,7 +96,7 @@ impl Engine {
             sums.dissipated_rolling,
             sums.dissipated_adhesion,
         ]);
-        for part in &self.parts {
+        for part in self.parts() {
             if let Some(energy) = part.dissipated() {
                 losses.add(part.name(), energy);
             }
@@ -248,7 +115,7 @@ impl Auditor {
     /// Takes the contacts of the force evaluation just made into the sums.
     fn take_in(&mut self, core: &Core, observation: &Observation) {
         let dt = core.since_last();
-        let fields: Vec<_> = (0..core.walls.len())
+        let fields: Vec<_> = (0..core.domain.walls.len())
             .map(|wall| core.wall_fields(wall, dt))
             .collect();
         let mut powers = Powers::default();
@@ -283,7 +150,7 @@ impl Auditor {
                     };
                     let power = force.dot(b.velocity) + couple.dot(b.spin);
                     powers.walls += power;
-                    if !core.walls[wall.index()].servos.is_empty() {
+                    if !core.domain.walls[wall.index()].servos.is_empty() {
                         powers.servos += power;
                     }
                     b
@@ -306,7 +173,7 @@ impl Auditor {
     /// Particles were removed since the last forces, and no list was built yet: what their contacts stored leaves with them.
     fn note_leavers(&mut self, core: &Core) {
         let Self { sums, contacts } = self;
-        let boundaries = &core.boundaries;
+        let boundaries = core.boundaries();
         contacts.retain(|contact| {
             let is_gone = contact.row < FIRST_VERTEX && boundaries.is_removed(contact.row)
                 || !contact.is_wall && boundaries.is_removed(contact.partner);
@@ -320,7 +187,7 @@ impl Auditor {
     /// The same for walls that were there at the last forces and are not at these.
     fn note_vanished_walls(&mut self, core: &Core) {
         for contact in &self.contacts {
-            if contact.is_wall && !core.walls[contact.partner as usize].state.present {
+            if contact.is_wall && !core.domain.walls[contact.partner as usize].state.present {
                 self.sums.let_go(&contact.stored, true);
             }
         }
@@ -330,10 +197,10 @@ impl Auditor {
 impl Core {
     /// The velocities of a wall half a step before and after the present forces; before the first step those of the start.
     fn wall_fields(&self, wall: usize, dt: f64) -> [RigidVelocity; 2] {
-        let Some(planned) = self.physics.walls.get(wall) else {
+        let Some(planned) = self.physics().walls.get(wall) else {
             return [RigidVelocity::REST; 2];
         };
-        let WallNow { state, servos, .. } = &self.walls[wall];
+        let WallNow { state, servos, .. } = &self.domain.walls[wall];
         if !state.moves || dt == 0.0 {
             return [state.velocity; 2];
         }
@@ -374,11 +241,11 @@ impl Core {
             return self.moving_body(body, prescribed, body.orientation * pebble.offset, half);
         }
         let Load { force, torque, .. } = particles.loads[row.index()];
-        let acceleration = force * record.inverse_mass + self.physics.gravity;
+        let acceleration = force * record.inverse_mass + self.physics().gravity;
         moving.velocity += acceleration * half;
-        if self.turns {
+        if self.turns() {
             let per_torque =
-                self.inverse_inertia * record.inverse_mass / (record.radius * record.radius);
+                self.inverse_inertia() * record.inverse_mass / (record.radius * record.radius);
             moving.spin += torque * (per_torque * half);
         }
         if let Some(prescribed) = particles.prescribed.iter().find(|it| it.row == row) {
@@ -396,9 +263,9 @@ impl Core {
 
     /// The same of a vertex, by its number among those of all sheets.
     fn moving_vertex(&self, mut number: usize, half: f64) -> Moving {
-        for surface in &self.surfaces {
+        for surface in &self.domain.surfaces {
             if let Some(velocity) = surface.velocities.get(number) {
-                let kick = surface.kick(number, half, self.physics.gravity);
+                let kick = surface.kick(number, half, self.physics().gravity);
                 return Moving {
                     velocity: *velocity + kick,
                     spin: DVec3::ZERO,
@@ -415,8 +282,8 @@ impl Core {
     /// The same of a point of a sheet, whose own energy counts: it does no work as walls do.
     fn moving_sheet(&self, exchange: &Exchange, half: f64) -> Moving {
         let at = exchange.sheet.unwrap_or_default();
-        let surface = &self.surfaces[usize::from(at.0)];
-        let [velocity, spin] = surface.moving(&at.1, half, self.physics.gravity);
+        let surface = &self.domain.surfaces[usize::from(at.0)];
+        let [velocity, spin] = surface.moving(&at.1, half, self.physics().gravity);
         Moving { velocity, spin }
     }
 
@@ -428,7 +295,7 @@ impl Core {
         lever: DVec3,
         half: f64,
     ) -> Moving {
-        let acceleration = body.load.force / body.mass + self.physics.gravity;
+        let acceleration = body.load.force / body.mass + self.physics().gravity;
         let momentum = body.angular_momentum + body.load.torque * half;
         let mut velocity = body.velocity + acceleration * half;
         let mut spins = [None; 3];
@@ -453,32 +320,3 @@ impl Core {
         }
     }
 }
-
-crate::state::plain!(Powers {
-    normal,
-    tangential,
-    rolling,
-    adhesion,
-    walls,
-    servos
-});
-
-crate::state::plain!(AuditedContact {
-    row,
-    partner,
-    is_wall,
-    stored
-});
-
-crate::state::plain!(Sums {
-    dissipated_normal,
-    dissipated_tangential,
-    dissipated_rolling,
-    dissipated_adhesion,
-    wall_work,
-    servo_work,
-    left,
-    vanished,
-    last,
-    stored
-});

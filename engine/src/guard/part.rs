@@ -1,63 +1,24 @@
-//! The guard: what is not to be trusted stops the run, or is counted, and is named in either case.
-//!
-//! A contact may overlap by part of the smaller radius, and a particle may move by part of its radius in a step. Together the two
-//! limits keep every particle in front of every wall at rest: one that overlaps by half its radius and moves by half its radius
-//! has its centre at the wall, and no farther. The limits cost a comparison for each contact; of the displacements in a step only
-//! the longest is checked, unless it is too long for some particle.
+//! The guard in a step: ways, crossings and contacts are compared with the limits.
+
+mod crossings;
 
 use glam::DVec3;
 
-use super::crossings::SEEN;
-use super::{Core, Engine, Exchanged, Part, RunError};
+use super::finding::{Count, Finding, What};
+use super::{GuardPolicy, SEEN};
 use crate::contact::parameter::short;
-use crate::forces::{Alarm, AlarmKind, Alarms, Other, StepContext, Subject, Watch};
-use crate::physics::GuardPolicy;
+use crate::forces::{AlarmKind, Alarms, Other, StepContext, Subject, Watch};
 use crate::spray::Sprays;
-use crate::state::{Id, Pieces, Plain, WallIndex};
-
-/// What happened.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum What {
-    Contact(AlarmKind, Alarm),
-    Way {
-        id: Id,
-        position: DVec3,
-        /// Way in a step over the radius.
-        part: f64,
-        /// m/s
-        speed: f64,
-    },
-    /// A vertex of a sheet is outside of the domain.
-    Left {
-        of: Subject,
-        position: DVec3,
-        /// How far, m.
-        way: f64,
-    },
-}
-
-/// When and what.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Finding {
-    step: u64,
-    time: f64,
-    what: What,
-}
-
-/// How often something happened, and the worst of it.
-#[derive(Debug, Clone, Copy, Default)]
-struct Count {
-    steps: u64,
-    worst: Option<Finding>,
-}
+use crate::state::{Pieces, Plain, WallIndex};
+use crate::step::{Core, Engine, Exchanged, Part, RunError};
 
 /// What the guard of a run has seen.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Guard {
+pub(crate) struct GuardPart {
     /// By kind of contact, then long ways, then vertices that left the domain.
     counts: [Count; 5],
     /// Finds the particles that went through a wall in this step without a contact that shows it.
-    pub(super) crossed: Alarms,
+    crossed: Alarms,
     /// Why the run stops.
     stop: Option<Finding>,
     /// Nothing stops it any more: the last step is made to be looked at.
@@ -66,32 +27,13 @@ pub(super) struct Guard {
     overlap: Option<f64>,
 }
 
-impl Finding {
-    /// How bad it is.
-    fn part(&self) -> f64 {
-        match self.what {
-            What::Contact(_, alarm) => alarm.part(),
-            What::Way { part, .. } => part,
-            What::Left { way, .. } => way,
-        }
-    }
-
-    fn index(&self) -> usize {
-        match self.what {
-            What::Contact(kind, _) => kind as usize,
-            What::Way { .. } => 3,
-            What::Left { .. } => 4,
-        }
-    }
-}
-
-impl Part for Guard {
+impl Part for GuardPart {
     fn name(&self) -> &str {
         "guard"
     }
 
     fn of(core: &mut Core) -> Option<Self> {
-        let guard = core.physics.guard;
+        let guard = core.physics().guard;
         let is_off = guard.policy == GuardPolicy::Off;
         Some(Self {
             overlap: (!is_off).then_some(guard.overlap),
@@ -111,7 +53,7 @@ impl Part for Guard {
 
     fn after_exchange(&mut self, core: &mut Core, _: &Exchanged) {
         // What leaves at the start was placed outside.
-        if core.step > 0 {
+        if core.steps() > 0 {
             self.look_at_leavers(core);
         }
     }
@@ -145,7 +87,7 @@ impl Part for Guard {
     }
 }
 
-impl Guard {
+impl GuardPart {
     /// How often each kind happened, and the worst of it in numbers: what must be kept to go on later.
     fn save(&self) -> Vec<(u64, Vec<f64>)> {
         let counts = self.counts.iter();
@@ -157,7 +99,7 @@ impl Guard {
             .collect()
     }
 
-    /// From what [`Guard::save`] gave; what is no event of ours is forgotten.
+    /// From what [`GuardPart::save`] gave; what is no event of ours is forgotten.
     fn restored(saved: &[(u64, Vec<f64>)]) -> Self {
         let mut guard = Self::default();
         for (kind, (steps, numbers)) in saved.iter().enumerate() {
@@ -170,111 +112,12 @@ impl Guard {
     }
 }
 
-impl Finding {
-    /// All of it but the kind; whole numbers are exact.
-    fn numbers(&self) -> Vec<f64> {
-        let (of, position, others) = match self.what {
-            What::Contact(_, alarm) => {
-                let other = match alarm.other {
-                    Other::Particle(id) => [0.0, f64::from(id.number())],
-                    Other::Wall(wall) => [1.0, f64::from(wall.number())],
-                };
-                let [is_wall, index] = other;
-                let others = [is_wall, index, alarm.radius, alarm.overlap, alarm.speed];
-                (alarm.of, alarm.position, others)
-            }
-            What::Way {
-                id,
-                position,
-                part,
-                speed,
-            } => (
-                Subject::Particle(id),
-                position,
-                [0.0, 0.0, 1.0, part, speed],
-            ),
-            What::Left { of, position, way } => (of, position, [0.0, 0.0, 1.0, way, 0.0]),
-        };
-        let [sheet, number] = match of {
-            Subject::Particle(id) => [-1.0, f64::from(id.number())],
-            Subject::Vertex { surface, vertex } => [f64::from(surface), f64::from(vertex)],
-        };
-        let mut numbers = vec![self.step as f64, self.time, sheet, number];
-        numbers.extend(position.to_array());
-        numbers.extend(others);
-        numbers
-    }
-
-    fn from_numbers(kind: usize, numbers: &[f64]) -> Option<Self> {
-        let &[
-            step,
-            time,
-            sheet,
-            number,
-            x,
-            y,
-            z,
-            is_wall,
-            index,
-            radius,
-            overlap,
-            speed,
-        ] = numbers
-        else {
-            return None;
-        };
-        let (id, position) = (Id::new(number as u32), DVec3::new(x, y, z));
-        let of = if sheet < 0.0 {
-            Subject::Particle(id)
-        } else {
-            Subject::Vertex {
-                surface: sheet as u16,
-                vertex: number as u32,
-            }
-        };
-        let other = if is_wall == 1.0 {
-            Other::Wall(WallIndex::new(index as u16))
-        } else {
-            Other::Particle(Id::new(index as u32))
-        };
-        let what = match Alarms::KINDS.get(kind) {
-            Some(&kind) => {
-                let alarm = Alarm {
-                    of,
-                    other,
-                    position,
-                    radius,
-                    overlap,
-                    speed,
-                };
-                What::Contact(kind, alarm)
-            }
-            None if kind == Alarms::KINDS.len() => What::Way {
-                id,
-                position,
-                part: overlap,
-                speed,
-            },
-            None => What::Left {
-                of,
-                position,
-                way: overlap,
-            },
-        };
-        Some(Self {
-            step: step as u64,
-            time,
-            what,
-        })
-    }
-}
-
-impl Guard {
+impl GuardPart {
     /// Checks the displacements of this step.
     fn look_at_ways(&mut self, core: &Core) {
-        let guard = core.physics.guard;
-        let dt = core.physics.time_step;
-        let is_short = core.fastest() * dt <= guard.way * core.physics.smallest_radius();
+        let guard = core.physics().guard;
+        let dt = core.physics().time_step;
+        let is_short = core.fastest() * dt <= guard.way * core.physics().smallest_radius();
         if is_short || guard.policy == GuardPolicy::Off {
             return;
         }
@@ -299,13 +142,13 @@ impl Guard {
 
     /// Looks for vertices of sheets that have left the domain: all were inside at the start.
     fn look_for_vertices_outside(&mut self, core: &Core) {
-        if core.physics.guard.policy == GuardPolicy::Off {
+        if core.physics().guard.policy == GuardPolicy::Off {
             return;
         }
-        let cell = &core.cell;
+        let cell = core.cell();
         let (min, max) = cell.faces();
         let mut worst: Option<(Subject, DVec3, f64)> = None;
-        for (surface, sheet) in (0..).zip(&core.surfaces) {
+        for (surface, sheet) in (0..).zip(&core.domain.surfaces) {
             for (vertex, &position) in (0..).zip(&sheet.positions) {
                 let beyond = (min - position).max(position - max);
                 for axis in 0..3 {
@@ -338,7 +181,7 @@ impl Guard {
     }
 
     fn note(&mut self, core: &Core, what: What) {
-        let (step, time) = (core.step, core.time());
+        let (step, time) = (core.steps(), core.time());
         let event = Finding { step, time, what };
         let count = &mut self.counts[event.index()];
         count.steps += 1;
@@ -347,7 +190,7 @@ impl Guard {
         }
         // What touches a wall from behind is where it should not be, but nothing is wrong with its motion.
         let stops = !matches!(what, What::Contact(AlarmKind::Behind, _));
-        let is_strict = core.physics.guard.policy == GuardPolicy::Strict;
+        let is_strict = core.physics().guard.policy == GuardPolicy::Strict;
         if stops && is_strict && !self.off && self.stop.is_none() {
             self.stop = Some(event);
         }
@@ -393,7 +236,7 @@ impl Engine {
     /// # Errors
     /// If a particle's motion is no longer a number.
     pub fn step_to_look_at(&mut self, watch: Watch) -> Result<(), RunError> {
-        if let Some((guard, _)) = self.part_and_core::<Guard>() {
+        if let Some((guard, _)) = self.part_and_core::<GuardPart>() {
             guard.off = true;
         }
         if let Some((sprays, _)) = self.part_and_core::<Sprays>() {
@@ -406,13 +249,13 @@ impl Engine {
     /// What was beyond a limit since the start, counted: a line for each kind.
     #[must_use]
     pub fn guard_warnings(&self) -> Vec<String> {
-        let guard = self.part::<Guard>();
+        let guard = self.part::<GuardPart>();
         guard.map_or_else(Vec::new, |guard| guard.counted(self))
     }
 }
 
 fn reported(core: &Core, event: &Finding) -> String {
-    let limits = core.physics.guard;
+    let limits = core.physics().guard;
     let place = |x: DVec3| format!("({}, {}, {}) m", short(x.x), short(x.y), short(x.z));
     let (kind, alarm) = match event.what {
         What::Way {
@@ -477,7 +320,7 @@ fn subject(core: &Core, of: Subject) -> String {
     match of {
         Subject::Particle(id) => format!("particle {id}"),
         Subject::Vertex { surface, vertex } => {
-            let plan = core.physics.surfaces.get(usize::from(surface));
+            let plan = core.physics().surfaces.get(usize::from(surface));
             let name = plan.map_or(surface.to_string(), |plan| plan.name.clone());
             format!("membranes.{name}: vertex {vertex}")
         }
@@ -487,7 +330,7 @@ fn subject(core: &Core, of: Subject) -> String {
 /// The name of a wall, or of the sheet whose shape it borrows.
 fn wall(core: &Core, index: WallIndex) -> String {
     let number = index.index();
-    let (walls, surfaces) = (&core.physics.walls, &core.physics.surfaces);
+    let (walls, surfaces) = (&core.physics().walls, &core.physics().surfaces);
     match walls.get(number) {
         Some(wall) => format!("wall `{}`", wall.name),
         None => match surfaces.get(number.wrapping_sub(walls.len())) {
@@ -499,11 +342,11 @@ fn wall(core: &Core, index: WallIndex) -> String {
 
 /// The likely cause, and what to do.
 fn help(core: &Core, event: &Finding) -> String {
-    let dt = core.physics.time_step;
+    let dt = core.physics().time_step;
     let go_on = "guard.policy = \"warn\" goes on and counts";
     match event.what {
         What::Way { part, .. } => {
-            let limit = core.physics.guard.way;
+            let limit = core.physics().guard.way;
             format!(
                 "the time step is too large for this speed (below {} s it is not), or the particle was thrown by a contact that was too deep; {go_on}",
                 short(dt * limit / part)

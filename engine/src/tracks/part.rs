@@ -1,28 +1,30 @@
-//! Which particles are followed, and by how many periods each was put back into the domain.
+//! Tracks in a step: grains that come get their track, and periods are counted.
 
 use glam::DVec3;
 
-use super::{Arrival, Core, Exchanged, Part, RunError, SizeEstimate};
-use crate::cell::Cell;
-use crate::physics::{Setup, Tracking};
-use crate::state::{PEBBLE, PERIODS, Particles, TRACK};
+use super::{PERIODS, TRACK, Tracked, Tracking};
+use crate::physics::Setup;
+use crate::state::{PEBBLE, Particles};
+use crate::step::{Arrival, Core, Exchanged, Part, RunError, SizeEstimate};
 
 /// The part that follows particles: by columns of theirs.
-pub(super) struct Tracks;
+pub(crate) struct Tracks {
+    tracking: Tracking,
+    /// Whether a domain with images counts periods.
+    has_periods: bool,
+}
 
 impl Part for Tracks {
     fn name(&self) -> &str {
         "tracks"
     }
 
-    /// Gives the particles of the start their tracks.
     fn of(core: &mut Core) -> Option<Self> {
-        let tracking = &core.watched.tracking;
-        if tracking.is_empty() {
-            return None;
-        }
-        begin(tracking, &core.cell, &mut core.particles);
-        Some(Self)
+        let tracking = &core.watched().tracking;
+        (!tracking.is_empty()).then(|| Self {
+            tracking: tracking.clone(),
+            has_periods: core.cell().has_images(),
+        })
     }
 
     fn bytes(setup: &Setup, crowd: &SizeEstimate) -> f64 {
@@ -34,8 +36,19 @@ impl Part for Tracks {
         crowd.rows * (columns * size_of::<f64>()) as f64
     }
 
+    fn columns(&self) -> Vec<(&'static str, f64)> {
+        let periods = self.has_periods.then_some(PERIODS);
+        let names = [TRACK].into_iter().chain(periods.into_iter().flatten());
+        names.map(|name| (name, 0.0)).collect()
+    }
+
+    /// Gives the particles of the start their tracks.
+    fn start(&mut self, core: &mut Core) {
+        begin(&self.tracking, &mut core.particles);
+    }
+
     fn after_exchange(&mut self, core: &mut Core, exchanged: &Exchanged) {
-        let tracking = &core.watched.tracking;
+        let tracking = &self.tracking;
         for arrival in &exchanged.arrivals {
             if let Some(track) = tracking.track_of(arrival.insertion) {
                 mark(&mut core.particles, arrival, track, tracking.every);
@@ -49,12 +62,7 @@ impl Part for Tracks {
     }
 }
 
-fn begin(tracking: &Tracking, cell: &Cell, particles: &mut Particles) {
-    let rows = particles.len();
-    particles.columns.add(TRACK, 0.0, rows);
-    for name in cell.has_images().then_some(PERIODS).into_iter().flatten() {
-        particles.columns.add(name, 0.0, rows);
-    }
+fn begin(tracking: &Tracking, particles: &mut Particles) {
     let ids: Vec<u32> = particles.ids.iter().map(|id| id.number()).collect();
     let Some(tracks) = particles.columns.get_mut(TRACK) else {
         return;
@@ -91,16 +99,6 @@ fn mark(particles: &mut Particles, arrival: &Arrival, track: u32, every: u64) {
     }
 }
 
-/// A tracked particle or body.
-pub struct Tracked {
-    /// Its row; of a body, that of its first pebble.
-    pub row: usize,
-    /// Its track.
-    pub track: u32,
-    /// Centre, m: where it would be in a domain that goes on for ever.
-    pub position: DVec3,
-}
-
 impl Core {
     /// All that are tracked and still there, in the order of the rows.
     pub fn tracked(&self) -> Vec<Tracked> {
@@ -115,7 +113,7 @@ impl Core {
             // An axis that is not periodic may have any size.
             let way = DVec3::from_array(std::array::from_fn(|axis| match periods[axis] {
                 0.0 => 0.0,
-                count => count * self.cell.size()[axis],
+                count => count * self.cell().size()[axis],
             }));
             Tracked {
                 row,
@@ -128,17 +126,18 @@ impl Core {
 
     /// Before particles are put back into the domain: counts the periods.
     fn count_periods(&mut self) {
-        if !self.cell.has_images() || self.particles.columns.get(TRACK).is_none() {
+        let cell = *self.cell();
+        if !cell.has_images() || self.particles.columns.get(TRACK).is_none() {
             return;
         }
         for Tracked { row, .. } in self.tracked() {
             let place = centre(&self.particles, row);
-            let way = place - self.cell.wrap(place);
+            let way = place - cell.wrap(place);
             for (axis, name) in PERIODS.into_iter().enumerate() {
-                if self.cell.is_periodic(axis)
+                if cell.is_periodic(axis)
                     && let Some(periods) = self.particles.columns.get_mut(name)
                 {
-                    periods[row] += self.cell.whole_periods(axis, way[axis]);
+                    periods[row] += cell.whole_periods(axis, way[axis]);
                 }
             }
         }
