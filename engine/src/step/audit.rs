@@ -121,7 +121,7 @@ impl Sums {
             self.dissipated_normal +=
                 half * (last.normal + now.normal) - (stored.plastic - self.stored.plastic);
             self.dissipated_adhesion +=
-                half * (last.adhesion + now.adhesion) + observation.dissipated_by_bonds;
+                half * (last.adhesion + now.adhesion) + observation.dissipated_by_adhesion;
             self.dissipated_tangential += half * (last.tangential + now.tangential)
                 - (stored.tangential - self.stored.tangential);
             self.dissipated_rolling +=
@@ -259,6 +259,7 @@ impl Auditor {
                 tangential,
                 adhesive,
                 couple,
+                adhesive_couple,
                 ..
             } = *exchange;
             let a = core.moving(Row::new(exchange.row as usize), 0.5 * dt);
@@ -293,8 +294,8 @@ impl Auditor {
             spin -= b.spin;
             powers.normal -= lossy.dot(velocity);
             powers.tangential -= tangential.dot(velocity);
-            powers.adhesion -= adhesive.dot(velocity);
-            powers.rolling -= couple.dot(spin);
+            powers.adhesion -= adhesive.dot(velocity) + adhesive_couple.dot(spin);
+            powers.rolling -= (couple - adhesive_couple).dot(spin);
         }
         self.note_vanished_walls(core);
         self.sums.take_in(observation, powers, dt);

@@ -938,9 +938,9 @@ fn a_sheet_takes_a_bridge_apart() {
     };
     let bridges = |engine: &Engine, of_pairs: bool| -> f64 {
         let is_pair = |partner: &Partner| matches!(partner, Partner::Particle { .. });
-        let bonds = engine.bonds().into_iter();
-        let own = bonds.filter(|bond| is_pair(&bond.partner) == of_pairs);
-        own.map(|bond| bond.bridge.volume).sum()
+        let bridges = engine.bridges().into_iter();
+        let own = bridges.filter(|bridge| is_pair(&bridge.partner) == of_pairs);
+        own.map(|bridge| bridge.memory.volume).sum()
     };
     assert!(bridges(&engine, true) > 0.1 * film);
     for _ in 0..200 {

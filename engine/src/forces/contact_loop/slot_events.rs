@@ -1,106 +1,246 @@
-//! Events of contacts, and the liquid bridges in the slots, for the rules that apply beyond one pair.
+//! Events of contacts, and the memory that their laws share with parts of the step.
 
 use super::block::Block;
 use super::carry_histories::CarriedFromWall;
-use super::slots::{FREE, IMAGE, TOUCHING, WITH_HISTORY, WallSlot, with_history};
-use crate::contact::{Bridge, BridgeEvent, History};
-use crate::forces::{Bond, BondPlace, ContactEvent, NearWall, Partner};
+use super::pass::Pass;
+use super::slots::{FREE, IMAGE, Slot, TOUCHING, WITH_HISTORY, WallSlot, with_history};
+use crate::contact::{
+    AdhesionLaw, EventOf, Histories, History, LawEvents, MemoryOf, NormalLaw, RollingLaw,
+    TangentialLaw,
+};
+use crate::forces::{ContactEvent, ContactMemory, NearWall, Partner, SlotPlace};
 use crate::state::WallIndex;
 
 /// A contact with an event, as the evaluation of a block notes it.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum SlotEvent {
+pub(super) enum SlotEvent<H> {
     /// A listed pair, by the number of its slot.
-    Pair { slot: u32, event: BridgeEvent },
+    Pair { slot: u32 },
     /// A particle and a feature of a wall, by the number of the entry among those near walls. Slots at walls may still move.
-    Wall {
-        near: u32,
-        feature: u32,
-        event: BridgeEvent,
-    },
-    /// A contact whose slot is gone, with the bridge that it had.
+    Wall { near: u32, feature: u32 },
+    /// A contact whose slot is gone, with the history that it had.
     Gone {
         row: u32,
         partner: Partner,
         feature: u32,
-        bridge: Bridge,
+        history: H,
     },
 }
 
-impl SlotEvent {
-    /// Records an event for a slot at a wall that is about to be cleared, if it has a bridge.
-    #[inline(always)]
-    pub(super) fn forgotten<H: History>(near: &NearWall, slot: &WallSlot<H>) -> Option<Self> {
-        let bridge = slot.history.bridge();
-        (bridge.volume > 0.0).then_some(Self::Gone {
+impl<H: History> SlotEvent<H> {
+    /// The event of a slot at a wall that is about to be cleared.
+    fn gone_from_wall(near: &NearWall, slot: &WallSlot<H>) -> Self {
+        Self::Gone {
             row: near.row,
             partner: Partner::Wall {
                 wall: near.wall,
                 image: near.image,
             },
             feature: slot.feature,
-            bridge,
+            history: slot.history,
+        }
+    }
+}
+
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
+    /// The event of a slot at a wall that is about to be cleared, if its history has something to lose.
+    #[inline(always)]
+    pub(super) fn forgotten(
+        near: &NearWall,
+        slot: &WallSlot<Histories<N, T, R, A>>,
+    ) -> Option<SlotEvent<Histories<N, T, R, A>>> {
+        let ends = A::Events::end(&slot.history.3).is_some();
+        ends.then(|| SlotEvent::gone_from_wall(near, slot))
+    }
+
+    /// The event of a listed pair whose history is about to be cleared, likewise.
+    pub(super) fn gone(
+        row: usize,
+        slot: &Slot<Histories<N, T, R, A>>,
+    ) -> Option<SlotEvent<Histories<N, T, R, A>>> {
+        let ends = A::Events::end(&slot.history.3).is_some();
+        ends.then(|| SlotEvent::Gone {
+            row: row as u32,
+            partner: Partner::Particle {
+                row: slot.partner,
+                image: slot.state & IMAGE,
+            },
+            feature: FREE,
+            history: slot.history,
         })
     }
 }
 
-impl<H: History> Block<H> {
-    /// The events of the block with the places of their slots, which are removed from the block; `number` is that of the block.
-    pub(super) fn take_events(&mut self, number: u32, all: &mut Vec<ContactEvent>) {
+impl<N: History, T: History, R: History, B: History> Block<(N, T, R, B)> {
+    /// Moves the events of the block with the places of their slots to the log; `number` is that of the block.
+    pub(super) fn log_events<A: AdhesionLaw<History<f64> = B>>(
+        &mut self,
+        number: u32,
+        log: &mut Vec<ContactEvent<EventOf<A>, MemoryOf<A>>>,
+    ) {
         if self.events.is_empty() {
             return;
         }
-        let at_walls = |event: &SlotEvent| matches!(event, SlotEvent::Wall { .. });
+        let at_walls = |event: &SlotEvent<_>| matches!(event, SlotEvent::Wall { .. });
         let firsts = if self.events.iter().any(at_walls) {
             self.first_wall_slots()
         } else {
             Vec::new()
         };
         for event in std::mem::take(&mut self.events) {
-            let place = |slot: u32, at_wall: bool| BondPlace {
-                block: number,
-                slot,
-                at_wall,
-            };
-            let (event, bond) = match event {
-                SlotEvent::Pair { slot, event } => {
-                    (event, self.pair_bond(place(slot, false), slot as usize))
-                }
-                SlotEvent::Wall {
-                    near,
-                    feature,
-                    event,
-                } => {
+            let evaluated = match event {
+                SlotEvent::Pair { slot } => self.at_pair(number, slot as usize),
+                SlotEvent::Wall { near, feature } => {
                     let index = near as usize;
                     let (near, first) = (self.near_walls[index], firsts[index]);
                     let slots = &self.wall_slots[first..first + near.features as usize];
                     let Some(at) = slots.iter().position(|slot| slot.feature == feature) else {
                         continue;
                     };
-                    let slot = first + at;
-                    (event, self.wall_bond(place(slot as u32, true), &near, slot))
+                    self.at_wall(number, &near, first + at)
                 }
                 SlotEvent::Gone {
                     row,
                     partner,
                     feature,
-                    bridge,
+                    history,
                 } => {
-                    let bond = Bond {
+                    let contact = ContactMemory {
                         place: None,
                         row,
                         partner,
                         feature,
                         touches: false,
-                        bridge,
+                        memory: A::Events::memory(&history.3),
                     };
-                    (BridgeEvent::End, bond)
+                    let event = A::Events::end(&history.3);
+                    log.extend(event.map(|event| ContactEvent { event, contact }));
+                    continue;
                 }
             };
-            all.push(ContactEvent { event, bond });
+            log.push(ContactEvent {
+                event: A::Events::event(&evaluated.memory),
+                contact: evaluated.shared::<A>(),
+            });
         }
     }
 
+    fn at_pair(&self, block: u32, index: usize) -> ContactMemory<B> {
+        let slot = &self.slots[index];
+        ContactMemory {
+            place: Some(SlotPlace {
+                block,
+                slot: index as u32,
+                at_wall: false,
+            }),
+            row: (self.rows.start + slot.owner()) as u32,
+            partner: Partner::Particle {
+                row: slot.partner,
+                image: slot.state & IMAGE,
+            },
+            feature: FREE,
+            touches: slot.state & TOUCHING != 0,
+            memory: slot.history.3,
+        }
+    }
+
+    fn at_wall(&self, block: u32, near: &NearWall, index: usize) -> ContactMemory<B> {
+        let slot = &self.wall_slots[index];
+        ContactMemory {
+            place: Some(SlotPlace {
+                block,
+                slot: index as u32,
+                at_wall: true,
+            }),
+            row: near.row,
+            partner: Partner::Wall {
+                wall: near.wall,
+                image: near.image,
+            },
+            feature: slot.feature,
+            touches: slot.state & TOUCHING != 0,
+            memory: slot.history.3,
+        }
+    }
+
+    /// Appends the contacts of rows that `wanted` names, at either end, that have something to lose, in the order of the slots.
+    pub(super) fn add_memories<A: AdhesionLaw<History<f64> = B>>(
+        &self,
+        number: u32,
+        wanted: &dyn Fn(usize) -> bool,
+        all: &mut Vec<ContactMemory<MemoryOf<A>>>,
+    ) {
+        for (index, slot) in self.slots.iter().enumerate() {
+            if slot.state & WITH_HISTORY != 0
+                && (wanted(self.rows.start + slot.owner()) || wanted(slot.partner as usize))
+                && A::Events::end(&slot.history.3).is_some()
+            {
+                all.push(self.at_pair(number, index).shared::<A>());
+            }
+        }
+        let mut next = 0;
+        for near in &self.near_walls {
+            let first = next;
+            next += near.features as usize;
+            if !wanted(near.row as usize) {
+                continue;
+            }
+            for index in first..next {
+                if A::Events::end(&self.wall_slots[index].history.3).is_some() {
+                    all.push(self.at_wall(number, near, index).shared::<A>());
+                }
+            }
+        }
+    }
+
+    /// Replaces the memory in a slot.
+    pub(super) fn set_memory<A: AdhesionLaw<History<f64> = B>>(
+        &mut self,
+        place: &SlotPlace,
+        memory: &MemoryOf<A>,
+    ) {
+        let slot = place.slot as usize;
+        let replace = |history: &mut (N, T, R, B), state: &mut u32| {
+            A::Events::replace(&mut history.3, memory);
+            let touches = *state & TOUCHING != 0;
+            *state = *state & !WITH_HISTORY | with_history(touches, &history.3);
+        };
+        if place.at_wall {
+            let slot = &mut self.wall_slots[slot];
+            replace(&mut slot.history, &mut slot.state);
+            if slot.state & WITH_HISTORY == 0 {
+                slot.clear();
+            }
+        } else {
+            let slot = &mut self.slots[slot];
+            replace(&mut slot.history, &mut slot.state);
+        }
+    }
+}
+
+impl<B: History> ContactMemory<B> {
+    /// In the form in which parts of the step read it.
+    fn shared<A: AdhesionLaw<History<f64> = B>>(&self) -> ContactMemory<MemoryOf<A>> {
+        let Self {
+            place,
+            row,
+            partner,
+            feature,
+            touches,
+            ref memory,
+        } = *self;
+        ContactMemory {
+            place,
+            row,
+            partner,
+            feature,
+            touches,
+            memory: A::Events::memory(memory),
+        }
+    }
+}
+
+impl<H: History> Block<H> {
     /// The first slot of each entry near a wall.
     fn first_wall_slots(&self) -> Vec<usize> {
         let mut next = 0;
@@ -112,93 +252,13 @@ impl<H: History> Block<H> {
         self.near_walls.iter().map(first).collect()
     }
 
-    fn pair_bond(&self, place: BondPlace, slot: usize) -> Bond {
-        let slot = &self.slots[slot];
-        Bond {
-            place: Some(place),
-            row: (self.rows.start + slot.owner()) as u32,
-            partner: Partner::Particle {
-                row: slot.partner,
-                image: slot.state & IMAGE,
-            },
-            feature: FREE,
-            touches: slot.state & TOUCHING != 0,
-            bridge: slot.history.bridge(),
-        }
-    }
-
-    fn wall_bond(&self, place: BondPlace, near: &NearWall, slot: usize) -> Bond {
-        let slot = &self.wall_slots[slot];
-        Bond {
-            place: Some(place),
-            row: near.row,
-            partner: Partner::Wall {
-                wall: near.wall,
-                image: near.image,
-            },
-            feature: slot.feature,
-            touches: slot.state & TOUCHING != 0,
-            bridge: slot.history.bridge(),
-        }
-    }
-
-    /// Appends the bridges of rows that `wanted` names, at either end, in the order of the slots.
-    pub(super) fn add_bonds(
-        &self,
-        number: u32,
-        wanted: &dyn Fn(usize) -> bool,
-        all: &mut Vec<Bond>,
-    ) {
-        let place = |slot: usize, at_wall: bool| BondPlace {
-            block: number,
-            slot: slot as u32,
-            at_wall,
-        };
-        for (index, slot) in self.slots.iter().enumerate() {
-            if slot.state & WITH_HISTORY != 0
-                && (wanted(self.rows.start + slot.owner()) || wanted(slot.partner as usize))
-                && slot.history.bridge().volume > 0.0
-            {
-                all.push(self.pair_bond(place(index, false), index));
-            }
-        }
-        let mut next = 0;
-        for near in &self.near_walls {
-            let first = next;
-            next += near.features as usize;
-            if !wanted(near.row as usize) {
-                continue;
-            }
-            for index in first..next {
-                if self.wall_slots[index].history.bridge().volume > 0.0 {
-                    all.push(self.wall_bond(place(index, true), near, index));
-                }
-            }
-        }
-    }
-
-    /// Puts a bridge into a slot.
-    pub(super) fn set_bridge(&mut self, place: &BondPlace, bridge: Bridge) {
-        let slot = place.slot as usize;
-        if place.at_wall {
-            let slot = &mut self.wall_slots[slot];
-            slot.history.set_bridge(bridge);
-            put_state(&mut slot.state, bridge);
-            if slot.state & WITH_HISTORY == 0 {
-                slot.clear();
-            }
-        } else {
-            let slot = &mut self.slots[slot];
-            slot.history.set_bridge(bridge);
-            put_state(&mut slot.state, bridge);
-        }
-    }
-
-    /// Records the bridges for which a new list has no slot, from `kept` for each row and from the walls.
+    /// Records the contacts for which a new list has no slot, from `kept` for each row and from the walls; of those alone whose history
+    /// `ends` with an event.
     pub(super) fn note_lost<'a>(
         &mut self,
         kept: impl Fn(usize) -> &'a [(u32, H)],
         from_walls: &[CarriedFromWall<H>],
+        ends: impl Fn(&H) -> bool,
     ) where
         H: 'a,
     {
@@ -214,8 +274,7 @@ impl<H: History> Block<H> {
             }
             let slots = &self.slots[first..next];
             for (partner, history) in kept(row) {
-                let bridge = history.bridge();
-                if bridge.volume > 0.0 && !slots.iter().any(|slot| slot.partner == *partner) {
+                if ends(history) && !slots.iter().any(|slot| slot.partner == *partner) {
                     self.events.push(SlotEvent::Gone {
                         row: row as u32,
                         partner: Partner::Particle {
@@ -223,7 +282,7 @@ impl<H: History> Block<H> {
                             image: crate::cell::NO_SHIFT,
                         },
                         feature: FREE,
-                        bridge,
+                        history: *history,
                     });
                 }
             }
@@ -231,16 +290,14 @@ impl<H: History> Block<H> {
         let begin = from_walls.partition_point(|kept| (kept.0.0 as usize) < self.rows.start);
         let end = from_walls.partition_point(|kept| (kept.0.0 as usize) < self.rows.end);
         for ((row, wall, image), slot) in &from_walls[begin..end] {
-            let near = NearWall {
-                row: *row,
-                wall: *wall,
-                image: *image,
-                features: 0,
-            };
-            if let Some(event) = SlotEvent::forgotten(&near, slot)
-                && !self.holds_at_wall(*row, *wall, slot)
-            {
-                self.events.push(event);
+            if ends(&slot.history) && !self.holds_at_wall(*row, *wall, slot) {
+                let near = NearWall {
+                    row: *row,
+                    wall: *wall,
+                    image: *image,
+                    features: 0,
+                };
+                self.events.push(SlotEvent::gone_from_wall(&near, slot));
             }
         }
     }
@@ -267,10 +324,4 @@ impl<H: History> Block<H> {
         }
         false
     }
-}
-
-/// The state of a slot whose bridge was changed.
-fn put_state(state: &mut u32, bridge: Bridge) {
-    let touches = *state & TOUCHING != 0;
-    *state = *state & !WITH_HISTORY | with_history(touches, &bridge);
 }
