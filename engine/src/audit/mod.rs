@@ -119,7 +119,7 @@ impl Sums {
             self.dissipated_normal +=
                 half * (last.normal + now.normal) - (stored.plastic - self.stored.plastic);
             self.dissipated_adhesion +=
-                half * (last.adhesion + now.adhesion) + observation.dissipated_by_bonds;
+                half * (last.adhesion + now.adhesion) + observation.dissipated_by_adhesion;
             self.dissipated_tangential += half * (last.tangential + now.tangential)
                 - (stored.tangential - self.stored.tangential);
             self.dissipated_rolling +=

@@ -126,6 +126,7 @@ impl Auditor {
                 tangential,
                 adhesive,
                 couple,
+                adhesive_couple,
                 ..
             } = *exchange;
             let a = core.moving(Row::new(exchange.row as usize), 0.5 * dt);
@@ -160,8 +161,8 @@ impl Auditor {
             spin -= b.spin;
             powers.normal -= lossy.dot(velocity);
             powers.tangential -= tangential.dot(velocity);
-            powers.adhesion -= adhesive.dot(velocity);
-            powers.rolling -= couple.dot(spin);
+            powers.adhesion -= adhesive.dot(velocity) + adhesive_couple.dot(spin);
+            powers.rolling -= (couple - adhesive_couple).dot(spin);
         }
         self.note_vanished_walls(core);
         self.sums.take_in(observation, powers, dt);

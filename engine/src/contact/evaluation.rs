@@ -93,10 +93,13 @@ impl<L: Real> Action<L> {
 }
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T, R, A> {
+    /// Whether it may turn particles: laws that never do need no angular velocities and give no torques.
+    pub const TURNS: bool = T::ACTIVE || R::ACTIVE || A::SHEARS || A::TWISTS;
+
     /// Force and couple of two that touch, and the history one step `dt` (s) on. `dt` = 0 leaves springs unstretched.
     ///
-    /// Order: the whole normal force F_n, which limits friction and, by its absolute value, rolling; these two; then adhesion,
-    /// which limits neither.
+    /// Order: the normal force; adhesion; friction and rolling, which the whole normal force F_n and the load of adhesion limit, rolling by
+    /// the absolute value of their sum.
     #[inline(always)]
     pub fn act<L: Real>(
         &self,
@@ -106,13 +109,16 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T
     ) -> Action<L> {
         let normal = self.normal.force(contact, &mut history.0);
         let normal_total = normal.total();
-        let tangential = self
-            .tangential
-            .force(contact, normal_total, dt, &mut history.1);
-        let couple = if R::ACTIVE {
+        let mut adhesion = AdhesionForce::NONE;
+        if A::ACTIVE {
+            adhesion = self.adhesion.force(contact, dt, &mut history.3);
+        }
+        let load = friction_load::<A, L>(normal_total, &adhesion);
+        let tangential = (self.tangential).force(contact, load, dt, &mut history.1);
+        let mut couple = if R::ACTIVE {
             let stiffness = self.tangential.stiffness(contact);
             self.rolling
-                .couple(contact, normal_total.abs(), stiffness, dt, &mut history.2)
+                .couple(contact, load.abs(), stiffness, dt, &mut history.2)
         } else {
             Vector::ZERO
         };
@@ -120,10 +126,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T
         if self.tangential.acts() {
             force += tangential;
         }
-        let mut adhesion = AdhesionForce::NONE;
         if A::ACTIVE {
-            adhesion = self.adhesion.force(contact, dt, &mut history.3);
             force += adhesion_on_a::<A, L>(contact, &adhesion);
+        }
+        if A::TWISTS {
+            couple += adhesion.couple;
         }
         Action {
             force,
@@ -142,14 +149,14 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T
         dt: f64,
         history: &mut Histories<N, T, R, A, L>,
     ) -> Action<L> {
-        let bond = history.3;
+        let memory = history.3;
         *history = Default::default();
-        history.3 = bond;
+        history.3 = memory;
         let adhesion = self.adhesion.force(contact, dt, &mut history.3);
         Action {
             force: adhesion_on_a::<A, L>(contact, &adhesion),
             tangential: Vector::ZERO,
-            couple: Vector::ZERO,
+            couple: adhesion.couple,
             normal: NormalForce::NONE,
             adhesion,
         }
@@ -190,9 +197,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T
         after: &Histories<N, T, R, A>,
         dt: f64,
     ) -> f64 {
-        let normal_force = action.normal.total();
-        if normal_force > 0.0 {
-            (self.tangential).slip(contact, normal_force, dt, [&before.1, &after.1])
+        let load = friction_load::<A, f64>(action.normal.total(), &action.adhesion);
+        if load > 0.0 {
+            (self.tangential).slip(contact, load, dt, [&before.1, &after.1])
         } else {
             contact.tangential_velocity.length() * dt
         }
@@ -207,7 +214,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T
         history: &Histories<N, T, R, A>,
     ) -> FrictionNow {
         FrictionNow {
-            load: action.normal.total(),
+            load: friction_load::<A, f64>(action.normal.total(), &action.adhesion),
             force: action.tangential.into(),
             stored: self.tangential.energy(contact, &history.1),
         }
@@ -217,7 +224,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T
 /// State of friction in a contact at the time of an evaluation: what sliding dissipates in the next step begins with it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FrictionNow {
-    /// Normal force without adhesion, N; positive where it presses.
+    /// Force that limits friction, N; positive where it presses.
     pub load: f64,
     /// Force of friction on A, N.
     pub force: DVec3,
@@ -250,6 +257,16 @@ crate::state::plain!(FrictionNow {
     force,
     stored
 });
+
+/// The force that limits friction and rolling, N: the normal law's, and what adhesion adds to it.
+#[inline(always)]
+fn friction_load<A: AdhesionLaw, L: Real>(normal: L, adhesion: &AdhesionForce<L>) -> L {
+    if A::PRESSES {
+        normal + adhesion.friction_load
+    } else {
+        normal
+    }
+}
 
 /// The whole force of adhesion on A, N.
 #[inline(always)]

@@ -1,6 +1,5 @@
 //! What a contact remembers.
 
-use super::Bridge;
 use crate::lanes::{Real, Vector};
 
 /// Unit and meaning of one number of a history.
@@ -52,14 +51,6 @@ pub trait History<L: Real = f64>:
     fn put(&self, k: usize, one: &mut Self::One) {
         *one = self.lane(k);
     }
-    /// The liquid bridge in it; the default where histories have no bridge.
-    #[must_use]
-    #[inline(always)]
-    fn bridge(&self) -> Bridge<L> {
-        Bridge::default()
-    }
-    /// Replaces the liquid bridge, in histories that have one.
-    fn set_bridge(&mut self, _: Bridge<L>) {}
 }
 
 impl<L: Real> History<L> for () {
@@ -156,15 +147,6 @@ impl<L: Real, A: History<L>, B: History<L>, C: History<L>, D: History<L>> Histor
         self.1.put(k, &mut one.1);
         self.2.put(k, &mut one.2);
         self.3.put(k, &mut one.3);
-    }
-
-    #[inline(always)]
-    fn bridge(&self) -> Bridge<L> {
-        self.3.bridge()
-    }
-
-    fn set_bridge(&mut self, bridge: Bridge<L>) {
-        self.3.set_bridge(bridge);
     }
 }
 

@@ -26,7 +26,8 @@ pub mod tangential;
 mod tests;
 
 pub use adhesion::{
-    AdhesionForce, AdhesionLaw, AnyAdhesion, Bridge, BridgeEvent, Liquid, LiquidLaw, NoAdhesion,
+    AdhesionForce, AdhesionLaw, AnyAdhesion, Bridge, BridgeEvent, EventOf, LawEvents, Liquid,
+    LiquidLaw, MemoryOf, NoAdhesion, NoEvents,
 };
 pub use any::OneOf;
 pub use evaluation::{Action, FrictionNow, Histories, PairLaw};

@@ -9,8 +9,8 @@ use super::rolling::FrictionSpring;
 use super::{
     Action, AdhesionForce, AdhesionLaw, AnyNormal, AnyRolling, AnyTangential, Contact,
     CoulombLimits, Hertz, Histories, History, HistoryNumber, Linear, LinearFriction, Luding,
-    Mindlin, MindlinRescaled, NoAdhesion, NoFriction, NoRolling, NormalForce, NormalLaw, PairLaw,
-    PlannedNormal as _, RollingLaw, Scale, SpringRotation, TangentialLaw,
+    Mindlin, MindlinRescaled, NoAdhesion, NoEvents, NoFriction, NoRolling, NormalForce, NormalLaw,
+    PairLaw, PlannedNormal as _, RollingLaw, Scale, SpringRotation, TangentialLaw,
 };
 use crate::lanes::{Lanes, Mask, Real, Vector};
 
@@ -122,9 +122,12 @@ fn answers<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw, L: Rea
     apart.overlap = -contact.overlap;
     let mut history = <Histories<N, T, R, A, L> as History<L>>::read(numbers);
     let Action {
-        force, adhesion, ..
+        force,
+        couple,
+        adhesion,
+        ..
     } = law.act_apart(&apart, STEP, &mut history);
-    answers.extend(force.to_array());
+    answers.extend([force, couple].map(Vector::to_array).concat());
     answers.extend([adhesion.normal.elastic, adhesion.normal.viscous]);
     answers.push(law.adhesion.energy(&apart, &history.3));
     history.write(&mut answers);
@@ -204,7 +207,8 @@ fn compare_all<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw>(
     Ok(())
 }
 
-/// A bridge that forms on contact: it pulls with one force while the two touch, with less the wider the gap, and wets both ends.
+/// A bridge that forms on contact: it pulls with one force while the two touch, with less the wider the gap, and
+/// presses the surfaces together by as much; it resists their spin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Bridge {
     /// N.
@@ -213,6 +217,8 @@ struct Bridge {
     range: f64,
     /// kg/s.
     viscosity: f64,
+    /// kg m^2/s.
+    twist: f64,
 }
 
 /// 1 once they have touched.
@@ -253,8 +259,11 @@ impl Bridge {
 
 impl AdhesionLaw for Bridge {
     type History<L: Real> = Bond<L>;
+    type Events = NoEvents;
     const ACTIVE: bool = true;
     const FORMS_ON_CONTACT: bool = true;
+    const TWISTS: bool = true;
+    const PRESSES: bool = true;
 
     fn name(&self) -> &'static str {
         "bridge"
@@ -275,10 +284,15 @@ impl AdhesionLaw for Bridge {
             history.0 = L::select(touches, L::ONE, history.0);
         }
         let part = self.part(contact, history);
-        AdhesionForce::along(NormalForce {
+        let along = AdhesionForce::along(NormalForce {
             elastic: part * -self.pull,
             viscous: part * -self.viscosity * contact.normal_velocity,
-        })
+        });
+        AdhesionForce {
+            couple: contact.spin * (part * -self.twist),
+            friction_load: part * self.pull,
+            ..along
+        }
     }
 
     fn energy<L: Real>(&self, contact: &Contact<L>, history: &Bond<L>) -> L {
@@ -485,10 +499,61 @@ proptest! {
         let (normal, tangential) = (Hertz::new(5e6, 0.4), Mindlin::new(1.1e6, 1.0, 0.3, 0.4, 0.5));
         compare_all(PairLaw { normal, tangential, rolling: NoRolling, adhesion: NoAdhesion }, &alone)?;
         let normal = Linear::with_damping_ratio(1e4, 0.3);
-        let bridge = Bridge { pull: 0.3, range: 3e-5, viscosity: 0.02 };
+        let bridge = Bridge { pull: 0.3, range: 3e-5, viscosity: 0.02, twist: 1e-9 };
         compare_all(PairLaw { normal, tangential, rolling: NoRolling, adhesion: bridge }, &alone)?;
         compare_all(PairLaw { normal, tangential: NoFriction, rolling: NoRolling, adhesion: NoAdhesion }, &alone)?;
     }
+}
+
+/// F_t = mu (F_n + load) where both slide, and the couple acts beside friction.
+#[test]
+fn adhesion_that_presses_raises_the_limit_of_friction() {
+    let (stiffness, overlap, pull, mu) = (1e4, 1e-6, 0.3, 0.4);
+    let contact = Contact {
+        normal: Vector::X,
+        distance: 2e-3 - overlap,
+        overlap,
+        effective_radius: 5e-4,
+        effective_mass: 1e-6,
+        normal_velocity: 0.0,
+        tangential_velocity: Vector::new(0.0, 1.0, 0.0),
+        sliding_normal: Vector::X,
+        sliding_distance: 2e-3 - overlap,
+        centre_velocity: Vector::new(0.0, 1.0, 0.0),
+        spin: Vector::new(3.0, 0.0, 0.0),
+    };
+    let law = PairLaw {
+        normal: Linear::new(stiffness, 0.0),
+        // One step stretches the spring far beyond the limit.
+        tangential: LinearFriction {
+            stiffness: 1e6,
+            dissipation: 0.0,
+            friction: mu,
+            static_friction: mu,
+            rotation: SpringRotation::Project,
+            limits: CoulombLimits::Bounded,
+        },
+        rolling: NoRolling,
+        adhesion: Bridge {
+            pull,
+            range: 3e-5,
+            viscosity: 0.0,
+            twist: 2e-9,
+        },
+    };
+    let mut history = Default::default();
+    let action = law.act(&contact, 1.0, &mut history);
+    let limit = mu * (stiffness * overlap + pull);
+    let sliding: f64 = action.tangential.length();
+    assert!(
+        (sliding - limit).abs() < 1e-14,
+        "{sliding} N, not {limit} N"
+    );
+    let along = stiffness * overlap - pull;
+    assert!((action.force.x - along).abs() < 1e-14);
+    assert_eq!(action.couple, Vector::new(-6e-9, 0.0, 0.0));
+    let now = law.friction_now(&contact, &action, &history);
+    assert!((now.load - (stiffness * overlap + pull)).abs() < 1e-14);
 }
 
 /// Most lanes of one group are in different branches: the property above would say little if they never were.

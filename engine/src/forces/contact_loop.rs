@@ -2,7 +2,6 @@
 
 mod alarming;
 mod block;
-mod bonds;
 mod carry_histories;
 mod contact_batch;
 mod contact_point;
@@ -17,18 +16,22 @@ mod separated;
 mod sharing;
 mod sheets;
 mod sides;
+mod slot_events;
 mod slots;
 mod touch_wall;
 mod vertices;
 mod walls;
 mod watching;
 
+use std::any::Any;
+
 use super::{
-    BondPlace, ContactForces, FeatureLoads, Finish, MotionBound, NearWall, Needs, StepContext,
-    block_size,
+    ContactEvent, ContactForces, FeatureLoads, Finish, MotionBound, NearWall, Needs, SlotPlace,
+    StepContext, block_size,
 };
 use crate::contact::{
-    AdhesionLaw, Bridge, Histories, NoAdhesion, NormalLaw, PairLaw, RollingLaw, TangentialLaw,
+    AdhesionLaw, EventOf, Histories, LawEvents, MemoryOf, NoAdhesion, NormalLaw, PairLaw,
+    RollingLaw, TangentialLaw,
 };
 use crate::neighbours::CandidateList;
 use crate::parallel::each_part;
@@ -58,6 +61,8 @@ pub struct ContactLoop<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: Adhesio
     feature_loads: FeatureLoads,
     /// Working memory of a pass on one thread. It is kept from step to step, because clearing it costs as much as some contacts.
     numbers: Box<BatchColumns>,
+    /// Events of the last force evaluation, and of the list before it.
+    log: Vec<ContactEvent<EventOf<A>, MemoryOf<A>>>,
 }
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<N, T, R, A> {
@@ -74,6 +79,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
             of_sheets: Vec::new(),
             feature_loads: FeatureLoads::default(),
             numbers: Box::new(BatchColumns::new()),
+            log: Vec::new(),
         }
     }
 
@@ -143,7 +149,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         let fill = |block: &mut Block<_>| {
             block.fill(list, &carried, near_walls, &from_walls);
             if A::HAS_EVENTS {
-                block.note_lost(|row| carried.of(row), &from_walls);
+                let ends = |history: &Histories<N, T, R, A>| A::Events::end(&history.3).is_some();
+                block.note_lost(|row| carried.of(row), &from_walls, ends);
             }
             block.take_over(&near_meshes);
             block.note_targets(block_size);
@@ -186,7 +193,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
             (ids, bodies.as_ref()),
             context,
         );
-        match pool {
+        let fastest = match pool {
             Some(pool) if self.blocks.len() > 1 => pass.shared(
                 &mut self.blocks,
                 &self.sources,
@@ -203,7 +210,14 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
                 finish,
                 &mut self.numbers,
             ),
+        };
+        if A::HAS_EVENTS {
+            self.log.clear();
+            for (number, block) in (0..).zip(&mut self.blocks) {
+                block.log_events::<A>(number, &mut self.log);
+            }
         }
+        fastest
     }
 
     fn compute_vertices(
@@ -217,9 +231,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         self.touch_vertices(sheet, vertices, context, pool, loads);
     }
 
-    fn set_bridge(&mut self, place: &BondPlace, bridge: Bridge) {
-        if let Some(block) = self.blocks.get_mut(place.block as usize) {
-            block.set_bridge(place, bridge);
+    fn set_memory(&mut self, place: &SlotPlace, memory: &dyn Any) {
+        if let Some(block) = self.blocks.get_mut(place.block as usize)
+            && let Some(memory) = memory.downcast_ref()
+        {
+            block.set_memory::<A>(place, memory);
         }
     }
 }

@@ -1,10 +1,12 @@
 //! What the step knows of a contact loop, whatever its laws: computing, observing and saving contacts, each a trait.
 
+use std::any::Any;
+
 use super::{
-    Alarms, Bond, BondPlace, ContactEvent, ContactRecord, FeatureKey, FeatureLoad, Finish,
-    MotionBound, NearWall, Needs, Observation, Rub, SavedLoads, SavedSlots, StepContext,
+    Alarms, ContactRecord, FeatureKey, FeatureLoad, Finish, MotionBound, NearWall, Needs,
+    Observation, Rub, SavedLoads, SavedSlots, SlotPlace, StepContext,
 };
-use crate::contact::{Bridge, FrictionNow, HistoryNumber};
+use crate::contact::{FrictionNow, HistoryNumber};
 use crate::neighbours::CandidateList;
 use crate::state::{Load, Particle, Particles, Pieces, Row, WallIndex};
 use crate::surface::SurfaceLoad;
@@ -21,7 +23,7 @@ pub trait ContactForces: ObservesContacts + SavesContacts + Send {
         Vec::new()
     }
 
-    /// Takes a new candidate list. Histories of pairs that touch or are bonded are carried over: `new_row[old]` says where each
+    /// Takes a new candidate list. Histories of pairs that touch or adhere are carried over: `new_row[old]` says where each
     /// row of the last list went, `None` for rows that were removed. `parallel`: with the threads of the pool from within which
     /// it is called.
     fn adopt(
@@ -60,8 +62,8 @@ pub trait ContactForces: ObservesContacts + SavesContacts + Send {
         loads: &mut [Load],
     );
 
-    /// Replaces a bridge.
-    fn set_bridge(&mut self, place: &BondPlace, bridge: Bridge);
+    /// Replaces the memory that the adhesion law shares of a contact; nothing happens if it shares none of this kind.
+    fn set_memory(&mut self, place: &SlotPlace, memory: &dyn Any);
 }
 
 /// What is seen of contacts, and handed over from step to step.
@@ -69,7 +71,7 @@ pub trait ObservesContacts {
     /// Listed pairs.
     fn listed(&self) -> usize;
 
-    /// Pairs that touched or were bonded in the last evaluation.
+    /// Pairs that touched or adhered in the last evaluation.
     fn touching(&self) -> usize;
 
     /// The last observation; `records`: with those of the contacts, of which there are more than particles.
@@ -78,11 +80,11 @@ pub trait ObservesContacts {
     /// The records of contacts of the last observation; they are removed from here.
     fn take_records(&mut self) -> Vec<ContactRecord>;
 
-    /// The events of contacts since the last call, block by block; they are removed from here. None where no law requests them.
-    fn take_events(&mut self) -> Vec<ContactEvent>;
+    /// The log of events of the last force evaluation, a `Vec<ContactEvent<E, M>>`: `events_of` reads it.
+    fn events(&self) -> &dyn Any;
 
-    /// The bridges that hold liquid at rows that `wanted` names, at either end, in the order of their slots.
-    fn bonds(&self, wanted: &dyn Fn(usize) -> bool) -> Vec<Bond>;
+    /// The memories that the adhesion law shares, a `Vec<ContactMemory<M>>`: `memories_of` reads them.
+    fn memories(&self, wanted: &dyn Fn(usize) -> bool) -> Box<dyn Any>;
 
     /// The contacts of the last evaluation that are beyond a limit; they are removed from here.
     fn take_alarms(&mut self) -> Alarms;

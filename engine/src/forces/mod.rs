@@ -23,7 +23,7 @@ pub use blocks::{block_size, parked_bytes};
 pub use compiled::{contact_loop, dispatching_loop};
 pub use contact_loop::ContactLoop;
 pub use contacts::{ContactForces, HistoryLayout, ObservesContacts, SavesContacts};
-pub use events::{Bond, BondPlace, ContactEvent};
+pub use events::{ContactEvent, ContactMemory, SlotPlace};
 pub use feature_loads::{FeatureKey, FeatureLoad, FeatureLoads, LoadSums};
 pub use near_walls::{NearWall, find_near_walls, near_walls_of_vertices};
 pub use needs::{Needs, NewList};
@@ -132,8 +132,8 @@ pub enum SlotState {
     Near,
     /// They overlap.
     Touching,
-    /// They are apart, and adhesion holds them together: a bond across the gap.
-    Bonded,
+    /// They are apart, and adhesion holds them together across the gap.
+    Adhering,
     /// A wall that acts on one side is touched from behind.
     Behind,
     /// It is touched from the front, by a particle whose centre has gone through.

@@ -37,7 +37,7 @@ pub enum Partner {
 /// Energy that the springs of contacts store, J.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SpringEnergy {
-    /// Energy of elastic normal forces, and of bonds by adhesion, which count negative.
+    /// Energy of elastic normal forces, and of adhesion, which counts negative.
     pub normal: f64,
     /// Energy of normal forces that are not elastic.
     pub plastic: f64,
@@ -93,6 +93,8 @@ pub struct Exchange {
     pub adhesive: DVec3,
     /// Couple on A beyond the lever arm of the force, N m.
     pub couple: DVec3,
+    /// The part of it by adhesion, N m; all of it dissipates energy.
+    pub adhesive_couple: DVec3,
     /// The energy of its springs half a step after these forces, extrapolated from the last step: the particles lose it if one
     /// side of the contact is removed before the next forces.
     pub next_stored: SpringEnergy,
@@ -112,7 +114,7 @@ pub struct ContactRecord {
     pub point: DVec3,
     /// Unit normal from B to A.
     pub normal: DVec3,
-    /// Overlap, m; negative for a bond across a gap.
+    /// Overlap, m; negative where adhesion acts across a gap.
     pub overlap: f64,
     /// Force on A, N.
     pub force: DVec3,
@@ -154,10 +156,10 @@ pub struct Observation {
     pub particle_contacts: u64,
     /// Features of walls that particles touch.
     pub wall_contacts: u64,
-    /// Energy stored in the contacts, J; bonds by adhesion count negative.
+    /// Energy stored in the contacts, J; adhesion counts negative.
     pub elastic_energy: f64,
-    /// Audited steps: dissipated in this step as bonds form and break, J; nothing of it is viscous.
-    pub dissipated_by_bonds: f64,
+    /// Audited steps: dissipated in this step as adhesion begins and ends, J; nothing of it is viscous.
+    pub dissipated_by_adhesion: f64,
     /// Audited steps: the elastic energy by the springs that store it.
     pub stored: SpringEnergy,
     /// Force and torque (about the wall's reference point) of the particles on each wall, and the power of the wall, W.
@@ -194,7 +196,7 @@ impl Observation {
         self.particle_contacts += other.particle_contacts;
         self.wall_contacts += other.wall_contacts;
         self.elastic_energy += other.elastic_energy;
-        self.dissipated_by_bonds += other.dissipated_by_bonds;
+        self.dissipated_by_adhesion += other.dissipated_by_adhesion;
         self.stored.add(&other.stored, 1.0);
         self.exchanges.extend_from_slice(&other.exchanges);
         self.largest_overlap = self.largest_overlap.max(other.largest_overlap);
@@ -219,7 +221,7 @@ mod tests {
             particle_contacts: times.into(),
             wall_contacts: (2 * times).into(),
             elastic_energy: 3.0 * number,
-            dissipated_by_bonds: 4.0 * number,
+            dissipated_by_adhesion: 4.0 * number,
             stored: SpringEnergy {
                 normal: 5.0 * number,
                 plastic: 6.0 * number,

@@ -386,7 +386,7 @@ impl SlotState {
         match number {
             0 => Ok(Self::Near),
             1 => Ok(Self::Touching),
-            2 => Ok(Self::Bonded),
+            2 => Ok(Self::Adhering),
             3 => Ok(Self::Behind),
             4 => Ok(Self::Through),
             5 => Ok(Self::Joined),
@@ -407,7 +407,7 @@ mod tests {
         let state = prop_oneof![
             Just(SlotState::Near),
             Just(SlotState::Touching),
-            Just(SlotState::Bonded),
+            Just(SlotState::Adhering),
             Just(SlotState::Behind),
             Just(SlotState::Through),
             Just(SlotState::Joined)

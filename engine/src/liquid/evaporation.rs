@@ -46,37 +46,37 @@ impl Liquids {
         let gone = &mut self.balance.evaporated;
         around.films.shrink(depth, |volume| gone.add(volume));
         let tables = &around.laws.tables;
-        for bond in contacts.bonds(&|_| true) {
-            let Some(place) = bond.place else {
+        for site in contacts.memories_of::<Bridge>(&|_| true) {
+            let Some(place) = site.place else {
                 continue;
             };
-            let liquid = liquid_of(particles, around, &bond);
-            let radii = radii_of(particles, &bond);
-            let before = bond.bridge.volume;
-            let left = before - liquid.area(&bond.bridge, radii, tables) * depth;
+            let liquid = liquid_of(particles, around, &site);
+            let radii = radii_of(particles, &site);
+            let before = site.memory.volume;
+            let left = before - liquid.area(&site.memory, radii, tables) * depth;
             let bridge = if left > 0.0 {
                 self.note_clamped(&liquid, left, radii, around);
-                liquid.fill(&bond.bridge, left, radii, tables)
-            } else if bond.touches {
+                liquid.fill(&site.memory, left, radii, tables)
+            } else if site.touches {
                 Bridge {
                     wet: 1.0,
-                    gap: bond.bridge.gap,
+                    gap: site.memory.gap,
                     ..Bridge::default()
                 }
             } else {
                 Bridge::default()
             };
             self.balance.evaporated.add(before - bridge.volume);
-            let ends = shares(&bond, &bond.bridge)
+            let ends = shares(&site, &site.memory)
                 .into_iter()
-                .zip(shares(&bond, &bridge));
+                .zip(shares(&site, &bridge));
             for ((end, held), (_, holds)) in ends {
                 self.carry(particles, end, End::Outside, held - holds);
             }
             self.balance.next_set_free +=
-                liquid.energy_of(&bond.bridge) - liquid.energy_of(&bridge);
+                liquid.energy_of(&site.memory) - liquid.energy_of(&bridge);
             self.balance.dried += u64::from(bridge.volume == 0.0);
-            contacts.set_bridge(&place, bridge);
+            contacts.set_memory(&place, &bridge);
         }
     }
 }

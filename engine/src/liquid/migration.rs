@@ -18,10 +18,10 @@
 use std::collections::HashMap;
 
 use super::weight::End;
-use super::{BridgesForm, LiquidNeighbours, Liquids};
+use super::{BridgeSite, BridgesForm, LiquidNeighbours, Liquids};
 use crate::contact::registry::LawTable;
 use crate::contact::{Bridge, BridgeEvent, Liquid};
-use crate::forces::{Bond, BondPlace, ContactEvent, ContactForces, Partner};
+use crate::forces::{ContactEvent, ContactForces, Partner, SlotPlace};
 use crate::state::Particles;
 use crate::walls::{WallFilms, WallNow, WallPlace};
 use mercury_common::particle_properties::FILM_VOLUME;
@@ -43,33 +43,33 @@ impl Liquids {
     /// Answers the events of the last force evaluation.
     pub fn answer(
         &mut self,
-        mut events: Vec<ContactEvent>,
         contacts: &mut dyn ContactForces,
         particles: &mut Particles,
         around: &mut MigrationContext<'_>,
     ) {
         self.balance.set_free += std::mem::take(&mut self.balance.next_set_free);
+        let mut events: Vec<ContactEvent<BridgeEvent, Bridge>> = contacts.events_of().to_vec();
         if events.is_empty() {
             return;
         }
-        events.sort_by_cached_key(|event| order(particles, &event.bond));
+        events.sort_by_cached_key(|event| order(particles, &event.contact));
         // Bridges at the ends of those that break may take their liquid.
         let breaking = events
             .iter()
-            .filter(|event| event.event == BridgeEvent::End && event.bond.bridge.volume > 0.0);
+            .filter(|event| event.event == BridgeEvent::End && event.contact.memory.volume > 0.0);
         let ends: Vec<u32> = breaking
-            .flat_map(|event| rows_of(&event.bond))
+            .flat_map(|event| rows_of(&event.contact))
             .flatten()
             .collect();
         let mut net = BridgeGraph::around(&ends, contacts, particles);
         for event in &events {
             match event.event {
-                BridgeEvent::Touch => self.touch(&event.bond, &mut net, particles, around),
+                BridgeEvent::Touch => self.touch(&event.contact, &mut net, particles, around),
                 BridgeEvent::End => {
-                    let index = net.index_of(&event.bond);
-                    let bridge = net.bonds[index].bridge;
+                    let index = net.index_of(&event.contact);
+                    let bridge = net.bridges[index].memory;
                     // What an earlier event gave may keep it.
-                    let holds = event.bond.place.is_some()
+                    let holds = event.contact.place.is_some()
                         && bridge.volume > 0.0
                         && bridge.gap < bridge.end;
                     if !holds {
@@ -94,12 +94,12 @@ impl Liquids {
         for &(row, _) in leavers {
             leaves[row as usize] = true;
         }
-        let mut breaking = contacts.bonds(&|row| leaves[row]);
-        breaking.sort_by_cached_key(|bond| order(particles, bond));
+        let mut breaking = contacts.memories_of::<Bridge>(&|row| leaves[row]);
+        breaking.sort_by_cached_key(|site| order(particles, site));
         let ends: Vec<u32> = breaking.iter().flat_map(rows_of).flatten().collect();
         let mut net = BridgeGraph::around(&ends, contacts, particles);
-        for bond in &breaking {
-            let index = net.index_of(bond);
+        for site in &breaking {
+            let index = net.index_of(site);
             self.rupture(index, &mut net, particles, around);
         }
         net.write_back(contacts);
@@ -119,29 +119,29 @@ impl Liquids {
     /// A bridge forms, if there is liquid for it.
     fn touch(
         &mut self,
-        bond: &Bond,
+        site: &BridgeSite,
         net: &mut BridgeGraph,
         particles: &mut Particles,
         around: &mut MigrationContext<'_>,
     ) {
-        let liquid = liquid_of(particles, around, bond);
-        let radii = radii_of(particles, bond);
+        let liquid = liquid_of(particles, around, site);
+        let radii = radii_of(particles, site);
         let mut bridge = Bridge {
             wet: 1.0,
-            ..bond.bridge
+            ..site.memory
         };
         let Some(films) = particles.columns.get_mut(FILM_VOLUME.name) else {
             return;
         };
-        let [a, b] = rows_of(bond);
-        let wall = self.wall_place(bond, around);
+        let [a, b] = rows_of(site);
+        let wall = self.wall_place(site, around);
         let film = |row: Option<u32>| row.map_or(0.0, |row| films[row as usize]);
         let of_wall = wall.map_or(0.0, |wall| around.films.within_reach(wall, radii[0]));
         let (of_a, of_b) = (film(a), film(b) + of_wall);
         let there = of_a + of_b;
-        let gap = bond.bridge.gap;
+        let gap = site.memory.gap;
         // Films that meet form a bridge that reaches across the gap, or none yet; a touch is remembered even if it stays dry.
-        let is_apart = !bond.touches;
+        let is_apart = !site.touches;
         if is_apart {
             bridge = Bridge::default();
         }
@@ -168,7 +168,7 @@ impl Liquids {
                 around.films.set(wall, around.films.volume(wall) - from_b);
             }
             let to_a = if b.is_some() { 0.5 * volume } else { volume } - from_a;
-            let (a, b) = (End::Row(bond.row), b.map_or(End::Outside, End::Row));
+            let (a, b) = (End::Row(site.row), b.map_or(End::Outside, End::Row));
             let (from, to) = if to_a > 0.0 { (b, a) } else { (a, b) };
             self.carry(particles, from, to, to_a.abs());
             bridge = liquid.fill(
@@ -181,14 +181,20 @@ impl Liquids {
             self.balance.formed += 1;
             self.balance.next_set_free -= liquid.energy_of(&bridge);
         }
-        net.insert(Bond { bridge, ..*bond }, particles);
+        net.insert(
+            BridgeSite {
+                memory: bridge,
+                ..*site
+            },
+            particles,
+        );
     }
 
-    /// Where a wall with a film holds the liquid of a bond.
-    fn wall_place(&self, bond: &Bond, around: &MigrationContext<'_>) -> Option<WallPlace> {
-        match bond.partner {
+    /// Where a wall with a film holds the liquid of a bridge.
+    fn wall_place(&self, site: &BridgeSite, around: &MigrationContext<'_>) -> Option<WallPlace> {
+        match site.partner {
             Partner::Wall { wall, .. } => {
-                around.films.place(wall.index(), bond.feature, around.walls)
+                around.films.place(wall.index(), site.feature, around.walls)
             }
             Partner::Particle { .. } => None,
         }
@@ -215,26 +221,26 @@ impl Liquids {
         particles: &mut Particles,
         around: &mut MigrationContext<'_>,
     ) {
-        let bond = net.bonds[index];
+        let site = net.bridges[index];
         net.set(index, Bridge::default());
-        let volume = bond.bridge.volume;
+        let volume = site.memory.volume;
         if volume <= 0.0 {
             return;
         }
         self.balance.ruptured += 1;
-        let at_wall = matches!(bond.partner, Partner::Wall { .. });
-        let share = liquid_of(particles, around, &bond).distribution;
+        let at_wall = matches!(site.partner, Partner::Wall { .. });
+        let share = liquid_of(particles, around, &site).distribution;
         let mut half = if at_wall { volume } else { 0.5 * volume };
         let mut rest = volume - half;
-        if let Some(wall) = self.wall_place(&bond, around) {
+        if let Some(wall) = self.wall_place(&site, around) {
             let held = around.films.volume(wall);
             let holds = held + around.films.keeps(wall) * volume;
             around.films.set(wall, holds);
             // What the addition has rounded off stays with the particle.
             (half, rest) = (volume - (holds - held), 0.0);
-            self.carry(particles, End::Row(bond.row), End::Outside, holds - held);
+            self.carry(particles, End::Row(site.row), End::Outside, holds - held);
         }
-        for (end, part) in rows_of(&bond).into_iter().zip([half, rest]) {
+        for (end, part) in rows_of(&site).into_iter().zip([half, rest]) {
             if let Some(row) = end {
                 self.hand_on(row, part, share, at_wall, index, net, particles, around);
             }
@@ -256,31 +262,31 @@ impl Liquids {
         let same_kind = self.neighbours == LiquidNeighbours::SameKind && !at_wall;
         let takers: Vec<usize> = (net.at_row.get(&row).into_iter().flatten().copied())
             .filter(|&other| {
-                let bond = &net.bonds[other];
+                let site = &net.bridges[other];
                 other != index
-                    && bond.bridge.volume > 0.0
-                    && !(same_kind && matches!(bond.partner, Partner::Wall { .. }))
+                    && site.memory.volume > 0.0
+                    && !(same_kind && matches!(site.partner, Partner::Wall { .. }))
             })
             .collect();
         let (mut rest, mut held_by_all) = (part, 0.0);
         let portion = share * part / takers.len().max(1) as f64;
         for other in takers {
-            let bond = net.bonds[other];
-            let liquid = liquid_of(particles, around, &bond);
-            let held = bond.bridge.volume;
+            let site = net.bridges[other];
+            let liquid = liquid_of(particles, around, &site);
+            let held = site.memory.volume;
             let volume = (held + portion.min(rest)).min(liquid.max_volume).max(held);
             rest -= volume - held;
             held_by_all += volume;
-            let radii = radii_of(particles, &bond);
-            let bridge = liquid.fill(&bond.bridge, volume, radii, &around.laws.tables);
+            let radii = radii_of(particles, &site);
+            let bridge = liquid.fill(&site.memory, volume, radii, &around.laws.tables);
             self.note_clamped(&liquid, volume, radii, around);
-            if let Partner::Particle { row: partner, .. } = bond.partner {
-                let far = if partner == row { bond.row } else { partner };
+            if let Partner::Particle { row: partner, .. } = site.partner {
+                let far = if partner == row { site.row } else { partner };
                 let half = 0.5 * (volume - held);
                 self.carry(particles, End::Row(row), End::Row(far), half);
             }
             self.balance.next_set_free +=
-                liquid.energy_of(&bond.bridge) - liquid.energy_of(&bridge);
+                liquid.energy_of(&site.memory) - liquid.energy_of(&bridge);
             net.set(other, bridge);
         }
         // Round-off of the sums is no liquid: a film of it would form bridges that hold nothing.
@@ -294,7 +300,7 @@ impl Liquids {
 
 /// The bridges that a step may change, and where they end.
 struct BridgeGraph {
-    bonds: Vec<Bond>,
+    bridges: Vec<BridgeSite>,
     changed: Vec<bool>,
     of_place: HashMap<(u32, u32, bool), usize>,
     /// Bridges of each row that matters, in order.
@@ -305,7 +311,7 @@ impl BridgeGraph {
     /// The bridges at these rows.
     fn around(rows: &[u32], contacts: &dyn ContactForces, particles: &Particles) -> Self {
         let mut net = Self {
-            bonds: Vec::new(),
+            bridges: Vec::new(),
             changed: Vec::new(),
             of_place: HashMap::new(),
             at_row: HashMap::new(),
@@ -317,111 +323,111 @@ impl BridgeGraph {
         for &row in rows {
             wanted[row as usize] = true;
         }
-        let mut bonds = contacts.bonds(&|row| wanted[row]);
-        bonds.sort_by_cached_key(|bond| order(particles, bond));
-        for bond in bonds {
-            net.append(bond);
+        let mut bridges = contacts.memories_of::<Bridge>(&|row| wanted[row]);
+        bridges.sort_by_cached_key(|site| order(particles, site));
+        for site in bridges {
+            net.append(site);
         }
         net
     }
 
-    fn append(&mut self, bond: Bond) -> usize {
-        let index = self.bonds.len();
-        if let Some(place) = bond.place {
+    fn append(&mut self, site: BridgeSite) -> usize {
+        let index = self.bridges.len();
+        if let Some(place) = site.place {
             self.of_place.insert(key(&place), index);
         }
-        for row in rows_of(&bond).into_iter().flatten() {
+        for row in rows_of(&site).into_iter().flatten() {
             self.at_row.entry(row).or_default().push(index);
         }
-        self.bonds.push(bond);
+        self.bridges.push(site);
         self.changed.push(false);
         index
     }
 
     /// A bridge that has formed, at its place in the order of its ends.
-    fn insert(&mut self, bond: Bond, particles: &Particles) {
-        let index = self.append(bond);
+    fn insert(&mut self, site: BridgeSite, particles: &Particles) {
+        let index = self.append(site);
         self.changed[index] = true;
-        for row in rows_of(&bond).into_iter().flatten() {
-            let bonds = &self.bonds;
+        for row in rows_of(&site).into_iter().flatten() {
+            let bridges = &self.bridges;
             if let Some(at_row) = self.at_row.get_mut(&row) {
-                at_row.sort_by_cached_key(|&other| order(particles, &bonds[other]));
+                at_row.sort_by_cached_key(|&other| order(particles, &bridges[other]));
             }
         }
     }
 
     /// The number of a bridge; it is taken in where it was not known.
-    fn index_of(&mut self, bond: &Bond) -> usize {
-        let known = bond.place.and_then(|place| self.of_place.get(&key(&place)));
+    fn index_of(&mut self, site: &BridgeSite) -> usize {
+        let known = site.place.and_then(|place| self.of_place.get(&key(&place)));
         match known {
             Some(&index) => index,
-            None => self.append(*bond),
+            None => self.append(*site),
         }
     }
 
     fn set(&mut self, index: usize, bridge: Bridge) {
-        self.bonds[index].bridge = bridge;
+        self.bridges[index].memory = bridge;
         self.changed[index] = true;
     }
 
     fn write_back(&self, contacts: &mut dyn ContactForces) {
-        for (bond, _) in self
-            .bonds
+        for (site, _) in self
+            .bridges
             .iter()
             .zip(&self.changed)
             .filter(|(_, changed)| **changed)
         {
-            if let Some(place) = &bond.place {
-                contacts.set_bridge(place, bond.bridge);
+            if let Some(place) = &site.place {
+                contacts.set_memory(place, &site.memory);
             }
         }
     }
 }
 
-fn key(place: &BondPlace) -> (u32, u32, bool) {
+fn key(place: &SlotPlace) -> (u32, u32, bool) {
     place.numbers()
 }
 
 /// The rows at both ends; `None` for a wall.
-fn rows_of(bond: &Bond) -> [Option<u32>; 2] {
-    match bond.partner {
-        Partner::Particle { row, .. } => [Some(bond.row), Some(row)],
-        Partner::Wall { .. } => [Some(bond.row), None],
+fn rows_of(site: &BridgeSite) -> [Option<u32>; 2] {
+    match site.partner {
+        Partner::Particle { row, .. } => [Some(site.row), Some(row)],
+        Partner::Wall { .. } => [Some(site.row), None],
     }
 }
 
 /// Radii of both sides, m; infinite for a wall.
-pub(super) fn radii_of(particles: &Particles, bond: &Bond) -> [f64; 2] {
-    rows_of(bond).map(|row| row.map_or(f64::INFINITY, |row| particles.records[row as usize].radius))
+pub(super) fn radii_of(particles: &Particles, site: &BridgeSite) -> [f64; 2] {
+    rows_of(site).map(|row| row.map_or(f64::INFINITY, |row| particles.records[row as usize].radius))
 }
 
 /// The law of the bridge.
 pub(super) fn liquid_of(
     particles: &Particles,
     around: &MigrationContext<'_>,
-    bond: &Bond,
+    site: &BridgeSite,
 ) -> Liquid {
     let material = |row: u32| particles.records[row as usize].material.number();
-    let other = match bond.partner {
+    let other = match site.partner {
         Partner::Particle { row, .. } => material(row),
         Partner::Wall { wall, .. } => around.walls[wall.index()].material.number(),
     };
-    let law = around.laws.get(material(bond.row), other);
+    let law = around.laws.get(material(site.row), other);
     law.and_then(|law| law.adhesion.liquid().copied())
         .unwrap_or(Liquid::NONE)
 }
 
-fn order(particles: &Particles, bond: &Bond) -> Order {
+fn order(particles: &Particles, site: &BridgeSite) -> Order {
     let id = |row: u32| particles.ids[row as usize].number();
-    let slot = bond.place.map_or(0, |place| place.numbers().1);
-    match bond.partner {
+    let slot = site.place.map_or(0, |place| place.numbers().1);
+    match site.partner {
         Partner::Particle { row, image } => {
-            let (a, b) = (id(bond.row), id(row));
+            let (a, b) = (id(site.row), id(row));
             (a.min(b), false, a.max(b), image, 0)
         }
         // Slots of one particle at one wall stand in the order in which features were met.
         Partner::Wall { wall, image } => {
-            (id(bond.row), true, u32::from(wall.number()), image, slot)
+            (id(site.row), true, u32::from(wall.number()), image, slot)
         }
     }
 }

@@ -17,12 +17,16 @@ pub use migration::MigrationContext;
 pub use sum::Sum;
 pub use weight::{Weighed, Weight};
 
-use crate::forces::ContactForces;
+use crate::contact::Bridge;
+use crate::forces::{ContactForces, ContactMemory};
 use crate::state::{Particle, Particles};
 use crate::walls::{WallFilmPlan, WallFilms};
 use mercury_common::particle_properties::FILM_VOLUME;
 
 pub use mercury_common::scene::{BridgesForm, LiquidNeighbours};
+
+/// A contact with its liquid bridge.
+pub type BridgeSite = ContactMemory<Bridge>;
 
 /// What a plan says of liquid beside the laws of contacts and the films of particles, which are a property of theirs.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -105,7 +109,7 @@ impl Liquids {
         let row = self.row(particles, contacts, films, [0.0; 5]);
         self.balance.initial = row.films + row.bridges + row.wall_films;
         self.weigh_films(0, particles);
-        self.weigh_bridges(&contacts.bonds(&|_| true), particles);
+        self.weigh_bridges(&contacts.memories_of::<Bridge>(&|_| true), particles);
     }
 
     /// Finds how thick the films are, where bridges form as films meet.
@@ -149,11 +153,11 @@ impl Liquids {
         sprayed: [f64; 5],
     ) -> LiquidRow {
         let films = particles.columns.get(FILM_VOLUME.name).unwrap_or_default();
-        let bonds = contacts.bonds(&|_| true);
+        let bridges = contacts.memories_of::<Bridge>(&|_| true);
         LiquidRow::new(
             &self.balance,
             films,
-            bonds.iter().map(|bond| bond.bridge.volume),
+            bridges.iter().map(|site| site.memory.volume),
             wall_films.all(),
             sprayed,
         )

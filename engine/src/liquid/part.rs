@@ -7,6 +7,7 @@ use mercury_common::particle_properties::FILM_VOLUME;
 
 use super::{BridgesForm, EVAPORATES_EVERY, LiquidRow, Liquids, MigrationContext};
 use crate::cell::opposite;
+use crate::contact::Bridge;
 use crate::forces::{Needs, Observation, Partner, StepContext};
 use crate::physics::Setup;
 use crate::spray::Sprays;
@@ -79,13 +80,12 @@ impl Part for Liquids {
         let is_due = core.steps() > 0 && core.steps().is_multiple_of(EVAPORATES_EVERY);
         let time = EVAPORATES_EVERY as f64 * physics.time_step;
         let contacts = core.contacts.as_mut();
-        let events = contacts.take_events();
         let mut around = MigrationContext {
             laws: &physics.laws,
             walls: &core.domain.walls,
             films: &mut core.domain.wall_films,
         };
-        self.answer(events, contacts, &mut core.particles, &mut around);
+        self.answer(contacts, &mut core.particles, &mut around);
         if is_due {
             self.evaporate(time, contacts, &mut core.particles, &mut around);
         }
@@ -98,12 +98,12 @@ impl Part for Liquids {
             return;
         }
         let ids = &core.particles.ids;
-        let bonds = core.contacts.bonds(&|_| true);
-        let bonds = bonds.iter().map(|bond| {
-            let seen = seen_from_lower(ids, bond.row, bond.partner);
-            ((seen, bond.feature), bond.bridge.volume)
+        let bridges = core.contacts.memories_of::<Bridge>(&|_| true);
+        let bridges = bridges.iter().map(|site| {
+            let seen = seen_from_lower(ids, site.row, site.partner);
+            ((seen, site.feature), site.memory.volume)
         });
-        let volumes: HashMap<_, _> = bonds.collect();
+        let volumes: HashMap<_, _> = bridges.collect();
         for record in &mut observation.records {
             let key = (record.row, record.partner);
             let volume = volumes.get(&(key, record.feature));
@@ -145,14 +145,14 @@ impl Engine {
         let films = self.particles.columns.get(FILM_VOLUME.name);
         let mut volumes = films.unwrap_or_default().to_vec();
         volumes.resize(self.particles.len(), 0.0);
-        for bond in self.contacts.bonds(&|_| true) {
-            let volume = bond.bridge.volume;
-            match bond.partner {
+        for site in self.contacts.memories_of::<Bridge>(&|_| true) {
+            let volume = site.memory.volume;
+            match site.partner {
                 Partner::Particle { row, .. } => {
-                    volumes[bond.row as usize] += 0.5 * volume;
+                    volumes[site.row as usize] += 0.5 * volume;
                     volumes[row as usize] += 0.5 * volume;
                 }
-                Partner::Wall { .. } => volumes[bond.row as usize] += volume,
+                Partner::Wall { .. } => volumes[site.row as usize] += volume,
             }
         }
         Some(volumes)

@@ -6,9 +6,9 @@
 
 use glam::DVec3;
 
-use super::{Liquids, Sum};
+use super::{BridgeSite, Liquids, Sum};
 use crate::contact::Bridge;
-use crate::forces::{Bond, Partner};
+use crate::forces::Partner;
 use crate::state::Particles;
 use mercury_common::particle_properties::FILM_VOLUME;
 
@@ -170,9 +170,9 @@ impl Liquids {
     }
 
     /// The same for bridges that were there before the run.
-    pub fn weigh_bridges(&mut self, bonds: &[Bond], particles: &mut Particles) {
-        for bond in bonds {
-            for (end, volume) in shares(bond, &bond.bridge) {
+    pub fn weigh_bridges(&mut self, bridges: &[BridgeSite], particles: &mut Particles) {
+        for site in bridges {
+            for (end, volume) in shares(site, &site.memory) {
                 self.carry(particles, End::Outside, end, volume);
             }
         }
@@ -191,16 +191,16 @@ impl Liquids {
     }
 }
 
-/// What the two ends of a bond weigh of a bridge, m^3: half each, a particle at a wall all of it.
-pub(super) fn shares(bond: &Bond, bridge: &Bridge) -> [(End, f64); 2] {
-    match bond.partner {
+/// What the two ends of a bridge weigh of one, m^3: half each, a particle at a wall all of it.
+pub(super) fn shares(site: &BridgeSite, bridge: &Bridge) -> [(End, f64); 2] {
+    match site.partner {
         Partner::Particle { row, .. } => {
             let half = 0.5 * bridge.volume;
             [
-                (End::Row(bond.row), half),
+                (End::Row(site.row), half),
                 (End::Row(row), bridge.volume - half),
             ]
         }
-        Partner::Wall { .. } => [(End::Row(bond.row), bridge.volume), (End::Outside, 0.0)],
+        Partner::Wall { .. } => [(End::Row(site.row), bridge.volume), (End::Outside, 0.0)],
     }
 }

@@ -7,11 +7,11 @@ use bytemuck::allocation::zeroed_vec;
 
 use super::grid::MOST_LATER;
 use super::other_pairs::OtherPairs;
-use super::{Grid, Levels, Margin};
+use super::{Exclusions, Grid, Levels, Margin};
 use crate::cell::{Cell, NO_SHIFT};
 use crate::memory::GROWTH;
 use crate::parallel::{change_each, each, each_part, map_parts};
-use crate::state::{Bodies, Particle, Particles, Row};
+use crate::state::{Particle, Particles, Row};
 
 /// A listed partner of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable)]
@@ -32,15 +32,17 @@ pub struct CandidateList {
 }
 
 impl CandidateList {
-    /// Drops the pairs of pebbles of one body, which never touch.
-    fn drop_inner_pairs(&mut self, bodies: &Bodies) {
+    /// Drops the pairs that have no contact.
+    fn leave_out(&mut self, exclusions: &Exclusions<'_>) {
+        if exclusions.is_empty() {
+            return;
+        }
         let (mut kept, mut begin) = (0, 0);
         for row in 0..self.start.len() - 1 {
             let end = self.start[row + 1] as usize;
-            let body = bodies.body_of_row(row);
             for k in begin..end {
                 let entry = self.entries[k];
-                if body.is_none() || body != bodies.body_of_row(entry.partner as usize) {
+                if !exclusions.excludes(row, entry.partner as usize) {
                     self.entries[kept] = entry;
                     kept += 1;
                 }
@@ -63,7 +65,7 @@ pub struct Built {
 }
 
 /// Sorts the particles into cells (in place, wrapped into periodic domains) and lists every pair closer than
-/// R_i + R_j + s_i + s_j + l_i + l_j (m), s the shares of `margin`, except pairs that contacts cannot move and pairs of pebbles of one body. `extra`: l of
+/// R_i + R_j + s_i + s_j + l_i + l_j (m), s the shares of `margin`, except pairs that contacts cannot move and those that [`Exclusions`] name. `extra`: l of
 /// each row, or empty if all are 0; put into the new order. `levels`: which particles are sought together; the
 /// list is the same with any. `parallel`: with the threads of the pool from within which it is called; the list is the same.
 ///
@@ -99,9 +101,7 @@ pub fn build(
     }
     let members = Members::new(&particles.records, extra, levels, margin, parallel);
     let mut list = list(&members, &grid, domain, parallel);
-    if let Some(bodies) = &particles.bodies {
-        list.drop_inner_pairs(bodies);
-    }
+    list.leave_out(&Exclusions::of(particles));
     Built {
         list,
         new_row,

@@ -5,6 +5,7 @@
 
 mod boxes;
 mod cells;
+mod exclusions;
 mod extra_skin;
 mod grid;
 mod levels;
@@ -17,6 +18,7 @@ mod validity;
 
 pub use boxes::{Block, Boxes};
 pub use cells::Cells;
+pub use exclusions::Exclusions;
 pub use extra_skin::extra_skins;
 pub use grid::Grid;
 pub use levels::Levels;

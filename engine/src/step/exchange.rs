@@ -2,7 +2,8 @@
 
 use super::{Arrival, Core, Domain, Engine, Exchanged, Leaving, RunError};
 use crate::boundaries::{Crossed, Passage};
-use crate::forces::Bond;
+use crate::contact::Bridge;
+use crate::liquid::BridgeSite;
 use crate::state::Particles;
 
 impl Engine {
@@ -83,8 +84,8 @@ impl Core {
 
     /// The liquid bridges that are there, in the order of their slots.
     #[must_use]
-    pub fn bonds(&self) -> Vec<Bond> {
-        self.contacts.bonds(&|_| true)
+    pub fn bridges(&self) -> Vec<BridgeSite> {
+        self.contacts.memories_of::<Bridge>(&|_| true)
     }
 
     /// Particles were placed anew from outside: the next step makes new lists.

@@ -346,12 +346,12 @@ fn liquid_with_mass_keeps_momentum_mass_and_energy() {
         .get(FILM_VOLUME.name)
         .unwrap()
         .to_vec();
-    for bond in engine.bonds() {
-        let mercury_engine::forces::Partner::Particle { row, .. } = bond.partner else {
+    for bridge in engine.bridges() {
+        let mercury_engine::forces::Partner::Particle { row, .. } = bridge.partner else {
             panic!("there are no walls");
         };
-        held[bond.row as usize] += 0.5 * bond.bridge.volume;
-        held[row as usize] += 0.5 * bond.bridge.volume;
+        held[bridge.row as usize] += 0.5 * bridge.memory.volume;
+        held[row as usize] += 0.5 * bridge.memory.volume;
     }
     let solid = 2500.0 * volume_of(2e-3);
     for (mass, held) in engine.particles.masses.iter().zip(&held) {

@@ -513,9 +513,9 @@ prescribed = { velocity = [-1e-3, 0, 0], angular_velocity = [0, 0, 0] }
         RULES,
         || {
             start()
-                .bonds()
+                .bridges()
                 .first()
-                .map_or(f64::NAN, |bond| bond.bridge.volume)
+                .map_or(f64::NAN, |bridge| bridge.memory.volume)
         },
     ));
     cases

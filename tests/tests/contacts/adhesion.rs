@@ -9,7 +9,7 @@ use mercury_common::random::Stream;
 use mercury_engine::contact::registry::AnyPairLaw;
 use mercury_engine::contact::{
     AdhesionForce, AdhesionLaw, AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Contact,
-    CoulombLimits, History, HistoryNumber, Linear, LinearFriction, NoFriction, NoRolling,
+    CoulombLimits, History, HistoryNumber, Linear, LinearFriction, NoEvents, NoFriction, NoRolling,
     NormalForce, PairLaw, SpringRotation, TangentialLaw,
 };
 use mercury_engine::forces::{ContactForces, ContactLoop, SlotState, Watch};
@@ -82,6 +82,7 @@ impl Bridge {
 
 impl AdhesionLaw for Bridge {
     type History<L: Real> = Bond<L>;
+    type Events = NoEvents;
     const ACTIVE: bool = true;
     const FORMS_ON_CONTACT: bool = true;
 
@@ -124,6 +125,7 @@ struct Attraction(Bridge);
 
 impl AdhesionLaw for Attraction {
     type History<L: Real> = ();
+    type Events = NoEvents;
     const ACTIVE: bool = true;
     const FORMS_ON_CONTACT: bool = false;
 
@@ -268,7 +270,7 @@ fn a_bridge_forms_on_contact_and_is_torn_at_its_range() {
         torn |= met && gap >= BRIDGE.range;
         let expected = match gap {
             gap if gap < 0.0 => SlotState::Touching,
-            gap if met && !torn && gap < BRIDGE.range => SlotState::Bonded,
+            gap if met && !torn && gap < BRIDGE.range => SlotState::Adhering,
             _ => SlotState::Near,
         };
         assert!(
@@ -281,7 +283,7 @@ fn a_bridge_forms_on_contact_and_is_torn_at_its_range() {
         let part = match expected {
             SlotState::Near => 0.0,
             SlotState::Touching | SlotState::Behind | SlotState::Through | SlotState::Joined => 1.0,
-            SlotState::Bonded => 1.0 - gap / BRIDGE.range,
+            SlotState::Adhering => 1.0 - gap / BRIDGE.range,
         };
         let overlap = (-gap).max(0.0);
         let stored =
@@ -335,7 +337,7 @@ fn a_slow_pair_stays_bound() {
     assert!((widest / turn - 1.0).abs() < 1e-2, "{widest}, not {turn}");
     assert!(matches!(
         state(&engine),
-        Some(SlotState::Touching | SlotState::Bonded)
+        Some(SlotState::Touching | SlotState::Adhering)
     ));
 }
 
@@ -515,7 +517,7 @@ fn bonds_are_those_of_a_search_over_all_pairs() {
         across += expected.pairs.values().filter(|bond| !bond.1).count();
         at_walls += expected.walls.values().filter(|bond| !bond.1).count();
         let shifted = |slot: &mercury_engine::forces::SavedSlot<'_>| {
-            slot.state == SlotState::Bonded && slot.image != mercury_engine::cell::NO_SHIFT
+            slot.state == SlotState::Adhering && slot.image != mercury_engine::cell::NO_SHIFT
         };
         through += engine
             .snapshot()
@@ -593,7 +595,7 @@ fn bonds_are_part_of_the_state_and_of_no_number_of_threads() {
     three.steps_at_once(400, None).unwrap();
     let saved = one.snapshot();
     assert_eq!(saved, three.snapshot());
-    let bonded = |slot: &mercury_engine::forces::SavedSlot<'_>| slot.state == SlotState::Bonded;
+    let bonded = |slot: &mercury_engine::forces::SavedSlot<'_>| slot.state == SlotState::Adhering;
     assert!(saved.pairs().unwrap().iter().filter(bonded).count() > 3);
     assert!(saved.near_walls().unwrap().iter().filter(bonded).count() > 0);
     let bytes = saved.encode();
@@ -680,5 +682,101 @@ fn a_bond_goes_along_the_features_of_a_wall_and_ends_at_its_range() {
             2
         };
         assert!(features.len() >= least, "{features:?}");
+    }
+}
+
+/// Resists the relative spin of two that touch, as glue does: M = -c (w_A - w_B).
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Twist(f64);
+
+impl AdhesionLaw for Twist {
+    type History<L: Real> = ();
+    type Events = NoEvents;
+    const ACTIVE: bool = true;
+    const FORMS_ON_CONTACT: bool = true;
+    const TWISTS: bool = true;
+
+    fn name(&self) -> &'static str {
+        "twist"
+    }
+
+    fn range(&self) -> f64 {
+        0.0
+    }
+
+    fn force<L: Real>(&self, contact: &Contact<L>, _: f64, (): &mut ()) -> AdhesionForce<L> {
+        AdhesionForce {
+            couple: contact.spin * L::splat(-self.0),
+            ..AdhesionForce::NONE
+        }
+    }
+
+    fn energy<L: Real>(&self, _: &Contact<L>, (): &()) -> L {
+        L::ZERO
+    }
+}
+
+/// I dw/dt = -c (w_A - w_B) about any axis: the spin of one of two equal spheres decays with the rate 2 c/I, at a wall with c/I. The normal
+/// force is zero, so that the overlap lasts. Couples see the angular velocity of half a step before, which changes the rate k by the
+/// part k dt/2, and the spin after the time t by the part (k t)(k dt).
+#[test]
+fn a_couple_of_adhesion_slows_the_spin_of_both_and_counts_as_its_loss() {
+    let inertia = 0.4 * MASS * RADIUS * RADIUS;
+    let (dt, steps) = (1e-5, 1000);
+    let rate = 100.0;
+    // What the plan knows has friction, so that spheres turn.
+    let friction = LinearFriction {
+        stiffness: STIFFNESS,
+        dissipation: 0.0,
+        friction: 0.5,
+        static_friction: 0.5,
+        rotation: SpringRotation::Project,
+        limits: CoulombLimits::Bounded,
+    };
+    let law = planned(Linear::new(STIFFNESS, 0.0), Some(friction));
+    let overlap = 1e-2 * RADIUS;
+    for at_wall in [false, true] {
+        let twist = Twist(if at_wall { rate } else { 0.5 * rate } * inertia);
+        let spin = dvec3(1.0, -2.0, 3.0);
+        let mut plan = plan(dt, DENSITY, law);
+        plan.energy_budget = true;
+        let particles = if at_wall {
+            plan.walls.push(plane(DVec3::ZERO, DVec3::Z));
+            let place = DVec3::Z * (RADIUS - overlap);
+            vec![sphere(place, RADIUS, DVec3::ZERO, spin)]
+        } else {
+            let at = |side: f64| {
+                let place = DVec3::Z * (side * (RADIUS - 0.5 * overlap));
+                sphere(place, RADIUS, DVec3::ZERO, spin * side)
+            };
+            vec![at(-1.0), at(1.0)]
+        };
+        let plan = Arc::new(plan.with_particles(particles).plan().unwrap());
+        let contacts = contacts(Linear::new(0.0, 0.0), NoFriction, twist);
+        let options = StartOptions::threads(1).contacts(contacts);
+        let mut engine = Engine::start(plan, options).unwrap();
+        let spins = |engine: &Engine| -> Vec<DVec3> {
+            let records = engine.particles.records.iter();
+            records.map(|record| record.angular_velocity).collect()
+        };
+        let start = spins(&engine);
+        for _ in 0..steps {
+            engine.step(None).unwrap();
+        }
+        engine.complete_step().unwrap();
+        let passed = rate * f64::from(steps) * dt;
+        let tolerance = 2.0 * passed * rate * dt;
+        let (mut lost, mut whole) = (0.0, 0.0);
+        for (before, after) in start.iter().zip(spins(&engine)) {
+            let expected = *before * (-passed).exp();
+            let error = (after - expected).length() / expected.length();
+            assert!(error < tolerance, "{error} at_wall: {at_wall}");
+            whole += 0.5 * inertia * before.length_squared();
+            lost += 0.5 * inertia * (before.length_squared() - after.length_squared());
+        }
+        let losses = engine.audit().losses.total();
+        // The first half step ends with the first forces, whose power is counted from there on.
+        let error = (losses - lost).abs() / whole;
+        assert!(error < 2.0 * rate * dt, "{losses} J, not {lost} J");
     }
 }

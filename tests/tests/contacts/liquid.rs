@@ -98,9 +98,9 @@ fn the_force_over_the_gap_is_that_of_the_law_at_every_kind_of_wall() {
             let x = format!("particles[0].position=[{x}, 0.0, 0.0]");
             let mut engine = start(&text, &[&law, &x, "materials.wet.liquid.viscosity=0.0"]);
             let liquid = liquid_of(&engine);
-            let bonds = engine.bonds();
-            assert_eq!(bonds.len(), 1, "{wall}");
-            let bridge = bonds[0].bridge;
+            let bridges = engine.bridges();
+            assert_eq!(bridges.len(), 1, "{wall}");
+            let bridge = bridges[0].memory;
             assert_eq!(bridge.volume, 2e-11);
             let films = engine.particles.columns.get(FILM_VOLUME.name).unwrap()[0];
             assert_eq!(films, 5e-11 - 2e-11);
@@ -116,7 +116,7 @@ fn the_force_over_the_gap_is_that_of_the_law_at_every_kind_of_wall() {
                 }
                 if gap > 0.0 {
                     apart += 1;
-                    assert_eq!(engine.bonds()[0].bridge.volume, 2e-11);
+                    assert_eq!(engine.bridges()[0].memory.volume, 2e-11);
                     let expected = -liquid.force_at(&bridge, gap);
                     // A gap is known to 1e-17 m of 1e-3 m, and the force changes by its own size over 1e-6 m at the least.
                     assert!(
@@ -128,7 +128,7 @@ fn the_force_over_the_gap_is_that_of_the_law_at_every_kind_of_wall() {
                 }
             }
             assert!(apart > 100, "{apart}");
-            assert!(engine.bonds().is_empty());
+            assert!(engine.bridges().is_empty());
             // 5e-11 - 2e-11 + 2e-11, each rounded.
             let film = engine.particles.columns.get(FILM_VOLUME.name).unwrap()[0];
             assert!((film / 5e-11 - 1.0).abs() < 4e-16, "{film}");
@@ -181,17 +181,17 @@ fn a_bridge_slides_over_a_hundred_triangles() {
     let mut seen = std::collections::BTreeSet::new();
     for _ in 0..4500 {
         engine.step(None).unwrap();
-        let bonds = engine.bonds();
+        let bridges = engine.bridges();
         assert_eq!(
-            bonds.len(),
+            bridges.len(),
             1,
             "at {:?}",
             engine.particles.records[0].position
         );
-        assert_eq!(bonds[0].bridge.volume, 2e-11);
+        assert_eq!(bridges[0].memory.volume, 2e-11);
         let gap = engine.particles.records[0].position.z - 1e-3;
         if gap > 0.0 {
-            let expected = -liquid.force_at(&bonds[0].bridge, gap);
+            let expected = -liquid.force_at(&bridges[0].memory, gap);
             let force = engine.particles.loads[0].force.z;
             assert!(
                 (force - expected).abs() <= 1e-9 * expected.abs(),
@@ -531,11 +531,11 @@ fn bridges_form_where_films_meet() {
             (false, 1.0 - 1e-6, 0),
         ] {
             let engine = wet_collision(at_wall, films, 0.07, 0.0, meet * factor);
-            let bonds = engine.bonds();
-            assert_eq!(bonds.len(), forms, "{at_wall} {films} {factor}");
-            if let Some(bond) = bonds.first() {
-                assert_eq!(bond.bridge.volume, 2e-11);
-                assert!((bond.bridge.gap - meet * factor).abs() < 1e-17);
+            let bridges = engine.bridges();
+            assert_eq!(bridges.len(), forms, "{at_wall} {films} {factor}");
+            if let Some(bridge) = bridges.first() {
+                assert_eq!(bridge.memory.volume, 2e-11);
+                assert!((bridge.memory.gap - meet * factor).abs() < 1e-17);
             }
         }
     }
@@ -549,7 +549,7 @@ fn bridges_form_where_films_meet() {
             .unwrap()
             .fill(4e-9);
         engine.step(None).unwrap();
-        assert_eq!(engine.bonds().len(), forms, "{gap}");
+        assert_eq!(engine.bridges().len(), forms, "{gap}");
         assert_eq!(engine.liquid().unwrap().balance.ruptured, 0);
     }
 }
@@ -706,7 +706,7 @@ fn a_wall_with_a_film_gives_and_keeps() {
             );
         };
         let film = |engine: &Engine| engine.particles.columns.get(FILM_VOLUME.name).unwrap()[0];
-        close(engine.bonds()[0].bridge.volume, volume);
+        close(engine.bridges()[0].memory.volume, volume);
         let initial = 5e-11 + 2e-6 * area * pieces;
         let row = engine.liquid().unwrap();
         close(row.balance.initial, initial);
@@ -715,7 +715,7 @@ fn a_wall_with_a_film_gives_and_keeps() {
             2e-6 * area * pieces - volume * (reach / there),
         );
         let left = film(&engine);
-        while !engine.bonds().is_empty() {
+        while !engine.bridges().is_empty() {
             engine.step(None).unwrap();
         }
         let row = engine.liquid().unwrap();
@@ -746,7 +746,7 @@ fn a_bridge_forms_where_the_film_of_a_wall_is_met() {
                 &place,
             ],
         );
-        assert_eq!(engine.bonds().len() == 1, forms, "{gap}");
+        assert_eq!(engine.bridges().len() == 1, forms, "{gap}");
     }
 }
 
@@ -784,16 +784,16 @@ fn liquid_evaporates_by_its_surface() {
         &evaporation,
     ];
     let mut engine = start(HEAD_ON, &pair);
-    let volume = engine.bonds()[0].bridge.volume;
+    let volume = engine.bridges()[0].memory.volume;
     assert_eq!(volume, 1e-11);
     for _ in 0..32 {
         engine.step(None).unwrap();
     }
     let angle = liquid_of(&engine).contact_angle;
     let branch = Branch::new(angle, 0.01, 1.0).unwrap();
-    let gap = engine.bonds()[0].bridge.gap;
+    let gap = engine.bridges()[0].memory.gap;
     let area = 1e-6 * branch.at(gap / 1e-3).unwrap().area;
-    let gone = volume - engine.bonds()[0].bridge.volume;
+    let gone = volume - engine.bridges()[0].memory.volume;
     let expected = rate * engine.time() * area;
     assert!((gone / expected - 1.0).abs() < 1e-2, "{gone} {expected}");
     // It dries up at last, and what is gone is counted.
@@ -803,7 +803,7 @@ fn liquid_evaporates_by_its_surface() {
     for _ in 0..30_000 {
         engine.step(None).unwrap();
     }
-    assert!(engine.bonds().is_empty());
+    assert!(engine.bridges().is_empty());
     let row = engine.liquid().unwrap();
     assert_eq!((row.films, row.bridges), (0.0, 0.0));
     assert!(row.balance.dried + row.balance.ruptured > 0);

@@ -1,6 +1,6 @@
 //! An adhesion law chosen at run time.
 
-use super::liquid::{CURVE, Fit};
+use super::liquid::{BridgeEvents, CURVE, Fit};
 use super::{AdhesionForce, AdhesionLaw, Bridge, Contact, Liquid, LiquidLaw, NoAdhesion};
 use crate::contact::OneOf;
 use crate::lanes::Real;
@@ -48,10 +48,10 @@ impl<const N: usize> OneOf<AnyAdhesion> for LiquidLaw<N> {
 
 impl AdhesionLaw for AnyAdhesion {
     type History<L: Real> = Bridge<L>;
+    type Events = BridgeEvents;
     const ACTIVE: bool = true;
     const FORMS_ON_CONTACT: bool = true;
     const SHEARS: bool = true;
-    const HAS_EVENTS: bool = true;
 
     fn name(&self) -> &'static str {
         match self {

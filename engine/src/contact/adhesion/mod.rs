@@ -5,7 +5,7 @@ pub mod liquid;
 pub mod young_laplace;
 
 pub use any::AnyAdhesion;
-pub use liquid::{Bridge, Liquid, LiquidLaw};
+pub use liquid::{Bridge, BridgeEvent, Liquid, LiquidLaw};
 
 use super::{Contact, History, HistoryNumber, NormalForce};
 use crate::lanes::{Real, Vector};
@@ -17,6 +17,10 @@ pub struct AdhesionForce<L = f64> {
     pub normal: NormalForce<L>,
     /// In the tangent plane, N; it acts at the contact point. It is not friction and does not count in its limit.
     pub tangential: Vector<L>,
+    /// Couple beyond the lever arm of the force, N m.
+    pub couple: Vector<L>,
+    /// Force that presses the surfaces together beside the normal law's, in the limits of friction and rolling, N.
+    pub friction_load: L,
 }
 
 impl<L: Real> AdhesionForce<L> {
@@ -24,6 +28,8 @@ impl<L: Real> AdhesionForce<L> {
     pub const NONE: Self = Self {
         normal: NormalForce::NONE,
         tangential: Vector::ZERO,
+        couple: Vector::ZERO,
+        friction_load: L::ZERO,
     };
 
     /// Along the normal alone.
@@ -31,7 +37,7 @@ impl<L: Real> AdhesionForce<L> {
     pub fn along(normal: NormalForce<L>) -> Self {
         Self {
             normal,
-            tangential: Vector::ZERO,
+            ..Self::NONE
         }
     }
 
@@ -42,6 +48,8 @@ impl<L: Real> AdhesionForce<L> {
         Self {
             normal: NormalForce::gather(|k| force(k).normal),
             tangential: Vector::gather(|k| force(k).tangential),
+            couple: Vector::gather(|k| force(k).couple),
+            friction_load: L::from_lanes(|k| force(k).friction_load),
         }
     }
 
@@ -52,42 +60,70 @@ impl<L: Real> AdhesionForce<L> {
         AdhesionForce {
             normal: self.normal.lane(k),
             tangential: self.tangential.lane(k),
+            couple: self.couple.lane(k),
+            friction_load: self.friction_load.lane(k),
         }
     }
 }
 
-/// What happened to a contact whose law [requests events](AdhesionLaw::HAS_EVENTS).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BridgeEvent {
-    /// Its two sides touch, or their films meet, and nothing is remembered yet.
-    Touch,
-    /// What it remembered ends: the gap is too wide.
-    End,
+/// Events of a law's contacts, and the memory that parts of the step share with it; `H` is the history that the law keeps of a contact.
+///
+/// Events are collected in the force evaluation, logged, and answered after it by any number of readers, which may replace the memory.
+pub trait LawEvents<H>: 'static {
+    /// Kind of an event.
+    type Event: Copy + std::fmt::Debug + Send + Sync + 'static;
+    /// The memory of a contact in the form in which parts of the step read and replace it.
+    type Memory: Copy + std::fmt::Debug + Send + Sync + 'static;
+    /// False where no event ever happens and nothing is shared.
+    const HAPPEN: bool;
+    /// The event of a contact that was just evaluated and [has one](AdhesionLaw::event).
+    fn event(history: &H) -> Self::Event;
+    /// The event of a contact that loses its slot; `None` where it has nothing to lose.
+    fn end(history: &H) -> Option<Self::Event>;
+    /// The memory in a history.
+    fn memory(history: &H) -> Self::Memory;
+    /// Replaces it.
+    fn replace(history: &mut H, with: &Self::Memory);
 }
 
-impl BridgeEvent {
-    /// That of a contact with this bridge.
-    #[must_use]
-    pub fn of(bridge: &Bridge) -> Self {
-        if bridge.wet == 0.0 {
-            Self::Touch
-        } else {
-            Self::End
-        }
+/// Kind of the events of an adhesion law.
+pub type EventOf<A> =
+    <<A as AdhesionLaw>::Events as LawEvents<<A as AdhesionLaw>::History<f64>>>::Event;
+
+/// Memory that an adhesion law shares.
+pub type MemoryOf<A> =
+    <<A as AdhesionLaw>::Events as LawEvents<<A as AdhesionLaw>::History<f64>>>::Memory;
+
+/// No events and no shared memory.
+#[derive(Debug)]
+pub struct NoEvents;
+
+impl<H> LawEvents<H> for NoEvents {
+    type Event = ();
+    type Memory = ();
+    const HAPPEN: bool = false;
+    fn event(_: &H) {}
+    #[inline(always)]
+    fn end(_: &H) -> Option<()> {
+        None
     }
+    fn memory(_: &H) {}
+    fn replace(_: &mut H, (): &()) {}
 }
 
 /// An adhesion law; its fields are its parameters for one pair of materials.
 ///
-/// It acts after the normal law and friction. It does not enter the limit of friction N, which is the normal
-/// law's alone (as in MercuryDPM; a law in which adhesion presses the surfaces together, as DMT's, says so by its normal law).
+/// It acts after the normal law and before friction. The limit of friction is the normal law's alone, as in MercuryDPM, unless the
+/// law [presses](AdhesionLaw::PRESSES) the surfaces together, as that of Johnson, Kendall and Roberts does.
 ///
 /// It may act at a gap. The overlap of such a contact is negative, the contact point stands halfway across the gap, and all other
 /// parts of the pair's law are silent: friction and rolling springs end with the touch. What adhesion remembers lasts while the gap
 /// is below its range, through sorts of the particles and new lists, and is forgotten there.
 pub trait AdhesionLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
-    /// What it remembers. A history that differs from its default is a bond, which holds the pair together across a gap.
+    /// What it remembers. A history that differs from its default holds the pair together across a gap.
     type History<L: Real>: History<L, One = Self::History<f64>>;
+    /// Its events and what it shares of its memory; [`NoEvents`] for a law that needs no part of the step.
+    type Events: LawEvents<Self::History<f64>>;
     /// False for the law that does nothing: pairs then are not looked at before they touch.
     const ACTIVE: bool;
     /// Whether it begins with a touch, as a liquid bridge does, so that pairs which never touched need no evaluation. Otherwise
@@ -95,9 +131,12 @@ pub trait AdhesionLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
     const FORMS_ON_CONTACT: bool;
     /// Whether its force may have a part in the tangent plane.
     const SHEARS: bool = false;
-    /// Whether contacts by this law may have events. They are collected in the force evaluation and answered after it: the history
-    /// of a bond is then changed from outside, and is never forgotten without an event.
-    const HAS_EVENTS: bool = false;
+    /// Whether it may have a couple.
+    const TWISTS: bool = false;
+    /// Whether it adds a [load](AdhesionForce::friction_load) to the limits of friction and rolling.
+    const PRESSES: bool = false;
+    /// Whether contacts by this law may have events: its memory is then changed from outside, and is never forgotten without an event.
+    const HAS_EVENTS: bool = <Self::Events as LawEvents<Self::History<f64>>>::HAPPEN;
 
     /// How the plan and the log call it.
     fn name(&self) -> &'static str;
@@ -112,7 +151,7 @@ pub trait AdhesionLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
         <Self::History<f64> as History>::columns()
     }
 
-    /// Gap at which it ends for any pair of these materials, m. A bond that ends sooner (for smaller particles, less liquid) sets
+    /// Gap at which it ends for any pair of these materials, m. One that ends sooner (for smaller particles, less liquid) sets
     /// its history to the default itself.
     fn range(&self) -> f64;
 
@@ -124,12 +163,12 @@ pub trait AdhesionLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
         history: &mut Self::History<L>,
     ) -> AdhesionForce<L>;
 
-    /// Energy of the bond, J: 0 for two that are free of each other, negative for two that must be torn apart.
+    /// Energy of the adhesion, J: 0 for two that are free of each other, negative for two that must be torn apart.
     fn energy<L: Real>(&self, contact: &Contact<L>, history: &Self::History<L>) -> L;
 
     /// What it has dissipated since the geometry was `last`, J; `elastic` is its elastic force now, N. Histories: before and after the
-    /// step. The elastic work, by the trapezoidal rule over the overlaps, which is exact for straight branches, less what the energy of
-    /// the bond has gained. A bond that forms on contact sets its energy free at once.
+    /// step. The elastic work, by the trapezoidal rule over the overlaps, which is exact for straight branches, less what its energy
+    /// has gained. Adhesion that forms on contact sets its energy free at once.
     fn loss(
         &self,
         contact: &Contact,
@@ -140,14 +179,14 @@ pub trait AdhesionLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
         let mut gain = self.energy(contact, after);
         let mut both = elastic;
         if -last.overlap < self.range() {
-            let mut bond = *before;
-            both += self.force(last, 0.0, &mut bond).normal.elastic;
+            let mut memory = *before;
+            both += self.force(last, 0.0, &mut memory).normal.elastic;
             gain -= self.energy(last, before);
         }
         0.5 * both * (contact.overlap - last.overlap) - gain
     }
 
-    /// Where a contact that was just evaluated has an event: [`BridgeEvent::Touch`] where the two overlap, else [`BridgeEvent::End`].
+    /// Where a contact that was just evaluated has an event; [`LawEvents::event`] says which.
     #[inline(always)]
     fn event<L: Real>(&self, contact: &Contact<L>, _: &Self::History<L>) -> L::Mask {
         contact.overlap.below(contact.overlap)
@@ -160,6 +199,7 @@ pub struct NoAdhesion;
 
 impl AdhesionLaw for NoAdhesion {
     type History<L: Real> = ();
+    type Events = NoEvents;
     const ACTIVE: bool = false;
     const FORMS_ON_CONTACT: bool = true;
 

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::bonds::SlotEvent;
+use super::slot_events::SlotEvent;
 use super::slots::{Slot, WITH_HISTORY, WallSlot};
 use crate::contact::History;
 use crate::forces::blocks::Outbox;
@@ -38,7 +38,7 @@ pub(super) struct Block<H> {
     /// What contacts do to sheets, of the last evaluation.
     pub(super) surface_loads: Vec<SurfaceLoad>,
     /// Contacts with an event since the last call; none where no law requests them.
-    pub(super) events: Vec<SlotEvent>,
+    pub(super) events: Vec<SlotEvent<H>>,
 }
 
 impl<H> Block<H> {

@@ -34,7 +34,7 @@ impl<H: History> Block<H> {
                     .iter()
                     .find(|kept| kept.0 == entry.partner)
                     .map(|kept| kept.1);
-                // The pair has a history, by contact or by a bond: the next evaluation decides which.
+                // The pair has a history, by contact or by adhesion: the next evaluation decides which.
                 let state = if history.is_some() { TOUCHING } else { 0 };
                 let history = history.unwrap_or_default();
                 let slot = Slot::new(owner, entry.partner, entry.image, state, history);
@@ -108,7 +108,7 @@ fn going_on<'a, H>(
 }
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<N, T, R, A> {
-    /// Histories of pairs that touch or are bonded, by their new rows. Slots with histories are freed at the same time: memory
+    /// Histories of pairs that touch or adhere, by their new rows. Slots with histories are freed at the same time: memory
     /// holds each history once.
     pub(super) fn carried(
         &mut self,

@@ -371,7 +371,7 @@ impl<'a> ContactBatch<'a> {
         let normal_velocity = centre_velocity.dot(normal);
         let (mut tangential_velocity, mut spin) = (Vector::ZERO, Vector::ZERO);
         let (mut sliding_normal, mut sliding_distance) = (normal, distance);
-        if T::ACTIVE || R::ACTIVE || A::SHEARS {
+        if T::ACTIVE || R::ACTIVE || A::SHEARS || A::TWISTS {
             let spin_a: Vector<L> = L::vectors(|k| &a(k).quads()[2]);
             let spin_b: Vector<L> = L::vectors(|k| &b(k).quads()[2]);
             sliding_normal = columns(&self.numbers.sliding_normal, base);
@@ -385,7 +385,7 @@ impl<'a> ContactBatch<'a> {
                     centre_velocity - sliding_normal * along - turning.cross(sliding_normal);
                 tangential_velocity = sliding - normal * sliding.dot(normal);
             }
-            if R::ACTIVE {
+            if R::ACTIVE || A::TWISTS {
                 spin = spin_a - spin_b;
             }
         }

@@ -1,11 +1,12 @@
 //! What is seen of the contacts of a loop, and taken from its blocks.
 
+use std::any::Any;
+
 use super::ContactLoop;
 use super::slots::WITH_HISTORY;
 use crate::contact::{AdhesionLaw, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::{
-    Alarms, Bond, ContactEvent, ContactRecord, FeatureKey, FeatureLoad, Observation,
-    ObservesContacts, Rub,
+    Alarms, ContactRecord, FeatureKey, FeatureLoad, Observation, ObservesContacts, Rub,
 };
 use crate::surface::SurfaceLoad;
 
@@ -45,24 +46,18 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ObservesCont
         taken.concat()
     }
 
-    fn take_events(&mut self) -> Vec<ContactEvent> {
-        let mut all = Vec::new();
-        if A::HAS_EVENTS {
-            for (number, block) in (0..).zip(&mut self.blocks) {
-                block.take_events(number, &mut all);
-            }
-        }
-        all
+    fn events(&self) -> &dyn Any {
+        &self.log
     }
 
-    fn bonds(&self, wanted: &dyn Fn(usize) -> bool) -> Vec<Bond> {
+    fn memories(&self, wanted: &dyn Fn(usize) -> bool) -> Box<dyn Any> {
         let mut all = Vec::new();
         if A::HAS_EVENTS {
             for (number, block) in (0..).zip(&self.blocks) {
-                block.add_bonds(number, wanted, &mut all);
+                block.add_memories::<A>(number, wanted, &mut all);
             }
         }
-        all
+        Box::new(all)
     }
 
     fn take_alarms(&mut self) -> Alarms {

@@ -15,15 +15,15 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::block::Block;
-use super::bonds::SlotEvent;
 use super::contact_batch::{BatchColumns, CHUNK, ContactBatch, ROOM};
 use super::contact_point::mobility;
 use super::pass::{ContactSite, Pass, Rows};
 use super::prefetch::{PORTION, prefetch_ahead};
+use super::slot_events::SlotEvent;
 use super::slots::{FREE, IMAGE, Slot, TOUCHING, WITH_HISTORY, with_history};
 use crate::cell::NO_SHIFT;
 use crate::contact::{
-    Action, AdhesionLaw, BridgeEvent, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
+    Action, AdhesionLaw, Histories, History, NormalLaw, PairLaw, RollingLaw, TangentialLaw,
 };
 use crate::forces::{Observation, Partner};
 use crate::lanes::{MOST_LANES, Mask, Quad, Real, Task, Vector};
@@ -66,7 +66,7 @@ where
         }
         let mut found = ContactBatch::new(filler, numbers);
         let first_row = block.rows.start;
-        let turns = T::ACTIVE || R::ACTIVE || A::SHEARS;
+        let turns = PairLaw::<N, T, R, A>::TURNS;
         let lag = turns.then(|| pass.context.sliding_lag());
         let mut rest = block.slots.as_mut_slice();
         let mut next_slot = 0;
@@ -263,7 +263,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         (first_row, first_slot): (usize, usize),
         found: &mut ContactBatch<'_>,
         some: Range<usize>,
-        (observation, events): (&mut Observation, &mut Vec<SlotEvent>),
+        (observation, events): (&mut Observation, &mut Vec<SlotEvent<Histories<N, T, R, A>>>),
     ) {
         let dt = self.context.spring_time;
         let mut base = some.start;
@@ -339,13 +339,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                     if !at[..k].contains(&at[k]) {
                         events.push(SlotEvent::Pair {
                             slot: (first_slot + at[k]) as u32,
-                            event: BridgeEvent::of(&slots[at[k]].history.bridge()),
                         });
                     }
                 }
             }
             put(action.force, &mut found.numbers.force[base..]);
-            if T::ACTIVE || R::ACTIVE || A::SHEARS {
+            if PairLaw::<N, T, R, A>::TURNS {
                 let turning = contact.normal.cross(action.shear(A::SHEARS));
                 let on_a = action.couple - turning * levers[0];
                 let on_b = -action.couple - turning * levers[1];
@@ -430,7 +429,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             return one[1] + two[1] >= self.laws[pair].adhesion.least_films();
         }
         if A::HAS_EVENTS && A::FORMS_ON_CONTACT {
-            // At any distance, so that the end of the bond is seen.
+            // At any distance, so that the end of adhesion is seen.
             return true;
         }
         let pair = a.material.index() * self.materials + b.material.index();

@@ -5,12 +5,11 @@
 
 use glam::DVec3;
 
-use super::bonds::SlotEvent;
 use super::contact_batch::ContactBatch;
 use super::pass::{Pass, Rows};
-use super::slots::{FREE, IMAGE, Slot, WITH_HISTORY};
-use crate::contact::{AdhesionLaw, Histories, History, NormalLaw, RollingLaw, TangentialLaw};
-use crate::forces::Partner;
+use super::slot_events::SlotEvent;
+use super::slots::{Slot, WITH_HISTORY};
+use crate::contact::{AdhesionLaw, Histories, NormalLaw, RollingLaw, TangentialLaw};
 use crate::walls::{Scratch, Shape};
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
@@ -24,7 +23,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         slots: &mut [Slot<Histories<N, T, R, A>>],
         (first_row, rows): (usize, &Rows<'_>),
         (found, count): (&mut ContactBatch<'_>, usize),
-        events: &mut Vec<SlotEvent>,
+        events: &mut Vec<SlotEvent<Histories<N, T, R, A>>>,
     ) -> usize {
         let is_beside = |row: usize| beside.get(row).copied().unwrap_or(true);
         let mut scratch = Scratch::default();
@@ -36,7 +35,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 let from = rows.own[slot.owner()].position;
                 let [x, y, z] = [0, 1, 2].map(|axis| found.numbers.offset[axis].0[k]);
                 if self.is_separated(from, DVec3::new(-x, -y, -z), &mut scratch) {
-                    events.extend(gone(row, slot));
+                    events.extend(Self::gone(row, slot));
                     slot.state &= !WITH_HISTORY;
                     slot.history = Histories::<N, T, R, A>::default();
                     continue;
@@ -65,18 +64,4 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
         false
     }
-}
-
-/// The end of the bridge of a listed pair, if it has one.
-fn gone<H: History>(row: usize, slot: &Slot<H>) -> Option<SlotEvent> {
-    let bridge = slot.history.bridge();
-    (bridge.volume > 0.0).then_some(SlotEvent::Gone {
-        row: row as u32,
-        partner: Partner::Particle {
-            row: slot.partner,
-            image: slot.state & IMAGE,
-        },
-        feature: FREE,
-        bridge,
-    })
 }

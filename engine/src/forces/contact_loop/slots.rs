@@ -8,7 +8,7 @@ use crate::forces::SlotState;
 pub(super) struct Slot<H> {
     /// Row of the partner.
     pub(super) partner: u32,
-    /// Image code of the partner, [`TOUCHING`], [`BONDED`], and the owner.
+    /// Image code of the partner, [`TOUCHING`], [`ADHERING`], and the owner.
     pub(super) state: u32,
     pub(super) history: H,
 }
@@ -16,7 +16,7 @@ pub(super) struct Slot<H> {
 /// Set in [`Slot::state`] while the two touch.
 pub(super) const TOUCHING: u32 = 1 << 8;
 /// Set in [`Slot::state`] while the two are apart and adhesion holds them together.
-pub(super) const BONDED: u32 = 1 << 9;
+pub(super) const ADHERING: u32 = 1 << 9;
 /// Set in [`WallSlot::state`] while the wall is touched from behind.
 pub(super) const BEHIND: u32 = 1 << 10;
 /// Set in [`WallSlot::state`] while the centre of a particle that came from the front is behind the wall.
@@ -24,7 +24,7 @@ pub(super) const THROUGH: u32 = 1 << 11;
 /// Set in [`WallSlot::state`] while a contact with a sheet joins a nearer one of the same particle.
 pub(super) const JOINED: u32 = 1 << 12;
 /// Either of the two: there is a history.
-pub(super) const WITH_HISTORY: u32 = TOUCHING | BONDED;
+pub(super) const WITH_HISTORY: u32 = TOUCHING | ADHERING;
 /// The image code's bits in [`Slot::state`].
 pub(super) const IMAGE: u32 = TOUCHING - 1;
 /// The row within the block that owns the slot stands in the upper half of [`Slot::state`].
@@ -52,7 +52,7 @@ impl<H> Slot<H> {
 pub(super) struct WallSlot<H> {
     /// Feature of the wall; [`FREE`] while the slot holds none.
     pub(super) feature: u32,
-    /// [`TOUCHING`], [`BONDED`], or neither; with [`BEHIND`], [`THROUGH`] or [`JOINED`].
+    /// [`TOUCHING`], [`ADHERING`], or neither; with [`BEHIND`], [`THROUGH`] or [`JOINED`].
     pub(super) state: u32,
     pub(super) history: H,
     /// Friction in the last evaluation; of walls alone whose wear or loads on triangles are of interest.
@@ -81,14 +81,14 @@ impl<H: History> WallSlot<H> {
     }
 }
 
-/// The bits of a slot whose pair was just evaluated: `touches`, or else bonded if the history of the adhesion (`bond`) is not
+/// The bits of a slot whose pair was just evaluated: `touches`, or else adhering if the history of the adhesion (`memory`) is not
 /// empty.
 #[inline(always)]
-pub(super) fn with_history<H: History>(touches: bool, bond: &H) -> u32 {
+pub(super) fn with_history<H: History>(touches: bool, memory: &H) -> u32 {
     if touches {
         TOUCHING
-    } else if *bond != H::default() {
-        BONDED
+    } else if *memory != H::default() {
+        ADHERING
     } else {
         0
     }
@@ -105,8 +105,8 @@ impl SlotState {
             Self::Joined
         } else if state & TOUCHING != 0 {
             Self::Touching
-        } else if state & BONDED != 0 {
-            Self::Bonded
+        } else if state & ADHERING != 0 {
+            Self::Adhering
         } else {
             Self::Near
         }
@@ -117,7 +117,7 @@ impl SlotState {
         match self {
             Self::Near => 0,
             Self::Touching => TOUCHING,
-            Self::Bonded => BONDED,
+            Self::Adhering => ADHERING,
             Self::Behind => TOUCHING | BEHIND,
             Self::Through => TOUCHING | THROUGH,
             Self::Joined => TOUCHING | JOINED,

@@ -2,15 +2,14 @@
 
 use glam::DVec3;
 
-use super::bonds::SlotEvent;
 use super::contact_point::mobility;
 use super::pass::{ContactSite, Pass};
 use super::sheets::{AtSheet, Joined};
+use super::slot_events::SlotEvent;
 use super::slots::{TOUCHING, WITH_HISTORY, WallSlot, with_history};
 use super::walls::WallSide;
 use crate::contact::{
-    Action, AdhesionLaw, BridgeEvent, Contact, Histories, History, NormalLaw, RollingLaw,
-    TangentialLaw,
+    Action, AdhesionLaw, Contact, Histories, NormalLaw, PairLaw, RollingLaw, TangentialLaw,
 };
 use crate::forces::{FeatureLoad, FeatureLoads, Impact, Observation, Partner, Rub};
 use crate::lanes::Vector;
@@ -27,7 +26,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         at: &WallTouch<'_>,
         slot: &mut WallSlot<Histories<N, T, R, A>>,
         load: &mut Load,
-        reports: WallReports<'_, '_>,
+        reports: WallReports<'_, '_, Histories<N, T, R, A>>,
     ) {
         let (context, side, sheet) = (self.context, at.side, at.sheet);
         let reach = a.radius + side.wall.half_thickness();
@@ -64,7 +63,6 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             reports.events.push(SlotEvent::Wall {
                 near: at.near,
                 feature: at.touch.feature,
-                event: BridgeEvent::of(&slot.history.bridge()),
             });
         }
         let tangential = DVec3::from(action.shear(A::SHEARS));
@@ -159,7 +157,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let mut spin = a.angular_velocity;
         let mut spin_of_sheet = DVec3::ZERO;
         if let Some(sheet) = sheet
-            && (T::ACTIVE || R::ACTIVE)
+            && (T::ACTIVE || R::ACTIVE || A::TWISTS)
         {
             spin_of_sheet = sheet.spin();
             spin -= spin_of_sheet;
@@ -171,7 +169,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let (mut sliding_normal, mut sliding) = (normal, velocity - normal * normal_velocity);
         let mut sliding_distance = touch.distance;
         let lag = context.sliding_lag();
-        if lag > 0.0 && (T::ACTIVE || R::ACTIVE || A::SHEARS) {
+        if lag > 0.0 && PairLaw::<N, T, R, A>::TURNS {
             // Normal and lever arm at that time.
             let mut way = a.velocity;
             let mut turn = DVec3::ZERO;
@@ -350,11 +348,11 @@ pub(super) struct WallTouch<'a> {
 }
 
 /// Receivers of what a contact with a wall does.
-pub(super) struct WallReports<'a, 'b> {
+pub(super) struct WallReports<'a, 'b, H> {
     pub(super) observation: &'a mut Observation,
     /// Those of its surface, if it has any.
     pub(super) surface: Option<&'a mut Reported<'b>>,
-    pub(super) events: &'a mut Vec<SlotEvent>,
+    pub(super) events: &'a mut Vec<SlotEvent<H>>,
 }
 
 /// Geometry of a contact with a wall.

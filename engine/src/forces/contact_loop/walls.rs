@@ -5,10 +5,10 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::block::Block;
-use super::bonds::SlotEvent;
 use super::pass::{Pass, Rows};
 use super::sheets::AtSheet;
 use super::sides::{self, from_behind};
+use super::slot_events::SlotEvent;
 use super::slots::{BEHIND, FREE, JOINED, THROUGH, WallSlot};
 use super::touch_wall::{Reported, WallReports, WallTouch};
 use crate::contact::{
@@ -101,7 +101,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                     self.touch_wall(a, &at, slot, load, reports);
                 }
                 None => {
-                    let event = SlotEvent::forgotten(near, slot);
+                    let event = Self::forgotten(near, slot);
                     block.events.extend(event);
                     slot.clear();
                 }
@@ -118,7 +118,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         side: &WallSide<'_>,
         wall_slots: &mut Vec<WallSlot<Histories<N, T, R, A>>>,
         first: usize,
-        (index, near_meshes, events): (usize, &mut NearMeshes, &mut Vec<SlotEvent>),
+        (index, near_meshes, events): (
+            usize,
+            &mut NearMeshes,
+            &mut Vec<SlotEvent<Histories<N, T, R, A>>>,
+        ),
         (touches, scratch): &mut (Touches, Scratch),
         load: &mut Load,
         observation: &mut Observation,
@@ -170,7 +174,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let slots = &mut wall_slots[first..first + features as usize];
         let mut released = Vec::new();
         let mut forget = |slot: &mut WallSlot<_>| {
-            events.extend(SlotEvent::forgotten(near, slot));
+            events.extend(Self::forgotten(near, slot));
             released.extend(Released::of(slot));
             slot.clear();
         };
@@ -246,7 +250,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                     }
                 }
                 None => {
-                    events.extend(SlotEvent::forgotten(near, slot));
+                    events.extend(Self::forgotten(near, slot));
                     released.extend(Released::of(slot));
                     slot.clear();
                 }

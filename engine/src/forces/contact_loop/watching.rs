@@ -53,7 +53,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
     }
 
-    /// Notes the loads of a contact, the energy of its springs, and the loss of its bond.
+    /// Notes the loads of a contact, the energy of its springs, and the loss of its adhesion.
     fn audit(
         &self,
         observation: &mut Observation,
@@ -103,12 +103,13 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             adhesive: normal * action.adhesion.normal.viscous
                 + DVec3::from(action.adhesion.tangential),
             couple: action.couple.into(),
+            adhesive_couple: action.adhesion.couple.into(),
             next_stored,
         });
         if A::ACTIVE && dt > 0.0 {
             let last = contact.one_step_before(dt);
             let elastic = action.adhesion.normal.elastic;
-            observation.dissipated_by_bonds +=
+            observation.dissipated_by_adhesion +=
                 law.adhesion
                     .loss(contact, &last, elastic, [&before.3, &after.3]);
         }
@@ -134,7 +135,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             tangential: action.tangential.into(),
             couple: action.couple.into(),
             tangential_overlap: 0.0,
-            bridge_volume: memory.bridge().volume,
+            bridge_volume: 0.0,
             adhesion_normal: action.adhesion.normal.total(),
             adhesion_shear: action.adhesion.tangential.into(),
             history: Vec::new(),

@@ -118,17 +118,17 @@ fn films(engine: &Engine) -> Vec<f64> {
 
 /// Bridges by ids, in units.
 fn bridges(engine: &Engine) -> Vec<([u32; 2], f64)> {
-    let mut all: Vec<_> = (engine.bonds().iter())
-        .map(|bond| {
+    let mut all: Vec<_> = (engine.bridges().iter())
+        .map(|bridge| {
             let id = |row: u32| engine.particles.ids[row as usize].number();
-            let pair = match bond.partner {
+            let pair = match bridge.partner {
                 Partner::Particle { row, .. } => {
-                    let (a, b) = (id(bond.row), id(row));
+                    let (a, b) = (id(bridge.row), id(row));
                     [a.min(b), a.max(b)]
                 }
-                Partner::Wall { .. } => [id(bond.row), u32::MAX],
+                Partner::Wall { .. } => [id(bridge.row), u32::MAX],
             };
-            (pair, bond.bridge.volume / UNIT)
+            (pair, bridge.memory.volume / UNIT)
         })
         .collect();
     all.sort_by_key(|(pair, _)| *pair);
@@ -346,8 +346,8 @@ fn check_volumes(engine: &Engine, largest: f64) {
     assert!(row.error.abs() <= 2e-14 * total, "{} of {total}", row.error);
     let films = engine.particles.columns.get(FILM_VOLUME.name).unwrap();
     assert!(films.iter().all(|&film| film >= 0.0));
-    for bond in engine.bonds() {
-        assert!(bond.bridge.volume > 0.0 && bond.bridge.volume <= largest);
+    for bridge in engine.bridges() {
+        assert!(bridge.memory.volume > 0.0 && bridge.memory.volume <= largest);
     }
 }
 
@@ -402,7 +402,7 @@ fn no_bridge_holds_more_than_the_largest_volume() {
         let films = [(); 2].map(|()| 0.5 + 2.5 * stream.uniform());
         let most = films.iter().sum::<f64>() * (0.3 + 0.6 * stream.uniform());
         let engine = start(row(law(liquid(most, 0.0, 1.0)), &[0.0, apart], &films));
-        let bridge = engine.bonds()[0].bridge.volume;
+        let bridge = engine.bridges()[0].memory.volume;
         assert!(bridge <= most * UNIT, "{bridge:e} of {:e}", most * UNIT);
         assert!(
             engine.liquid().unwrap().error.abs()

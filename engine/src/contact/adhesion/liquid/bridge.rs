@@ -1,7 +1,7 @@
 //! What a contact remembers of its liquid bridge.
 
 use super::{Fit, NO_LIQUID};
-use crate::contact::{History, HistoryNumber};
+use crate::contact::{History, HistoryNumber, LawEvents};
 use crate::lanes::{MOST_LANES, Real};
 
 /// Numbers that describe the force of any bridge over its gap ([`Form`](super::Form)).
@@ -202,13 +202,44 @@ impl<L: Real, const N: usize> History<L> for Bridge<L, N> {
     fn put(&self, k: usize, one: &mut Bridge<f64, N>) {
         (one.gap, one.force) = (self.gap.lane(k), self.force.lane(k));
     }
+}
 
-    #[inline(always)]
-    fn bridge(&self) -> Bridge<L> {
-        self.resized()
+/// Event of a contact that can have a liquid bridge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BridgeEvent {
+    /// Its two sides touch, or their films meet, and nothing is remembered yet.
+    Touch,
+    /// The bridge ends: the gap is too wide, or the contact has no slot any more.
+    End,
+}
+
+/// Events of liquid bridges; parts of the step read and replace whole bridges.
+#[derive(Debug)]
+pub struct BridgeEvents;
+
+impl<const N: usize> LawEvents<Bridge<f64, N>> for BridgeEvents {
+    type Event = BridgeEvent;
+    type Memory = Bridge;
+    const HAPPEN: bool = true;
+
+    fn event(bridge: &Bridge<f64, N>) -> BridgeEvent {
+        if bridge.wet == 0.0 {
+            BridgeEvent::Touch
+        } else {
+            BridgeEvent::End
+        }
     }
 
-    fn set_bridge(&mut self, bridge: Bridge<L>) {
-        *self = bridge.resized();
+    #[inline(always)]
+    fn end(bridge: &Bridge<f64, N>) -> Option<BridgeEvent> {
+        (bridge.volume > 0.0).then_some(BridgeEvent::End)
+    }
+
+    fn memory(bridge: &Bridge<f64, N>) -> Bridge {
+        bridge.resized()
+    }
+
+    fn replace(bridge: &mut Bridge<f64, N>, with: &Bridge) {
+        *bridge = with.resized();
     }
 }

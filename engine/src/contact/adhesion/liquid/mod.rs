@@ -12,7 +12,7 @@ mod table;
 #[cfg(test)]
 mod tests;
 
-pub use bridge::{Bridge, CURVE, SHORT, saved_numbers, saved_volume};
+pub use bridge::{Bridge, BridgeEvent, BridgeEvents, CURVE, SHORT, saved_numbers, saved_volume};
 pub use formulas::{
     Curve, Form, bagheri, end_of_equal_spheres, end_of_unequal_spheres, lian_seville, willett,
     willett_classical,
@@ -371,6 +371,7 @@ impl Liquid {
                 viscous: L::select(along, viscous, L::ZERO),
             },
             tangential: contact.tangential_velocity * -L::select(across, shear, L::ZERO),
+            ..AdhesionForce::NONE
         }
     }
 
@@ -399,6 +400,7 @@ impl Liquid {
                     viscous: L::select(holds, drag.normal.viscous, L::ZERO),
                 },
                 tangential: Vector::select(holds, drag.tangential, Vector::ZERO),
+                ..AdhesionForce::NONE
             }
         } else {
             AdhesionForce::NONE
@@ -468,10 +470,10 @@ pub struct LiquidLaw<const N: usize>(pub Liquid);
 
 impl<const N: usize> AdhesionLaw for LiquidLaw<N> {
     type History<L: Real> = Bridge<L, N>;
+    type Events = BridgeEvents;
     const ACTIVE: bool = true;
     const FORMS_ON_CONTACT: bool = true;
     const SHEARS: bool = true;
-    const HAS_EVENTS: bool = true;
 
     fn name(&self) -> &'static str {
         if self.0.max_volume > 0.0 {
