@@ -551,7 +551,7 @@ fn adhesion_that_presses_raises_the_limit_of_friction() {
     );
     let along = stiffness * overlap - pull;
     assert!((action.force.x - along).abs() < 1e-14);
-    assert_eq!(action.couple, Vector::new(-6e-9, 0.0, 0.0));
+    assert_eq!(action.couple, Vector::new(-2e-9 * 3.0, 0.0, 0.0));
     let now = law.friction_now(&contact, &action, &history);
     assert!((now.load - (stiffness * overlap + pull)).abs() < 1e-14);
 }
