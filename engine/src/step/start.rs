@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::{Core, Engine, Lists, Part, RunError};
 use super::{parts, surfaces};
 use crate::boundaries::Boundaries;
-use crate::forces::{ContactForces, MotionBound, Needs, Watch, contact_loop};
+use crate::forces::{ContactForces, MotionBound, Needs, SavedContacts, Watch, contact_loop};
 use crate::lanes::Width;
 use crate::neighbours::Skin;
 use crate::physics::{Setup, ToSetup};
@@ -136,7 +136,8 @@ impl Engine {
         // Laws that no scene can name may remember something else.
         if carried.pairs.numbers() == contacts.layout().numbers {
             let rows = particles.len();
-            contacts.restore(rows, &carried.pairs, &carried.near_walls);
+            contacts.restore(&SavedContacts::Pairs(rows, &carried.pairs));
+            contacts.restore(&SavedContacts::NearWalls(&carried.near_walls));
             boundaries.go_on_from_list(rows);
         }
     }
@@ -147,7 +148,11 @@ impl Engine {
         let named = options.contacts;
         let (contacts, law_names) = named.unwrap_or_else(|| contact_loop(&physics.laws));
         let others = options.parts.iter().map(|part| part.needs());
-        let needs = others.fold(contacts.needs(), Needs::and);
+        let needs = Needs {
+            range: contacts.ranges().into_iter().fold(0.0, f64::max),
+            ..Needs::default()
+        };
+        let needs = others.fold(needs, Needs::and);
         let cell = physics.cell;
         let mut particles = Particles::new(physics.orientations || needs.orientations);
         for new in &physics.particles {
