@@ -121,6 +121,8 @@ impl Auditor {
         let mut powers = Powers::default();
         for exchange in &observation.exchanges {
             let Exchange {
+                normal,
+                levers,
                 force,
                 lossy,
                 tangential,
@@ -130,13 +132,13 @@ impl Auditor {
                 ..
             } = *exchange;
             let a = core.moving(Row::new(exchange.row as usize), 0.5 * dt);
-            let mut velocity = a.velocity + a.spin.cross(exchange.arms[0]);
+            let mut velocity = a.velocity + a.spin.cross(-normal * levers[0]);
             let mut spin = a.spin;
             let b = match exchange.partner {
                 Partner::Particle { row, .. } => {
                     let b = core.moving(Row::new(row as usize), 0.5 * dt);
                     Moving {
-                        velocity: b.velocity + b.spin.cross(exchange.arms[1]),
+                        velocity: b.velocity + b.spin.cross(normal * levers[1]),
                         ..b
                     }
                 }
@@ -159,7 +161,7 @@ impl Auditor {
             };
             velocity -= b.velocity;
             spin -= b.spin;
-            powers.normal -= lossy.dot(velocity);
+            powers.normal -= (normal * lossy).dot(velocity);
             powers.tangential -= tangential.dot(velocity);
             powers.adhesion -= adhesive.dot(velocity) + adhesive_couple.dot(spin);
             powers.rolling -= (couple - adhesive_couple).dot(spin);

@@ -7,7 +7,6 @@ mod contact_batch;
 mod contact_point;
 mod joined;
 mod memory;
-mod observing;
 mod pairs;
 mod pass;
 mod prefetch;
@@ -26,21 +25,22 @@ mod watching;
 use std::any::Any;
 
 use super::{
-    ContactEvent, ContactForces, FeatureLoads, Finish, MotionBound, NearWall, Needs, SlotPlace,
-    StepContext, block_size,
+    ContactEvent, ContactForces, ContactSection, Finish, HistoryLayout, MotionBound, NearWall,
+    Reports, SavedContacts, SlotPlace, StepContext, block_size,
 };
 use crate::contact::{
-    AdhesionLaw, EventOf, Histories, LawEvents, MemoryOf, NoAdhesion, NormalLaw, PairLaw,
+    AdhesionLaw, EventOf, Histories, History, LawEvents, MemoryOf, NoAdhesion, NormalLaw, PairLaw,
     RollingLaw, TangentialLaw,
 };
 use crate::neighbours::CandidateList;
 use crate::parallel::each_part;
-use crate::state::{Load, Particle, Particles, Row, WallIndex};
+use crate::state::{Load, Particle, Particles, Pieces, Row, WallIndex};
 use block::Block;
 use contact_batch::BatchColumns;
 use memory::Memory;
 use pass::Pass;
 pub(super) use slots::FREE;
+use slots::{Slot, WITH_HISTORY};
 use vertices::VertexBlocks;
 pub(super) use walls::held_depth;
 
@@ -58,7 +58,7 @@ pub struct ContactLoop<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: Adhesio
     /// Contacts of the vertices of each sheet with walls, in pieces that threads share.
     of_sheets: Vec<VertexBlocks<Histories<N, T, R, A>>>,
     /// Loads on features of mesh walls from blocks that have been replaced since.
-    feature_loads: FeatureLoads,
+    earlier: Reports,
     /// Working memory of a pass on one thread. It is kept from step to step, because clearing it costs as much as some contacts.
     numbers: Box<BatchColumns>,
     /// Events of the last force evaluation, and of the list before it.
@@ -77,7 +77,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
             blocks: Vec::new(),
             sources: Vec::new(),
             of_sheets: Vec::new(),
-            feature_loads: FeatureLoads::default(),
+            earlier: Reports::default(),
             numbers: Box::new(BatchColumns::new()),
             log: Vec::new(),
         }
@@ -86,7 +86,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
     /// Cuts `rows` rows into empty blocks.
     fn cut(&mut self, rows: usize) {
         for block in &self.blocks {
-            self.feature_loads.merge(&block.feature_loads);
+            let loads = &block.reports.feature_loads;
+            self.earlier.feature_loads.merge(loads);
         }
         self.block_size = block_size(rows);
         let count = rows.div_ceil(self.block_size);
@@ -113,13 +114,6 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForces
     for ContactLoop<N, T, R, A>
 {
-    fn needs(&self) -> Needs {
-        Needs {
-            range: self.ranges().into_iter().fold(0.0, f64::max),
-            ..Needs::default()
-        }
-    }
-
     fn ranges(&self) -> Vec<f64> {
         let of_each = self.laws.chunks(self.materials.max(1)).map(|laws| {
             let ranges = laws.iter().map(|law| law.adhesion.range());
@@ -130,6 +124,19 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
             ranges
         } else {
             Vec::new()
+        }
+    }
+
+    fn layout(&self) -> HistoryLayout {
+        let numbers = <Histories<N, T, R, A>>::LENGTH;
+        HistoryLayout {
+            numbers,
+            columns: self.memory.columns.clone(),
+            slot: size_of::<Slot<Histories<N, T, R, A>>>(),
+            carried: match numbers {
+                0 => 0,
+                _ => size_of::<(u32, u32, Histories<N, T, R, A>)>(),
+            },
         }
     }
 
@@ -185,12 +192,13 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
             loads,
             ids,
             bodies,
+            films,
             ..
         } = particles;
         let pass = Pass::new(
             (&self.laws, self.materials),
             (&self.memory, self.block_size),
-            (ids, bodies.as_ref()),
+            (ids, bodies.as_ref(), films.as_deref()),
             context,
         );
         let fastest = match pool {
@@ -229,6 +237,48 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         loads: &mut [Load],
     ) {
         self.touch_vertices(sheet, vertices, context, pool, loads);
+    }
+
+    fn count(&self) -> [usize; 2] {
+        let slots = self.blocks.iter().flat_map(|block| &block.slots);
+        let listed = self.blocks.iter().map(|block| block.slots.len()).sum();
+        let held = slots.filter(|slot| slot.state & WITH_HISTORY != 0);
+        [listed, held.count()]
+    }
+
+    fn events(&self) -> &dyn Any {
+        &self.log
+    }
+
+    fn memories(&self, wanted: &dyn Fn(usize) -> bool) -> Box<dyn Any> {
+        let mut all = Vec::new();
+        if A::HAS_EVENTS {
+            for (number, block) in (0..).zip(&self.blocks) {
+                block.add_memories::<A>(number, wanted, &mut all);
+            }
+        }
+        Box::new(all)
+    }
+
+    fn reports(&self) -> Vec<&Reports> {
+        let blocks = self.blocks.iter().chain(self.of_sheets.iter().flatten());
+        let reports = blocks.map(|block| &block.reports);
+        std::iter::once(&self.earlier).chain(reports).collect()
+    }
+
+    fn reports_mut(&mut self) -> Vec<&mut Reports> {
+        let of_sheets = self.of_sheets.iter_mut().flatten();
+        let blocks = self.blocks.iter_mut().chain(of_sheets);
+        let reports = blocks.map(|block| &mut block.reports);
+        std::iter::once(&mut self.earlier).chain(reports).collect()
+    }
+
+    fn put(&self, section: ContactSection, pieces: &mut Pieces, pool: Option<&rayon::ThreadPool>) {
+        self.put_section(section, pieces, pool);
+    }
+
+    fn restore(&mut self, saved: &SavedContacts<'_>) {
+        self.restore_saved(saved);
     }
 
     fn set_memory(&mut self, place: &SlotPlace, memory: &dyn Any) {

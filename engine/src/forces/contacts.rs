@@ -1,27 +1,20 @@
-//! What the step knows of a contact loop, whatever its laws: computing, observing and saving contacts, each a trait.
+//! What the step knows of a contact loop, whatever its laws.
 
 use std::any::Any;
 
-use super::{
-    Alarms, ContactRecord, FeatureKey, FeatureLoad, Finish, MotionBound, NearWall, Needs,
-    Observation, Rub, SavedLoads, SavedSlots, SlotPlace, StepContext,
-};
+use super::{Finish, MotionBound, NearWall, Reports, SavedSlots, SlotPlace, StepContext};
 use crate::contact::{FrictionNow, HistoryNumber};
 use crate::neighbours::CandidateList;
-use crate::state::{Load, Particle, Particles, Pieces, Row, WallIndex};
-use crate::surface::SurfaceLoad;
+use crate::state::{Load, Particle, Particles, Pieces, Plain, Row, WallIndex};
 
-/// A contact loop with its slots: lists and loads.
-pub trait ContactForces: ObservesContacts + SavesContacts + Send {
-    /// What the loop needs of the step.
-    fn needs(&self) -> Needs {
-        Needs::default()
-    }
-
+/// A contact loop with its slots. What is derived from these functions stands beside what it yields: events and memories
+/// ([`ContactMemory`](super::ContactMemory)), reports ([`Reports`]), sections of a checkpoint ([`ContactSection`]).
+pub trait ContactForces: Send {
     /// How far beyond contact forces of each material reach at most, with any other, m; empty if none does.
-    fn ranges(&self) -> Vec<f64> {
-        Vec::new()
-    }
+    fn ranges(&self) -> Vec<f64>;
+
+    /// How much memory the slots and their histories take, and what histories are.
+    fn layout(&self) -> HistoryLayout;
 
     /// Takes a new candidate list. Histories of pairs that touch or adhere are carried over: `new_row[old]` says where each
     /// row of the last list went, `None` for rows that were removed. `parallel`: with the threads of the pool from within which
@@ -62,23 +55,8 @@ pub trait ContactForces: ObservesContacts + SavesContacts + Send {
         loads: &mut [Load],
     );
 
-    /// Replaces the memory that the adhesion law shares of a contact; nothing happens if it shares none of this kind.
-    fn set_memory(&mut self, place: &SlotPlace, memory: &dyn Any);
-}
-
-/// What is seen of contacts, and handed over from step to step.
-pub trait ObservesContacts {
-    /// Listed pairs.
-    fn listed(&self) -> usize;
-
-    /// Pairs that touched or adhered in the last evaluation.
-    fn touching(&self) -> usize;
-
-    /// The last observation; `records`: with those of the contacts, of which there are more than particles.
-    fn observation(&self, walls: usize, records: bool) -> Observation;
-
-    /// The records of contacts of the last observation; they are removed from here.
-    fn take_records(&mut self) -> Vec<ContactRecord>;
+    /// Listed pairs, and those of them that touched or adhered in the last evaluation.
+    fn count(&self) -> [usize; 2];
 
     /// The log of events of the last force evaluation, a `Vec<ContactEvent<E, M>>`: `events_of` reads it.
     fn events(&self) -> &dyn Any;
@@ -86,67 +64,101 @@ pub trait ObservesContacts {
     /// The memories that the adhesion law shares, a `Vec<ContactMemory<M>>`: `memories_of` reads them.
     fn memories(&self, wanted: &dyn Fn(usize) -> bool) -> Box<dyn Any>;
 
-    /// The contacts of the last evaluation that are beyond a limit; they are removed from here.
-    fn take_alarms(&mut self) -> Alarms;
+    /// Replaces the memory that the adhesion law shares of a contact; nothing happens if it shares none of this kind.
+    fn set_memory(&mut self, place: &SlotPlace, memory: &dyn Any);
 
-    /// The loads on features of mesh walls since they were taken last, in order; empties them.
-    fn take_feature_loads(&mut self) -> Vec<(FeatureKey, FeatureLoad)>;
+    /// Reports of blocks that lists have replaced, then of each block in the order of the rows, then of the vertices of sheets.
+    fn reports(&self) -> Vec<&Reports>;
 
-    /// Appends the contacts with walls that wear of the last evaluation, block by block; they are removed from here.
-    fn take_rubs(&mut self, all: &mut Vec<Rub>);
+    /// The same, to be taken from.
+    fn reports_mut(&mut self) -> Vec<&mut Reports>;
 
-    /// Shows what the contacts of the last evaluation did to sheets, block by block, in the order of the rows.
-    fn visit_surface_loads(&self, visit: &mut dyn FnMut(&SurfaceLoad));
+    /// Appends a section of the state, with the threads of a pool.
+    fn put(&self, section: ContactSection, pieces: &mut Pieces, pool: Option<&rayon::ThreadPool>);
+
+    /// Begins with saved contacts that were checked: pairs first.
+    fn restore(&mut self, saved: &SavedContacts<'_>);
 }
 
-/// The state of contacts, for checkpoints.
-pub trait SavesContacts {
-    /// How much memory the slots and their histories take, and what histories are.
-    fn layout(&self) -> HistoryLayout;
+/// A section of a checkpoint with the state of contacts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ContactSection {
+    /// Listed pairs, in order.
+    Pairs,
+    /// Particles near walls, in order.
+    NearWalls,
+    /// Friction at walls in the last evaluation; of walls alone that wear, or whose triangles' loads are summed up.
+    Friction,
+    /// Contacts of the vertices of sheets with walls, sheet by sheet.
+    Vertices,
+}
 
-    /// Begins with these pairs of `rows` particles, and these particles near walls.
-    fn restore(&mut self, rows: usize, pairs: &SavedSlots, walls: &SavedSlots);
+/// Contacts to begin with.
+#[derive(Debug, Clone, Copy)]
+pub enum SavedContacts<'a> {
+    /// The pairs of so many rows.
+    Pairs(usize, &'a SavedSlots),
+    /// Particles near walls.
+    NearWalls(&'a SavedSlots),
+    /// Friction by the places of contacts among the slots at walls.
+    Friction(&'a [(u32, FrictionNow)]),
+    /// Vertices near walls, of each sheet.
+    Vertices(&'a [SavedSlots]),
+}
 
-    /// Appends the listed pairs in order, as the bytes of [`SavedSlots`], with the threads of a pool.
-    fn put_pairs(&self, pieces: &mut Pieces, pool: Option<&rayon::ThreadPool>);
+/// Numbers of rows, walls and vertices of each sheet with which saved contacts must agree.
+#[derive(Debug, Clone, Default)]
+pub struct ContactCounts {
+    /// Particles and pebbles.
+    pub rows: usize,
+    /// Walls that particles can touch.
+    pub walls: usize,
+    /// Walls that vertices of sheets can touch.
+    pub walls_of_vertices: usize,
+    /// Vertices of each sheet.
+    pub vertices: Vec<usize>,
+}
 
-    /// Takes back what [`SavesContacts::put_pairs`] wrote for so many rows.
+impl dyn ContactForces + '_ {
+    /// Takes back a section that [`ContactForces::put`] wrote, pairs first.
     ///
     /// # Errors
-    /// If it cannot be of these rows and laws.
-    fn take_pairs(&mut self, rows: usize, bytes: &mut &[u8]) -> Result<(), String>;
-
-    /// Appends the particles near walls in order, likewise.
-    fn put_near_walls(&self, pieces: &mut Pieces);
-
-    /// Takes back what [`SavesContacts::put_near_walls`] wrote for so many rows and walls, behind the pairs.
-    ///
-    /// # Errors
-    /// If it cannot be of these rows, walls and laws.
-    fn take_near_walls(&mut self, counts: (usize, usize), bytes: &mut &[u8]) -> Result<(), String>;
-
-    /// Appends what contacts of vertices with walls remember, sheet by sheet.
-    fn put_vertices(&self, pieces: &mut Pieces);
-
-    /// Takes back what [`SavesContacts::put_vertices`] wrote, for sheets of so many vertices among so many walls.
-    ///
-    /// # Errors
-    /// If it cannot be of these.
-    fn take_vertices(&mut self, counts: (&[usize], usize), bytes: &mut &[u8])
-    -> Result<(), String>;
-
-    /// Friction at walls in the last evaluation, by the places of the contacts among the slots at walls; of walls alone that wear, or whose triangles'
-    /// loads are summed up.
-    fn friction_at_walls(&self) -> Vec<(u32, FrictionNow)>;
-
-    /// Restores what [`SavesContacts::friction_at_walls`] returned; called when the slots at walls are restored.
-    fn restore_friction_at_walls(&mut self, saved: &[(u32, FrictionNow)]);
-
-    /// The loads on features of mesh walls as they lie in the blocks.
-    fn feature_loads(&self) -> Vec<SavedLoads>;
-
-    /// Restores what [`SavesContacts::feature_loads`] returned; called when pairs are restored.
-    fn restore_feature_loads(&mut self, saved: &[SavedLoads]);
+    /// If it cannot be of these rows, walls, sheets and laws.
+    pub fn take(
+        &mut self,
+        section: ContactSection,
+        counts: &ContactCounts,
+        bytes: &mut &[u8],
+    ) -> Result<(), String> {
+        let numbers = self.layout().numbers;
+        match section {
+            ContactSection::Pairs => {
+                let pairs = SavedSlots::take(bytes)?;
+                pairs.check_pairs(numbers, counts.rows)?;
+                self.restore(&SavedContacts::Pairs(counts.rows, &pairs));
+            }
+            ContactSection::NearWalls => {
+                let near_walls = SavedSlots::take(bytes)?;
+                near_walls.check_at_walls(numbers, counts.rows, counts.walls)?;
+                self.restore(&SavedContacts::NearWalls(&near_walls));
+            }
+            ContactSection::Friction => {
+                let saved: Vec<_> = Plain::take(bytes)?;
+                self.restore(&SavedContacts::Friction(&saved));
+            }
+            ContactSection::Vertices => {
+                let saved: Vec<SavedSlots> = Plain::take(bytes)?;
+                if saved.len() > counts.vertices.len() {
+                    return Err("it has contacts of sheets that are not there".to_owned());
+                }
+                for (slots, &vertices) in saved.iter().zip(&counts.vertices) {
+                    slots.check_at_walls(numbers, vertices, counts.walls_of_vertices)?;
+                }
+                self.restore(&SavedContacts::Vertices(&saved));
+            }
+        }
+        Ok(())
+    }
 }
 
 /// How contacts lie in memory and in a checkpoint.

@@ -15,6 +15,7 @@ mod feature_loads;
 mod near_walls;
 mod needs;
 mod observation;
+mod reports;
 mod rubs;
 mod saved;
 
@@ -22,12 +23,13 @@ pub use alarms::{Alarm, AlarmKind, Alarms, Other, Subject};
 pub use blocks::{block_size, parked_bytes};
 pub use compiled::{contact_loop, dispatching_loop};
 pub use contact_loop::ContactLoop;
-pub use contacts::{ContactForces, HistoryLayout, ObservesContacts, SavesContacts};
+pub use contacts::{ContactCounts, ContactForces, ContactSection, HistoryLayout, SavedContacts};
 pub use events::{ContactEvent, ContactMemory, SlotPlace};
 pub use feature_loads::{FeatureKey, FeatureLoad, FeatureLoads, LoadSums};
 pub use near_walls::{NearWall, find_near_walls, near_walls_of_vertices};
 pub use needs::{Needs, NewList};
 pub use observation::{ContactRecord, Exchange, Observation, Partner, SpringEnergy, Watch};
+pub use reports::Reports;
 pub use rubs::{Impact, Rub};
 pub use saved::{SavedSlot, SavedSlots};
 
@@ -55,9 +57,7 @@ pub struct StepContext<'a> {
     pub surfaces: &'a [Surface],
     /// Whether each row may come near a sheet before the next list, where there are sheets: these separate pairs.
     pub beside_sheets: Option<&'a [bool]>,
-    /// The liquid film on each row, where bridges form as films meet: thickness, m, and volume, m^3.
-    pub films: Option<&'a [[f64; 2]]>,
-    /// Films of walls, likewise.
+    /// Films of walls, where bridges form as films meet.
     pub wall_films: Option<&'a WallFilms>,
     /// Whether R* includes the curvature of walls.
     pub wall_curvature: bool,

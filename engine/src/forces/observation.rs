@@ -79,14 +79,16 @@ pub struct Exchange {
     pub partner: Partner,
     /// The number of the sheet and the point of it, if B is one.
     pub sheet: Option<(u16, SurfacePoint)>,
-    /// From the centres of A and B to the contact point, m.
-    pub arms: [DVec3; 2],
+    /// Unit normal from B to A.
+    pub normal: DVec3,
+    /// Distances from the centres of A and B to the contact point, m; 0 for a wall.
+    pub levers: [f64; 2],
     /// Contact point beside A, at the image by which A meets a wall, m.
     pub point: DVec3,
     /// Total force on A, N.
     pub force: DVec3,
     /// The part of it along the normal that dissipates energy, N: the viscous part, and for laws that are not elastic all of it.
-    pub lossy: DVec3,
+    pub lossy: f64,
     /// Its tangential part, N.
     pub tangential: DVec3,
     /// The viscous part of adhesion, N.

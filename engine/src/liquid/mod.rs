@@ -51,8 +51,6 @@ pub struct Liquids {
     /// Volume lost per area and second, m/s.
     evaporation: f64,
     weight: Option<Weight>,
-    /// Thickness (m) and volume (m^3) of each row's film, where bridges form as films meet.
-    thickness: Vec<[f64; 2]>,
     /// What came and went since the start.
     pub balance: LiquidBalance,
 }
@@ -113,21 +111,16 @@ impl Liquids {
     }
 
     /// Finds how thick the films are, where bridges form as films meet.
-    pub fn measure_films(&mut self, particles: &Particles) {
+    pub fn measure_films(&self, particles: &mut Particles) {
         if self.bridges_form == BridgesForm::Contact {
             return;
         }
-        let films = particles.columns.get(FILM_VOLUME.name).unwrap_or_default();
-        self.thickness.clear();
-        let rows = particles.records.iter().zip(films);
+        let volumes = particles.columns.get(FILM_VOLUME.name).unwrap_or_default();
+        let films = particles.films.get_or_insert_default();
+        films.clear();
+        let rows = particles.records.iter().zip(volumes);
         let film = |(record, &film): (&Particle, &f64)| [film_thickness(film, record.radius), film];
-        self.thickness.extend(rows.map(film));
-    }
-
-    /// Thickness (m) and volume (m^3) of each row's film when they were last measured; `None` where bridges form at the touch.
-    #[must_use]
-    pub fn measured_films(&self) -> Option<&[[f64; 2]]> {
-        (self.bridges_form == BridgesForm::Films).then_some(&*self.thickness)
+        films.extend(rows.map(film));
     }
 
     /// Without liquid yet.
@@ -138,7 +131,6 @@ impl Liquids {
             bridges_form: plan.bridges_form,
             evaporation: plan.evaporation,
             weight: plan.weight,
-            thickness: Vec::new(),
             balance: LiquidBalance::default(),
         }
     }

@@ -8,7 +8,7 @@ use mercury_common::particle_properties::FILM_VOLUME;
 use super::{BridgesForm, EVAPORATES_EVERY, LiquidRow, Liquids, MigrationContext};
 use crate::cell::opposite;
 use crate::contact::Bridge;
-use crate::forces::{Needs, Observation, Partner, StepContext};
+use crate::forces::{Needs, Observation, Partner};
 use crate::physics::Setup;
 use crate::spray::Sprays;
 use crate::state::{Id, Pieces, Plain};
@@ -67,12 +67,8 @@ impl Part for Liquids {
     }
 
     fn before_forces(&mut self, core: &mut Core) -> Result<(), RunError> {
-        self.measure_films(&core.particles);
+        self.measure_films(&mut core.particles);
         Ok(())
-    }
-
-    fn inform<'a>(&'a self, context: &mut StepContext<'a>) {
-        context.films = self.measured_films();
     }
 
     fn after_forces(&mut self, core: &mut Core, _: Option<&Observation>) {

@@ -6,6 +6,7 @@ use super::elements::Fold;
 use super::pressure::Load;
 use super::sheet::{Elasticity, Sheet};
 use super::topology::NONE;
+use super::{HoldCourse, MembranePlan};
 
 /// Upper bounds of the eigenvalues of a sheet.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,6 +26,41 @@ impl Rates {
         let z = 0.5 * self.damping / omega;
         // The same without a difference of large numbers.
         2.0 / omega / ((1.0 + z * z).sqrt() + z)
+    }
+}
+
+impl MembranePlan {
+    /// Whether every vertex is held from the start to the end, in all directions. Walls may vanish, and holds on them with it.
+    #[must_use]
+    pub fn is_all_held(&self) -> bool {
+        let mut is_held = vec![false; self.sheet.masses().len()];
+        let always = self.holds.iter().filter(|hold| {
+            let whole = match &hold.ramp {
+                HoldCourse::Velocity(components) => components.iter().all(Option::is_some),
+                HoldCourse::Motion(_) => true,
+                HoldCourse::Wall(_) => false,
+            };
+            whole && hold.from <= 0.0 && hold.until.is_infinite()
+        });
+        for &vertex in always.flat_map(|hold| &hold.vertices) {
+            is_held[vertex as usize] = true;
+        }
+        is_held.into_iter().all(|held| held)
+    }
+
+    /// Upper bounds of the eigenvalues at the start, held vertices infinitely heavy in dashpots; `positions` in m.
+    #[must_use]
+    pub fn rates(&self, positions: &[DVec3]) -> Rates {
+        let mut inverse_masses: Vec<f64> = (self.sheet.masses().iter())
+            .map(|mass| mass.recip())
+            .collect();
+        for hold in &self.holds {
+            for &vertex in &hold.vertices {
+                inverse_masses[vertex as usize] = 0.0;
+            }
+        }
+        let dashpots = self.sheet.dashpots(&inverse_masses);
+        (self.sheet).rates(positions, &dashpots, &self.load, self.first_volume)
     }
 }
 

@@ -8,7 +8,7 @@ use crate::forces::{NewList, Observation, StepContext};
 use crate::guard::{GuardPolicy, SEEN};
 use crate::physics::{Physics, Setup};
 use crate::state::{Pieces, Plain};
-use crate::step::{Core, Engine, Part, RunError, SizeEstimate};
+use crate::step::{BesideContacts, Core, CriticalStep, Engine, Part, RunError, SizeEstimate};
 use crate::surface::Surface;
 
 /// What moves the sheets of a core.
@@ -65,6 +65,18 @@ impl Part for Membranes {
             stale,
             beside: Vec::new(),
         })
+    }
+
+    /// That of the sheet that sets it. Sheets that are held all over have none, as they move by their holds.
+    fn critical_step(plans: &BesideContacts<'_>) -> Option<CriticalStep> {
+        let all = plans.surfaces.iter().zip(plans.membranes);
+        let all = all.filter(|(_, membrane)| !membrane.is_all_held());
+        let steps = all.map(|(surface, membrane)| CriticalStep {
+            time: membrane.rates(&surface.vertices).critical_step(),
+            of: format!("membranes.{}", surface.name),
+            way_out: "soften the sheet, or coarsen its mesh",
+        });
+        steps.min_by(|one, other| one.time.total_cmp(&other.time))
     }
 
     /// Sheets, their mechanics and their meshes.

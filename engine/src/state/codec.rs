@@ -284,10 +284,11 @@ impl Plain for DQuat {
     }
 }
 
-/// Makes a struct [`Plain`](crate::state::Plain): its fields in this order. All of them must be named, so none can be forgotten.
+/// Makes a struct [`Plain`](crate::state::Plain): its fields in this order. All of them must be named, so none can be forgotten; those behind a
+/// semicolon are not written and start at their defaults.
 #[macro_export]
 macro_rules! plain {
-    ($name:ty { $($field:ident),* $(,)? }) => {
+    ($name:ty { $($field:ident),* $(,)? $(; $($derived:ident),*)? }) => {
         impl $crate::state::Plain for $name {
             fn put(&self, bytes: &mut Vec<u8>) {
                 $($crate::state::Plain::put(&self.$field, bytes);)*
@@ -302,7 +303,10 @@ macro_rules! plain {
             }
 
             fn take(bytes: &mut &[u8]) -> Result<Self, String> {
-                Ok(Self { $($field: $crate::state::Plain::take(bytes)?,)* })
+                Ok(Self {
+                    $($field: $crate::state::Plain::take(bytes)?,)*
+                    $($($derived: Default::default(),)*)?
+                })
             }
         }
     };

@@ -27,16 +27,69 @@ struct NewRow {
     id: u32,
 }
 
-/// Makes [`Particles`] from the table of its columns. Of each: name, type, the value of a new row, and whether a sort of the rows gathers it or leaves it
-/// to the list that is made for the new order. All that happens to every column is made from this table.
+/// A column of rows, which may be absent.
+trait RowColumn {
+    type Value;
+    /// Bytes of a row in a column that all scenes have.
+    const ALWAYS: usize;
+    fn push_row(&mut self, value: impl FnOnce() -> Self::Value);
+    /// Row `order[k]` becomes row `k`.
+    fn gather(&mut self, order: &[u32], parallel: bool);
+    /// Whether it has so many entries, if it is there.
+    fn has(&self, rows: usize) -> bool;
+}
+
+impl<T: Copy + Send + Sync> RowColumn for Vec<T> {
+    type Value = T;
+    const ALWAYS: usize = size_of::<T>();
+
+    fn push_row(&mut self, value: impl FnOnce() -> T) {
+        self.push(value());
+    }
+
+    fn gather(&mut self, order: &[u32], parallel: bool) {
+        gather(self, order, parallel);
+    }
+
+    fn has(&self, rows: usize) -> bool {
+        self.len() == rows
+    }
+}
+
+impl<C: RowColumn> RowColumn for Option<C> {
+    type Value = C::Value;
+    const ALWAYS: usize = 0;
+
+    fn push_row(&mut self, value: impl FnOnce() -> C::Value) {
+        if let Some(column) = self {
+            column.push_row(value);
+        }
+    }
+
+    fn gather(&mut self, order: &[u32], parallel: bool) {
+        if let Some(column) = self {
+            column.gather(order, parallel);
+        }
+    }
+
+    fn has(&self, rows: usize) -> bool {
+        self.as_ref().is_none_or(|column| column.has(rows))
+    }
+}
+
+/// Makes [`Particles`] from the table of its columns. Of each: name, type (a `Vec`, or an `Option` of one for a column that some scenes have), the value
+/// of a new row, and whether a sort of the rows gathers it or leaves it to the list that is made for the new order. Checkpoints hold the columns under
+/// `saved`; those under `derived` are absent until they are computed again. All that happens to every column is made from this table.
 macro_rules! row_columns {
-    ($($(#[$doc:meta])* $name:ident: $value:ty, $new:expr, gathered: $gathered:literal;)*) => {
+    (
+        saved { $($(#[$doc:meta])* $name:ident: $column:ty, $new:expr, gathered: $gathered:literal;)* }
+        derived { $($(#[$derived_doc:meta])* $derived:ident: $derived_column:ty, $derived_new:expr;)* }
+    ) => {
         /// All particles of a run. Every column that is present has one entry per row.
         #[derive(Debug, Clone, PartialEq, Default)]
         pub struct Particles {
-            $($(#[$doc])* pub $name: Vec<$value>,)*
-            /// Rotation since creation, only when an output needs it.
-            pub orientations: Option<Vec<DQuat>>,
+            $($(#[$doc])* pub $name: $column,)*
+            $($(#[$derived_doc])* pub $derived: $derived_column,)*
             /// Further numbers of each particle, where the plan has any.
             pub columns: Columns,
             /// Particles with prescribed components, in no particular order; few.
@@ -49,58 +102,60 @@ macro_rules! row_columns {
 
         impl Particles {
             /// Bytes of a row in the columns that all scenes have.
-            const ROW: usize = 0 $(+ size_of::<$value>())*;
+            const ROW: usize = 0 $(+ <$column as RowColumn>::ALWAYS)*;
 
             fn push_row(&mut self, row: &NewRow) {
-                $(self.$name.push(($new)(row));)*
-                if let Some(orientations) = &mut self.orientations {
-                    orientations.push(DQuat::IDENTITY);
-                }
+                $(self.$name.push_row(|| ($new)(row));)*
+                $(self.$derived.push_row(|| ($derived_new)(row));)*
                 self.columns.push();
             }
 
             /// Row `order[k]` becomes row `k`. `all`: also in the columns that a sort leaves to the new list.
             fn gather_rows(&mut self, order: &[u32], all: bool, parallel: bool) {
                 $(if all || $gathered {
-                    gather(&mut self.$name, order, parallel);
+                    self.$name.gather(order, parallel);
                 })*
-                if let Some(orientations) = &mut self.orientations {
-                    gather(orientations, order, parallel);
-                }
+                $(self.$derived.gather(order, parallel);)*
                 self.columns.for_each(|column| gather(column, order, parallel));
             }
 
             /// Whether every column has so many entries.
             fn columns_have(&self, rows: usize) -> bool {
-                $(self.$name.len() == rows &&)*
-                    self.orientations.as_ref().is_none_or(|column| column.len() == rows)
-                    && self.columns.have(rows)
+                $(self.$name.has(rows) &&)* $(self.$derived.has(rows) &&)* self.columns.have(rows)
             }
         }
 
         crate::state::plain!(Particles {
             $($name,)*
-            orientations,
             columns,
             prescribed,
             bodies,
-            next_id
+            next_id;
+            $($derived),*
         });
     };
 }
 
 row_columns! {
-    /// The records that the contact loop reads.
-    records: Particle, |row: &NewRow| row.record, gathered: true;
-    /// The loads of the contacts in the last force evaluation.
-    loads: Load, |_| Load::default(), gathered: false;
-    /// The number by which users identify the particle: 0, 1, 2 ... in order of creation, never reused.
-    ids: Id, |row: &NewRow| Id::new(row.id), gathered: true;
-    /// Mass, kg (per unit length in 2D); also of fixed particles. A pebble has its share of the body's mass here
-    /// ([`crate::bodies::Clump::shares`]), so that sums over rows are right; contacts take the mass from the record.
-    masses: f64, |row: &NewRow| row.mass, gathered: true;
-    /// Position when the neighbour list was built, m.
-    listed_at: DVec3, |row: &NewRow| row.record.position, gathered: false;
+    saved {
+        /// The records that the contact loop reads.
+        records: Vec<Particle>, |row: &NewRow| row.record, gathered: true;
+        /// The loads of the contacts in the last force evaluation.
+        loads: Vec<Load>, |_: &NewRow| Load::default(), gathered: false;
+        /// The number by which users identify the particle: 0, 1, 2 ... in order of creation, never reused.
+        ids: Vec<Id>, |row: &NewRow| Id::new(row.id), gathered: true;
+        /// Mass, kg (per unit length in 2D); also of fixed particles. A pebble has its share of the body's mass here
+        /// ([`crate::bodies::Clump::shares`]), so that sums over rows are right; contacts take the mass from the record.
+        masses: Vec<f64>, |row: &NewRow| row.mass, gathered: true;
+        /// Position when the neighbour list was built, m.
+        listed_at: Vec<DVec3>, |row: &NewRow| row.record.position, gathered: false;
+        /// Rotation since creation, only when an output needs it.
+        orientations: Option<Vec<DQuat>>, |_: &NewRow| DQuat::IDENTITY, gathered: true;
+    }
+    derived {
+        /// Thickness (m) and volume (m^3) of the liquid film in this step, where bridges form as films meet.
+        films: Option<Vec<[f64; 2]>>, |_: &NewRow| [0.0; 2];
+    }
 }
 
 impl Particles {

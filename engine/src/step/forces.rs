@@ -158,7 +158,6 @@ fn unobserved<'a>(
         walls,
         surfaces,
         beside_sheets: None,
-        films: None,
         wall_films: None,
         wall_curvature: physics.wall_curvature,
         contact_point_mass: physics.contact_point_mass,

@@ -73,8 +73,8 @@ impl Engine {
         }
         (parts.iter_mut()).try_for_each(|part| part.before_list(core))?;
         if core.lists.validity.steps > 0 {
-            let listed = core.contacts.listed();
-            let idle = listed.saturating_sub(core.contacts.touching());
+            let [listed, touching] = core.contacts.count();
+            let idle = listed - touching;
             core.lists.skin.adapt(
                 core.lists.validity.steps,
                 idle as f64 / core.particles.len().max(1) as f64,

@@ -11,8 +11,10 @@ use glam::DVec3;
 
 use super::{Core, RunError};
 use crate::forces::{ContactForces, Needs, NewList, Observation, StepContext};
+use crate::membrane::MembranePlan;
 use crate::physics::{Physics, Setup};
 use crate::state::{Particles, Pieces};
+use crate::surface::SurfacePlan;
 use crate::walls::{WallFilms, WallNow};
 
 /// A part of the step.
@@ -40,6 +42,16 @@ pub trait Part: Any + Send {
     {
         let _ = (setup, crowd);
         0.0
+    }
+
+    /// The critical time step of what the feature does beside the contacts, if it has one; found before the step of a plan is chosen.
+    #[must_use]
+    fn critical_step(plans: &BesideContacts<'_>) -> Option<CriticalStep>
+    where
+        Self: Sized,
+    {
+        let _ = plans;
+        None
     }
 
     /// What it needs of the step; the same during a whole run.
@@ -179,6 +191,26 @@ pub trait Part: Any + Send {
         let _ = (core, bytes);
         Ok(())
     }
+}
+
+/// Plans of features that act beside the contacts, from which critical steps follow.
+#[derive(Debug, Clone, Copy)]
+pub struct BesideContacts<'a> {
+    /// Surfaces of the sheets.
+    pub surfaces: &'a [SurfacePlan],
+    /// Mechanics of the sheets, in the same order.
+    pub membranes: &'a [MembranePlan],
+}
+
+/// The largest time step at which the integrator bears a feature.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CriticalStep {
+    /// s
+    pub time: f64,
+    /// Key and name of what sets it.
+    pub of: String,
+    /// How a user makes it longer.
+    pub way_out: &'static str,
 }
 
 /// The numbers of a run that its memory depends on.

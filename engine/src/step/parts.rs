@@ -3,7 +3,7 @@
 use std::any::Any;
 
 use super::load_series::LoadSeries;
-use super::{Core, Engine, Part, SizeEstimate};
+use super::{BesideContacts, Core, CriticalStep, Engine, Part, SizeEstimate};
 use crate::audit::Auditor;
 use crate::guard::GuardPart;
 use crate::liquid::Liquids;
@@ -17,12 +17,14 @@ use crate::wear::Wear;
 struct PartKind {
     of: fn(&mut Core) -> Option<Box<dyn Part>>,
     bytes: fn(&Setup, &SizeEstimate) -> f64,
+    critical_step: fn(&BesideContacts<'_>) -> Option<CriticalStep>,
 }
 
 const fn kind<P: Part>() -> PartKind {
     PartKind {
         of: |core| P::of(core).map(|part| Box::new(part) as Box<dyn Part>),
         bytes: P::bytes,
+        critical_step: P::critical_step,
     }
 }
 
@@ -50,6 +52,13 @@ pub(super) fn all(core: &mut Core) -> Vec<Box<dyn Part>> {
 #[must_use]
 pub fn bytes_of_parts(setup: &Setup, crowd: &SizeEstimate) -> f64 {
     PARTS.iter().map(|kind| (kind.bytes)(setup, crowd)).sum()
+}
+
+/// The least critical step of what acts beside the contacts ([`Part::critical_step`]).
+#[must_use]
+pub fn critical_step(plans: &BesideContacts<'_>) -> Option<CriticalStep> {
+    let all = PARTS.iter().filter_map(|kind| (kind.critical_step)(plans));
+    all.min_by(|one, other| one.time.total_cmp(&other.time))
 }
 
 impl Engine {

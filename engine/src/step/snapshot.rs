@@ -2,7 +2,7 @@
 
 use super::{Core, Engine, Lists, Part, RunError, StartOptions};
 use crate::cell::Cell;
-use crate::forces::SavedSlots;
+use crate::forces::{ContactCounts, ContactSection, SavedSlots};
 use crate::physics::ToSetup;
 use crate::state::{DecodeError, Decoder, Encoder, Particles, Pieces, Plain, Sections, whole};
 use crate::walls::WallNow;
@@ -83,33 +83,20 @@ const SECTIONS: &[Section] = &[
     Section {
         name: PAIRS,
         is_there: always,
-        put: |core, pieces| {
-            let pool = core.threads.pool.as_deref();
-            core.contacts.put_pairs(pieces, pool);
-        },
-        take: |core, bytes| {
-            let rows = core.particles.len();
-            core.contacts.take_pairs(rows, bytes)
-        },
+        put: |core, pieces| core.put_contacts(ContactSection::Pairs, pieces),
+        take: |core, bytes| core.take_contacts(ContactSection::Pairs, bytes),
     },
     Section {
         name: NEAR_WALLS,
         is_there: always,
-        put: |core, pieces| core.contacts.put_near_walls(pieces),
-        take: |core, bytes| {
-            let counts = (core.particles.len(), core.domain.walls.len());
-            core.contacts.take_near_walls(counts, bytes)
-        },
+        put: |core, pieces| core.put_contacts(ContactSection::NearWalls, pieces),
+        take: |core, bytes| core.take_contacts(ContactSection::NearWalls, bytes),
     },
     Section {
         name: "friction at walls",
         is_there: has_sliding,
-        put: |core, pieces| core.contacts.friction_at_walls().put(pieces.end()),
-        take: |core, bytes| {
-            let saved: Vec<_> = Plain::take(bytes)?;
-            core.contacts.restore_friction_at_walls(&saved);
-            Ok(())
-        },
+        put: |core, pieces| core.put_contacts(ContactSection::Friction, pieces),
+        take: |core, bytes| core.take_contacts(ContactSection::Friction, bytes),
     },
     Section {
         name: LISTS,
@@ -153,14 +140,8 @@ const SECTIONS: &[Section] = &[
     Section {
         name: "vertices at walls",
         is_there: has_surfaces,
-        put: |core, pieces| core.contacts.put_vertices(pieces),
-        take: |core, bytes| {
-            let walls = core.physics.walls.len();
-            let surfaces = core.domain.surfaces.iter();
-            let vertices: Vec<usize> = surfaces.map(|of| of.positions.len()).collect();
-            let contacts = &mut core.contacts;
-            contacts.take_vertices((&vertices, walls), bytes)
-        },
+        put: |core, pieces| core.put_contacts(ContactSection::Vertices, pieces),
+        take: |core, bytes| core.take_contacts(ContactSection::Vertices, bytes),
     },
 ];
 
@@ -372,6 +353,22 @@ fn take_section(
 }
 
 impl Core {
+    fn put_contacts(&self, section: ContactSection, pieces: &mut Pieces) {
+        self.contacts
+            .put(section, pieces, self.threads.pool.as_deref());
+    }
+
+    fn take_contacts(&mut self, section: ContactSection, bytes: &mut &[u8]) -> Result<(), String> {
+        let surfaces = self.domain.surfaces.iter();
+        let counts = ContactCounts {
+            rows: self.particles.len(),
+            walls: self.domain.walls.len(),
+            walls_of_vertices: self.physics.walls.len(),
+            vertices: surfaces.map(|of| of.positions.len()).collect(),
+        };
+        self.contacts.take(section, &counts, bytes)
+    }
+
     fn take_clock(&mut self, bytes: &mut &[u8]) -> Result<(), String> {
         (self.clock.step, self.clock.kick_due) = Plain::take(bytes)?;
         if self.clock.step > MOST_STEPS {

@@ -6,7 +6,7 @@ use super::core::{Clock, Constants, Core, Domain, Threads};
 use super::{Engine, Lists, Part, RunError};
 use super::{parts, surfaces};
 use crate::boundaries::Boundaries;
-use crate::forces::{ContactForces, Needs, Watch, contact_loop};
+use crate::forces::{ContactForces, Needs, SavedContacts, Watch, contact_loop};
 use crate::lanes::Width;
 use crate::neighbours::Skin;
 use crate::physics::{Setup, ToSetup};
@@ -137,7 +137,8 @@ impl Engine {
         // Laws that no scene can name may remember something else.
         if carried.pairs.numbers() == contacts.layout().numbers {
             let rows = particles.len();
-            contacts.restore(rows, &carried.pairs, &carried.near_walls);
+            contacts.restore(&SavedContacts::Pairs(rows, &carried.pairs));
+            contacts.restore(&SavedContacts::NearWalls(&carried.near_walls));
             domain.boundaries.go_on_from_list(rows);
         }
     }
@@ -149,7 +150,11 @@ impl Engine {
         let has_own_laws = named.is_some();
         let (contacts, law_names) = named.unwrap_or_else(|| contact_loop(&physics.laws));
         let others = options.parts.iter().map(|part| part.needs());
-        let needs = others.fold(contacts.needs(), Needs::and);
+        let needs = Needs {
+            range: contacts.ranges().into_iter().fold(0.0, f64::max),
+            ..Needs::default()
+        };
+        let needs = others.fold(needs, Needs::and);
         let cell = physics.cell;
         let mut particles = Particles::new(physics.orientations || needs.orientations);
         for new in &physics.particles {

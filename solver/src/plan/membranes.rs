@@ -13,12 +13,11 @@ use mercury_common::scene::{
 use super::insertions::region;
 use super::meshes::{placement, triangles};
 use super::pair::PairPlan;
-use super::time_step::Limit;
 use super::usage::MaterialUse;
 use super::walls::{component_about, ramp};
 use mercury_engine::contact::parameter::short;
 use mercury_engine::membrane::{
-    Bending, Elasticity, HoldCourse, HoldPlan, Law, Load, MembranePlan, Rates, Sheet, Topology,
+    Bending, Elasticity, HoldCourse, HoldPlan, Law, Load, MembranePlan, Sheet, Topology,
     about_triangles, cylinder, disc, rectangle, sphere,
 };
 use mercury_engine::state::MaterialIndex;
@@ -48,7 +47,7 @@ impl Sheets {
         let of_material = all.filter(|(surface, _)| surface.material.index() == material);
         let masses = of_material.map(|(_, membrane)| {
             let masses = membrane.sheet.masses().iter().copied();
-            if is_all_held(membrane) {
+            if membrane.is_all_held() {
                 f64::INFINITY
             } else {
                 masses.fold(f64::INFINITY, f64::min)
@@ -56,35 +55,6 @@ impl Sheets {
         });
         masses.reduce(f64::min)
     }
-
-    /// The least critical step and the sheet that sets it. Sheets that are held all over have none, as they move by their holds.
-    pub(super) fn critical(&self) -> Option<Limit> {
-        let all = self.surfaces.iter().zip(&self.membranes);
-        let all = all.filter(|(_, membrane)| !is_all_held(membrane));
-        let limits = all.map(|(surface, membrane)| Limit {
-            time: rates(membrane, &surface.vertices).critical_step(),
-            of: format!("membranes.{}", surface.name),
-            part: "",
-        });
-        limits.min_by(|one, other| one.time.total_cmp(&other.time))
-    }
-}
-
-/// Whether every vertex is held from the start to the end, in all directions. Walls may vanish, and holds on them with it.
-fn is_all_held(membrane: &MembranePlan) -> bool {
-    let mut is_held = vec![false; membrane.sheet.masses().len()];
-    let always = membrane.holds.iter().filter(|hold| {
-        let whole = match &hold.ramp {
-            HoldCourse::Velocity(components) => components.iter().all(Option::is_some),
-            HoldCourse::Motion(_) => true,
-            HoldCourse::Wall(_) => false,
-        };
-        whole && hold.from <= 0.0 && hold.until.is_infinite()
-    });
-    for &vertex in always.flat_map(|hold| &hold.vertices) {
-        is_held[vertex as usize] = true;
-    }
-    is_held.into_iter().all(|held| held)
 }
 
 /// Warnings of liquid bridges, which have no energy where contacts with a sheet join.
@@ -112,20 +82,6 @@ pub(super) fn without_energy(
         }
     }
     warnings
-}
-
-/// Upper bounds of the eigenvalues of a sheet at the start, held vertices infinitely heavy in dashpots.
-pub(super) fn rates(membrane: &MembranePlan, positions: &[DVec3]) -> Rates {
-    let mut inverse_masses: Vec<f64> = (membrane.sheet.masses().iter())
-        .map(|mass| mass.recip())
-        .collect();
-    for hold in &membrane.holds {
-        for &vertex in &hold.vertices {
-            inverse_masses[vertex as usize] = 0.0;
-        }
-    }
-    let dashpots = membrane.sheet.dashpots(&inverse_masses);
-    (membrane.sheet).rates(positions, &dashpots, &membrane.load, membrane.first_volume)
 }
 
 pub(super) fn membranes(
@@ -703,7 +659,7 @@ pub(super) fn describe(surface: &SurfacePlan, membrane: &MembranePlan) -> Vec<St
     lines.extend(pressure);
     lines.push(format!(
         "critical step {} s",
-        short(rates(membrane, &surface.vertices).critical_step())
+        short(membrane.rates(&surface.vertices).critical_step())
     ));
     lines
 }

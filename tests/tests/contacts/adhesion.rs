@@ -237,10 +237,10 @@ fn state(engine: &Engine) -> Option<SlotState> {
 #[test]
 fn the_loop_says_how_far_it_reaches() {
     let (with, _) = contacts(Linear::new(1.0, 0.0), NoFriction, BRIDGE);
-    assert_eq!(with.needs().range, 2e-4);
+    assert_eq!(with.ranges(), [2e-4]);
     let plan = pair(0.1, 0.0, 1e-6);
     let (without, name) = mercury_engine::forces::contact_loop(&plan.laws);
-    assert_eq!(without.needs().range, 0.0);
+    assert!(without.ranges().is_empty());
     assert!(!name.contains("adhesion"), "{name}");
 }
 

@@ -6,9 +6,8 @@ use super::slot_events::SlotEvent;
 use super::slots::{Slot, WITH_HISTORY, WallSlot};
 use crate::contact::History;
 use crate::forces::blocks::Outbox;
-use crate::forces::{Alarms, FeatureLoads, NearWall, Observation, Rub, SavedSlot, SlotState};
+use crate::forces::{NearWall, Reports, SavedSlot, SlotState};
 use crate::state::WallIndex;
-use crate::surface::SurfaceLoad;
 use crate::walls::NearMeshes;
 
 /// A block of consecutive rows with the slots that they own.
@@ -28,15 +27,7 @@ pub(super) struct Block<H> {
     /// The approximate time to compute and to finish the block, ns. Only ratios matter, and only for the distribution of the
     /// work.
     pub(super) work: usize,
-    pub(super) observation: Observation,
-    /// Contacts beyond a limit.
-    pub(super) alarms: Alarms,
-    /// Loads on features of mesh walls since the block was made or they were taken.
-    pub(super) feature_loads: FeatureLoads,
-    /// Contacts with walls that wear, of the last evaluation.
-    pub(super) rubs: Vec<Rub>,
-    /// What contacts do to sheets, of the last evaluation.
-    pub(super) surface_loads: Vec<SurfaceLoad>,
+    pub(super) reports: Reports,
     /// Contacts with an event since the last call; none where no law requests them.
     pub(super) events: Vec<SlotEvent<H>>,
 }
@@ -53,11 +44,7 @@ impl<H> Block<H> {
             outbox: Outbox::default(),
             targets: Vec::new(),
             work: 0,
-            observation: Observation::default(),
-            alarms: Alarms::default(),
-            feature_loads: FeatureLoads::default(),
-            rubs: Vec::new(),
-            surface_loads: Vec::new(),
+            reports: Reports::default(),
             events: Vec::new(),
         }
     }

@@ -91,12 +91,17 @@ where
                     let at = usize::from(at);
                     (found.numbers.slot[at], found.numbers.overlap.0[at])
                 });
-                pass.alarm_pairs(&mut block.alarms, slots, (first_row, rows), contacts);
+                pass.alarm_pairs(
+                    &mut block.reports.alarms,
+                    slots,
+                    (first_row, rows),
+                    contacts,
+                );
             }
             if let Some(bodies) = pass.bodies {
                 pass.masses_at_contacts(bodies, slots, first_row, rows, &mut found, end);
             }
-            let observation = &mut block.observation;
+            let observation = &mut block.reports.observation;
             let portion = if pass.asks_ahead { PORTION } else { ROOM };
             for base in (0..end).step_by(portion) {
                 if pass.asks_ahead {
@@ -416,7 +421,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             return false;
         }
         if A::FORMS_ON_CONTACT && slot.state & WITH_HISTORY == 0 {
-            let Some(films) = self.context.films.filter(|_| A::HAS_EVENTS) else {
+            let Some(films) = self.films.filter(|_| A::HAS_EVENTS) else {
                 return false;
             };
             let [own, other] = [first_row + slot.owner(), slot.partner as usize];

@@ -24,17 +24,19 @@ pub(super) struct Pass<'a, N, T, R, A> {
     pub(super) ids: &'a [Id],
     /// The bodies, in scenes that damp contacts of clumps by the mass at the contact point.
     pub(super) bodies: Option<&'a Bodies>,
+    /// The liquid film on each row, where bridges form as films meet: thickness, m, and volume, m^3.
+    pub(super) films: Option<&'a [[f64; 2]]>,
     /// The sheet whose vertices the rows are, if they are no particles.
     pub(super) sheet: Option<u16>,
     pub(super) context: &'a StepContext<'a>,
 }
 
 impl<'a, N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'a, N, T, R, A> {
-    /// With the laws of a loop, for particles with these identifiers and bodies.
+    /// With the laws of a loop, for particles with these identifiers, bodies and films.
     pub(super) fn new(
         (laws, materials): (&'a [PairLaw<N, T, R, A>], usize),
         (memory, block_size): (&'a Memory, usize),
-        (ids, bodies): (&'a [Id], Option<&'a Bodies>),
+        (ids, bodies, films): (&'a [Id], Option<&'a Bodies>, Option<&'a [[f64; 2]]>),
         context: &'a StepContext<'a>,
     ) -> Self {
         Self {
@@ -45,6 +47,7 @@ impl<'a, N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'a,
             asks_ahead: ids.len() > BEYOND_CACHE,
             ids,
             bodies: bodies.filter(|_| context.contact_point_mass),
+            films,
             sheet: None,
             context,
         }
@@ -105,9 +108,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
     ) {
         loads.fill(Load::default());
         block.outbox.clear();
-        block.surface_loads.clear();
+        block.reports.surface_loads.clear();
         if self.context.watch.is_some() {
-            block.observation = Observation::empty(self.context.walls.len());
+            block.reports.observation = Observation::empty(self.context.walls.len());
         }
         let width = self.context.width;
         match (self.context.watch, self.context.cell.has_images()) {

@@ -7,7 +7,7 @@ use crate::contact::{
     AdhesionLaw, FrictionNow, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
 };
 use crate::forces::saved::{MOST_AT_WALL, Stretch, most_bytes_of_pairs, put_stretches};
-use crate::forces::{HistoryLayout, SavedLoads, SavedSlot, SavedSlots, SavesContacts, SlotState};
+use crate::forces::{ContactSection, SavedContacts, SavedSlot, SavedSlots, SlotState};
 use crate::parallel::each_part_by;
 use crate::state::{Pieces, Plain};
 
@@ -98,25 +98,28 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
     }
 }
 
-impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> SavesContacts
-    for ContactLoop<N, T, R, A>
-{
-    fn layout(&self) -> HistoryLayout {
-        let numbers = <Histories<N, T, R, A>>::LENGTH;
-        HistoryLayout {
-            numbers,
-            columns: self.memory.columns.clone(),
-            slot: size_of::<Slot<Histories<N, T, R, A>>>(),
-            carried: match numbers {
-                0 => 0,
-                _ => size_of::<(u32, u32, Histories<N, T, R, A>)>(),
-            },
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<N, T, R, A> {
+    pub(super) fn put_section(
+        &self,
+        section: ContactSection,
+        pieces: &mut Pieces,
+        pool: Option<&rayon::ThreadPool>,
+    ) {
+        match section {
+            ContactSection::Pairs => self.put_pairs(pieces, pool),
+            ContactSection::NearWalls => self.put_near_walls(pieces),
+            ContactSection::Friction => self.friction_at_walls().put(pieces.end()),
+            ContactSection::Vertices => self.saved_vertices().put(pieces.end()),
         }
     }
 
-    fn restore(&mut self, rows: usize, pairs: &SavedSlots, walls: &SavedSlots) {
-        self.restore_pairs(rows, pairs);
-        self.restore_near_walls(walls);
+    pub(super) fn restore_saved(&mut self, saved: &SavedContacts<'_>) {
+        match *saved {
+            SavedContacts::Pairs(rows, pairs) => self.restore_pairs(rows, pairs),
+            SavedContacts::NearWalls(walls) => self.restore_near_walls(walls),
+            SavedContacts::Friction(friction) => self.restore_friction_at_walls(friction),
+            SavedContacts::Vertices(vertices) => self.restored_vertices(vertices),
+        }
     }
 
     fn put_pairs(&self, pieces: &mut Pieces, pool: Option<&rayon::ThreadPool>) {
@@ -137,13 +140,6 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> SavesContact
         put_stretches(pieces, &nothing, stretches);
     }
 
-    fn take_pairs(&mut self, rows: usize, bytes: &mut &[u8]) -> Result<(), String> {
-        let pairs = SavedSlots::take(bytes)?;
-        pairs.check_pairs(<Histories<N, T, R, A>>::LENGTH, rows)?;
-        self.restore_pairs(rows, &pairs);
-        Ok(())
-    }
-
     fn put_near_walls(&self, pieces: &mut Pieces) {
         let nothing = Self::nothing();
         let mut stretch = Stretch::reusing(pieces.memory(), pieces.memory());
@@ -153,37 +149,6 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> SavesContact
         let slots = self.saved_near_walls();
         stretch.extend(&nothing, slots, Histories::<N, T, R, A>::write);
         put_stretches(pieces, &nothing, vec![stretch]);
-    }
-
-    fn take_near_walls(
-        &mut self,
-        (rows, walls): (usize, usize),
-        bytes: &mut &[u8],
-    ) -> Result<(), String> {
-        let near_walls = SavedSlots::take(bytes)?;
-        near_walls.check_at_walls(<Histories<N, T, R, A>>::LENGTH, rows, walls)?;
-        self.restore_near_walls(&near_walls);
-        Ok(())
-    }
-
-    fn put_vertices(&self, pieces: &mut Pieces) {
-        self.saved_vertices().put(pieces.end());
-    }
-
-    fn take_vertices(
-        &mut self,
-        (vertices, walls): (&[usize], usize),
-        bytes: &mut &[u8],
-    ) -> Result<(), String> {
-        let saved: Vec<SavedSlots> = Plain::take(bytes)?;
-        if saved.len() > vertices.len() {
-            return Err("it has contacts of sheets that are not there".to_owned());
-        }
-        for (slots, &vertices) in saved.iter().zip(vertices) {
-            slots.check_at_walls(<Histories<N, T, R, A>>::LENGTH, vertices, walls)?;
-        }
-        self.restored_vertices(&saved);
-        Ok(())
     }
 
     fn friction_at_walls(&self) -> Vec<(u32, FrictionNow)> {
@@ -201,30 +166,6 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> SavesContact
         for (place, slot) in (0u32..).zip(slots) {
             let own = saved.next_if(|(other, _)| *other == place);
             slot.friction = own.map(|(_, friction)| *friction);
-        }
-    }
-
-    fn feature_loads(&self) -> Vec<SavedLoads> {
-        let of_blocks = (0..).zip(&self.blocks);
-        let all = std::iter::once((None, &self.feature_loads))
-            .chain(of_blocks.map(|(index, block)| (Some(index), &block.feature_loads)));
-        all.map(|(index, loads)| (index, loads.sorted()))
-            .filter(|(_, loads)| !loads.is_empty())
-            .collect()
-    }
-
-    fn restore_feature_loads(&mut self, saved: &[SavedLoads]) {
-        for (index, loads) in saved {
-            let place = match index {
-                None => Some(&mut self.feature_loads),
-                Some(index) => {
-                    let block = self.blocks.get_mut(*index as usize);
-                    block.map(|block| &mut block.feature_loads)
-                }
-            };
-            if let Some(place) = place {
-                loads.iter().for_each(|(key, load)| place.add(*key, load));
-            }
         }
     }
 }

@@ -100,7 +100,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
     #[inline(always)]
     fn films_meet(&self, a: &Particle, at: &WallTouch<'_>, overlap: f64) -> bool {
         let (context, side) = (self.context, at.side);
-        let films = context.films.filter(|_| A::HAS_EVENTS);
+        let films = self.films.filter(|_| A::HAS_EVENTS);
         let on_wall = || {
             let films = context.wall_films?;
             let place = films.place(side.near.wall.index(), at.touch.feature, context.walls)?;

@@ -51,12 +51,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
         loads: &mut [Load],
     ) {
         let context = StepContext {
-            // Contacts of vertices have no records and no films.
+            // Contacts of vertices have no records.
             watch: context.watch.map(|watch| Watch {
                 records: false,
                 ..watch
             }),
-            films: None,
             feature_loads: false,
             ..*context
         };
@@ -65,7 +64,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
             ..Pass::new(
                 (&self.laws, self.materials),
                 (&self.memory, self.block_size),
-                (&[], None),
+                (&[], None, None),
                 &context,
             )
         };
@@ -81,15 +80,15 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
         }
         let touch = |(block, loads): (&mut Block<_>, &mut [Load])| {
             if context.watch.is_some() {
-                block.observation = Observation::empty(context.walls.len());
+                block.reports.observation = Observation::empty(context.walls.len());
             }
             let start = block.rows.start;
             let own = &vertices[start..start + loads.len()];
             pass.walls(block, &Rows::together(own), loads);
             block.events.clear();
-            block.rubs.clear();
-            block.observation.largest_overlap = 0.0;
-            for exchange in &mut block.observation.exchanges {
+            block.reports.rubs.clear();
+            block.reports.observation.largest_overlap = 0.0;
+            for exchange in &mut block.reports.observation.exchanges {
                 exchange.row += FIRST_VERTEX + first as u32;
             }
         };

@@ -14,9 +14,8 @@ use super::touch_wall::{Reported, WallReports, WallTouch};
 use crate::contact::{
     AdhesionLaw, FrictionNow, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
 };
-use crate::forces::{Alarms, FeatureLoad, FeatureLoads, NearWall, Observation, Rub};
+use crate::forces::{FeatureLoad, NearWall, Reports, Rub};
 use crate::state::{Load, Particle};
-use crate::surface::SurfaceLoad;
 use crate::walls::{Mesh, NearMeshes, Scratch, Shape, Touch, Touches, WallNow, WallState};
 
 /// Radii of a vertex to which walls that act on both sides hold it from behind: four times the thickness of its sheet.
@@ -62,13 +61,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                     (index, &mut block.near_meshes, &mut block.events),
                     &mut memory,
                     load,
-                    &mut block.observation,
-                    (
-                        &mut block.feature_loads,
-                        &mut block.rubs,
-                        &mut block.surface_loads,
-                    ),
-                    &mut block.alarms,
+                    &mut block.reports,
                 );
                 first += near.features as usize;
                 continue;
@@ -85,7 +78,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 Some(touch) => {
                     slot.feature = touch.feature;
                     if self.is_alarming(a, wall, &touch, 0) {
-                        self.alarm_wall(&mut block.alarms, a, (&side, None), &touch, 0);
+                        self.alarm_wall(&mut block.reports.alarms, a, (&side, None), &touch, 0);
                     }
                     let at = WallTouch {
                         side: &side,
@@ -94,7 +87,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                         near: index as u32,
                     };
                     let reports = WallReports {
-                        observation: &mut block.observation,
+                        observation: &mut block.reports.observation,
                         surface: None,
                         events: &mut block.events,
                     };
@@ -125,14 +118,15 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         ),
         (touches, scratch): &mut (Touches, Scratch),
         load: &mut Load,
-        observation: &mut Observation,
-        (feature_loads, rubs, surface_loads): (
-            &mut FeatureLoads,
-            &mut Vec<Rub>,
-            &mut Vec<SurfaceLoad>,
-        ),
-        alarms: &mut Alarms,
+        reports: &mut Reports,
     ) -> u32 {
+        let Reports {
+            observation,
+            alarms,
+            feature_loads,
+            rubs,
+            surface_loads,
+        } = reports;
         let (near, state) = (&side.near, side.state);
         let place = state.into_wall(side.centre);
         let contact_reach = self.wall_reach(a, side.wall);

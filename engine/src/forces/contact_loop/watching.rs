@@ -91,14 +91,14 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             row: site.row as u32,
             partner: site.partner,
             sheet: site.sheet,
-            arms: [
-                arm,
-                site.b
-                    .map_or(DVec3::ZERO, |b| normal * (b.radius - 0.5 * contact.overlap)),
+            normal,
+            levers: [
+                site.lever,
+                site.b.map_or(0.0, |b| b.radius - 0.5 * contact.overlap),
             ],
             point: a.position + self.context.cell.any_shift(image) + arm,
             force: action.force.into(),
-            lossy: normal * lossy,
+            lossy,
             tangential: action.tangential.into(),
             adhesive: normal * action.adhesion.normal.viscous
                 + DVec3::from(action.adhesion.tangential),

@@ -15,6 +15,7 @@ use crate::plan::usage::MaterialUse;
 use mercury_engine::contact::mixing::elastic_constants;
 use mercury_engine::contact::normal::rayleigh_time;
 use mercury_engine::contact::parameter::short;
+use mercury_engine::step::{BesideContacts, critical_step};
 
 /// More steps than this cannot be counted in a double, by which times are computed.
 const MOST_STEPS: f64 = 9e15;
@@ -83,14 +84,6 @@ fn reference_speed(scene: &Scene, parts: &Parts) -> (f64, String) {
     (speed, reason.to_owned())
 }
 
-/// Critical steps of what acts beside the contacts, each with the way out if the step is too long. A force with one of its own has
-/// a line here.
-fn beside_contacts(parts: &Parts) -> impl Iterator<Item = (Limit, &'static str)> {
-    let of_sheets = parts.sheets.critical();
-    let all = [of_sheets.map(|limit| (limit, "soften the sheet, or coarsen its mesh"))];
-    all.into_iter().flatten()
-}
-
 /// The time step (s) and its reasons.
 pub(super) fn plan_step(
     scene: &Scene,
@@ -106,8 +99,10 @@ pub(super) fn plan_step(
         dimensions,
         ..
     } = parts;
-    let shortest = |one: &(Limit, _), other: &(Limit, _)| one.0.time.total_cmp(&other.0.time);
-    let beside = beside_contacts(parts).min_by(shortest);
+    let beside = critical_step(&BesideContacts {
+        surfaces: &parts.sheets.surfaces,
+        membranes: &parts.sheets.membranes,
+    });
     let (speed, speed_reason) = reference_speed(scene, parts);
     let Limits {
         contact,
@@ -123,7 +118,7 @@ pub(super) fn plan_step(
     // What all else allows, in the form of a contact that allows the same.
     let by_others = beside
         .as_ref()
-        .map(|(limit, _)| limit.time / membranes::STEPS_PER_CRITICAL);
+        .map(|limit| limit.time / membranes::STEPS_PER_CRITICAL);
     let would_be = match (scene.time.step.value, by_others) {
         (TimeStep::Seconds(_), Some(time)) => Some(would_be.map_or(time, |other| other.min(time))),
         _ => would_be,
@@ -138,7 +133,11 @@ pub(super) fn plan_step(
                 contacts.is_none_or(|(contact, critical)| time < bearable_step(contact, critical))
             }) =>
         {
-            let limit = beside.as_ref().map(|(limit, _)| limit.clone());
+            let limit = beside.as_ref().map(|limit| Limit {
+                time: limit.time,
+                of: limit.of.clone(),
+                part: "",
+            });
             let interval = *scene.output.interval;
             let (step, reason, warning) = automatic_part(
                 &limit.unwrap_or_default(),
@@ -186,7 +185,7 @@ pub(super) fn plan_step(
         )));
         return None;
     }
-    if let Some((limit, way_out)) = &beside
+    if let Some(limit) = &beside
         && step > REFUSED_PART * limit.time
     {
         let message = format!(
@@ -196,7 +195,8 @@ pub(super) fn plan_step(
             short(limit.time)
         );
         errors.push(place.error(message).with_help(format!(
-            "the integration would be unstable: shorten the step (or use \"auto\"), {way_out}"
+            "the integration would be unstable: shorten the step (or use \"auto\"), {}",
+            limit.way_out
         )));
         return None;
     }
