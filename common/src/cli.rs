@@ -1,5 +1,5 @@
-//! What the command lines of all Mercury programs have in common: how a program ends and what it says then, completions,
-//! progress, Ctrl-C, and the values of options.
+//! Command-line conventions of all Mercury programs: exit codes and final messages, completions, progress, Ctrl-C, and the values
+//! of options.
 //!
 //! A program's `main.rs` holds its arguments and what they mean. The rest is in this module:
 //!
@@ -89,7 +89,7 @@ pub fn main_observed<A: Parser>(
     }
 }
 
-/// What the parser of the command line says, without the usage that it adds, and its tip as all other advice.
+/// Message of the command-line parser without its usage text, with its tip in the form of all other advice.
 fn wrong_usage(text: &str) -> String {
     let text = text.strip_prefix("error: ").unwrap_or(text);
     let what = text.split("\n\nUsage:").next().unwrap_or_default();

@@ -35,7 +35,7 @@ pub fn memory() -> Option<MachineMemory> {
     Some(within_groups(machine, &groups, Path::new("/sys/fs/cgroup")))
 }
 
-/// What is free for this user on the disk that holds `path`, or will hold it, bytes; none where the system does not say.
+/// Free space for this user on the disk that holds `path`, or will hold it, bytes; none where the system does not report it.
 #[must_use]
 pub fn free_disk(path: &Path) -> Option<f64> {
     let absolute = std::path::absolute(path).ok()?;
@@ -74,7 +74,8 @@ fn of_meminfo(text: &str) -> Option<MachineMemory> {
     })
 }
 
-/// What control groups leave of it: those of `/proc/self/cgroup` and all above them, which lie below `root`, in both versions.
+/// Memory that control groups leave of the machine's: those of `/proc/self/cgroup` and all above them, which lie below `root`, in
+/// both versions.
 fn within_groups(machine: MachineMemory, groups: &str, root: &Path) -> MachineMemory {
     let mut left = machine;
     for line in groups.lines() {
@@ -147,7 +148,7 @@ mod tests {
         assert!(is_full_disk(&of(io::ErrorKind::StorageFull)));
         assert!(is_full_disk(&of(io::ErrorKind::QuotaExceeded)));
         assert!(!is_full_disk(&of(io::ErrorKind::PermissionDenied)));
-        // What the system says on Linux: ENOSPC.
+        // Error of a full disk on Linux: ENOSPC.
         assert!(is_full_disk(&io::Error::from_raw_os_error(28)));
     }
 

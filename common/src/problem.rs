@@ -27,9 +27,9 @@ pub struct Problem {
     pub key: Option<String>,
     /// The `KEY=VALUE` of the command line that it is in.
     pub set: Option<String>,
-    /// What is wrong.
+    /// Description of the problem.
     pub message: String,
-    /// What to do about it.
+    /// Advice on how to solve it.
     pub help: Option<String>,
 }
 

@@ -70,7 +70,7 @@ impl Stream {
         self.position
     }
 
-    /// The same stream at a position that [`position`](Self::position) gave.
+    /// This stream at a position that [`position`](Self::position) gave.
     #[must_use]
     pub fn at(mut self, position: u64) -> Self {
         self.position = position;

@@ -16,7 +16,8 @@ const LONGEST: usize = 64;
 /// Largest exponent of a unit.
 const HIGHEST: i32 = 9;
 
-/// What a number is of: powers of length, mass, time, angle and temperature. Angles count, so that 20 Hz are not taken for 20 rad/s.
+/// Dimension of a number: powers of length, mass, time, angle and temperature. Angles count, so that 20 Hz are not taken for 20
+/// rad/s.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Dimension {
     powers: [i32; 5],
@@ -208,7 +209,7 @@ impl Quantity {
     /// A number, perhaps a space, a unit.
     ///
     /// # Errors
-    /// What is wrong with the unit, or that there is no number or no unit.
+    /// The unit is unknown, or the number or the unit is missing.
     pub fn parse(text: &str) -> Result<Self, String> {
         let text = text.trim();
         if text.len() > LONGEST {
@@ -453,7 +454,7 @@ fn meant(symbol: &str) -> Option<&'static str> {
     })
 }
 
-/// What is wrong with a symbol that is no unit.
+/// Message for a symbol that is no unit.
 fn no_unit(symbol: &str) -> String {
     if let Some((_, conversion)) = FOREIGN.iter().find(|(names, _)| names.contains(&symbol)) {
         return format!("there is no unit {symbol:?}: write it in another, {conversion}");

@@ -29,7 +29,7 @@ impl From<Exit> for ExitCode {
     }
 }
 
-/// What a program's work comes to.
+/// Result of a program's work.
 pub type Outcome = Result<(), Failure>;
 
 /// Why there is no success: how the program ends, and what it says.
@@ -37,9 +37,9 @@ pub type Outcome = Result<(), Failure>;
 pub struct Failure {
     /// How the program ends.
     pub exit: Exit,
-    /// What it says on standard error; nothing if empty.
+    /// Message on standard error; empty for none.
     pub message: String,
-    /// The same for programs, one by one, where more is known than the text says.
+    /// Problems of the message one by one, for programs that read them; empty where the text is all that is known.
     problems: Vec<Problem>,
     /// The requested output is already on standard output.
     is_answered: bool,

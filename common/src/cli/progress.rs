@@ -167,7 +167,7 @@ fn line_left(share: f64, left: f64, text: &str, with_bar: bool) -> String {
 mod tests {
     use super::*;
 
-    /// What a progress line wrote.
+    /// Text that a progress line wrote.
     fn shown(terminal: bool, act: impl FnOnce(&mut Progress<&mut Vec<u8>>)) -> String {
         let mut out = Vec::new();
         let mut progress = Progress::to(&mut out, terminal);

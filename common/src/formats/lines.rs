@@ -131,7 +131,8 @@ impl<R: BufRead> LineReader<R> {
     }
 }
 
-/// The same text with a line feed in place of each carriage return that has none: such are the line ends of old programs of the Macintosh.
+/// The text with a line feed in place of each carriage return that has none: such are the line ends of old programs of the
+/// Macintosh.
 pub(crate) fn with_line_feeds(bytes: &[u8]) -> Cow<'_, [u8]> {
     let is_alone = |at: usize| bytes[at] == b'\r' && bytes.get(at + 1) != Some(&b'\n');
     if !(bytes.contains(&b'\r') && (0..bytes.len()).any(is_alone)) {

@@ -169,7 +169,7 @@ fn read_surface(path: &Path) -> Result<Surface, FormatError> {
     Ok(surface)
 }
 
-/// What a file says: corners that may occur several times.
+/// Triangles as a file lists them: corners may occur several times.
 #[derive(Debug, Default)]
 struct Surface {
     vertices: Vec<DVec3>,

@@ -32,7 +32,7 @@ pub struct ClumpCells {
 pub struct ParticleRow {
     /// Centre in m; of a clump its centre of mass.
     pub position: DVec3,
-    /// What it is if it is a clump.
+    /// Cells of a clump; none for a sphere.
     pub clump: Option<Box<ClumpCells>>,
     /// Radius in m, positive; of a clump 0.
     pub radius: f64,

@@ -12,7 +12,7 @@ use super::schema::{TIME, VERSION_KEY};
 use super::{Column, ColumnKind, FRAMES_VERSION, Frame, FrameSchema};
 use crate::error::FormatError;
 
-/// What is known of a frame without its columns.
+/// Facts about a frame that are known without its columns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrameInfo {
     /// Time, in s.
@@ -34,7 +34,7 @@ struct MessageSpan {
     end: u64,
 }
 
-/// What stands at an offset where a message may begin.
+/// Content at an offset where a message may begin.
 enum Next {
     End,
     Message {
@@ -144,7 +144,7 @@ impl FrameReader {
         self.frames.iter().map(|(info, _)| *info)
     }
 
-    /// What is wrong behind the last whole frame, if anything is.
+    /// Problem behind the last whole frame, if there is one.
     pub fn damage(&self) -> Option<&FormatError> {
         self.damage.as_ref()
     }

@@ -49,10 +49,10 @@ use crate::error::FormatError;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait Table: Default {
-    /// What the file says it holds, the value of the schema metadata `kind`.
+    /// Name of the content in the file, the value of the schema metadata `kind`.
     const KIND: &'static str;
 
-    /// What is fixed for a whole file: its optional columns, what its rows speak of.
+    /// Facts that are fixed for a whole file: its optional columns, the objects that its rows refer to.
     type Layout: Default;
 
     /// Time in s and number of time steps made.
@@ -69,7 +69,7 @@ pub trait Table: Default {
         Ok(Self::Layout::default())
     }
 
-    /// What the layout adds to the metadata of the schema, besides [`FramesHeader::entries`].
+    /// Metadata of the schema that the layout adds to [`FramesHeader::entries`].
     fn metadata(_: &Self::Layout) -> Vec<(String, String)> {
         Vec::new()
     }
@@ -125,7 +125,7 @@ pub trait Table: Default {
     fn into_frame(mut self) -> Frame {
         let (&mut time, &mut step) = self.moment();
         let mut put = Put::default();
-        // What is there is put; whether it is what the file has, the writer of frames sees.
+        // Columns that have values are put; the writer of frames compares them with the schema of the file.
         self.columns(&Self::Layout::default(), &mut put);
         Frame {
             time,
@@ -244,12 +244,12 @@ impl<T: Table> TableReader<T> {
         })
     }
 
-    /// What the file says about its run.
+    /// Facts about the run from the header of the file.
     pub fn header(&self) -> &FramesHeader {
         &self.header
     }
 
-    /// What is fixed for the whole file.
+    /// Facts that are fixed for the whole file.
     pub fn layout(&self) -> &T::Layout {
         &self.layout
     }

@@ -27,7 +27,7 @@ pub enum FrameWriteError {
         path: PathBuf,
         /// The step of the frame that was refused.
         step: u64,
-        /// What does not fit.
+        /// Description of the mismatch.
         reason: String,
     },
     /// The columns cannot be a schema.

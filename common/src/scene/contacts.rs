@@ -29,7 +29,7 @@ pub struct ContactOverride {
 }
 
 impl ContactOverride {
-    /// What is replaced of a part.
+    /// Replacement for the law of a part.
     #[must_use]
     pub fn law(&self, part: LawPart) -> Option<&LawOverride> {
         match part {

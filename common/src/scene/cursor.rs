@@ -38,7 +38,7 @@ pub enum Files {
     Unchecked,
 }
 
-/// What all cursors of a document share.
+/// Data that all cursors of a document share.
 pub(super) struct Context {
     pub(super) errors: RefCell<Vec<SceneError>>,
     pub(super) directory: PathBuf,
@@ -51,7 +51,7 @@ pub(super) struct Context {
     pub(super) named: RefCell<Vec<NamedFile>>,
 }
 
-/// What an entry of a list is called that has no name, where it needs one: `wall-3` for `walls[2]`.
+/// Name of an entry of a list that has none, where it needs one: `wall-3` for `walls[2]`.
 fn default_name(path: &str) -> Option<String> {
     let (list, index) = path.strip_suffix(']')?.rsplit_once('[')?;
     let one = match list.rsplit('.').next()? {

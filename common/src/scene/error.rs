@@ -1,4 +1,4 @@
-//! What is wrong with a scene, each problem with its place.
+//! Problems of a scene, each with its place.
 
 use std::fmt;
 
@@ -19,9 +19,9 @@ const MOST_PRINTED: usize = 50;
 pub struct SceneError {
     /// Where it is; knows the key.
     pub place: SourceSpan,
-    /// What is wrong.
+    /// Description of the problem.
     pub message: String,
-    /// What to do about it.
+    /// Advice on how to solve it.
     pub help: Option<String>,
 }
 

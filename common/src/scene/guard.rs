@@ -7,7 +7,7 @@ use super::source::Located;
 /// `[guard]`: limits beyond which a simulation is not to be trusted, and what happens there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Guard {
-    /// What happens beyond a limit; default strict.
+    /// Action beyond a limit; default strict.
     pub policy: GuardPolicy,
     /// Largest overlap, in smaller radii; default 0.5, or `contact.overlap_error` if that is more.
     pub overlap: Located<f64>,
@@ -15,7 +15,7 @@ pub struct Guard {
     pub way: Located<f64>,
 }
 
-/// What happens beyond a limit.
+/// Action beyond a limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum GuardPolicy {
     /// The run stops.

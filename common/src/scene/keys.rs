@@ -27,13 +27,13 @@ pub enum Variants {
     Word {
         /// The key.
         key: &'static str,
-        /// What it names, for messages.
+        /// Noun for the choice, for messages.
         what: &'static str,
         /// An example of the key's value.
         example: &'static str,
-        /// What the key means.
+        /// Meaning of the key.
         text: &'static str,
-        /// What holds where the key is left out and that of the variant's name is there; none: the key must be given.
+        /// Variant that holds where the key is left out and that of the variant's name is there; none: the key must be given.
         absent: Option<&'static Variant>,
         /// By its words.
         of: &'static [Variant],
@@ -54,7 +54,7 @@ pub struct Variant {
     pub name: &'static str,
     /// The keys, in groups that tables share.
     pub keys: &'static [&'static [SceneKey]],
-    /// What it is.
+    /// Meaning of the variant.
     pub text: &'static str,
 }
 
@@ -72,17 +72,17 @@ pub struct Choice {
 pub struct SceneKey {
     /// The key.
     pub name: &'static str,
-    /// What may stand there.
+    /// Permitted values.
     pub kind: Kind,
-    /// What holds where it is left out.
+    /// Value where the key is left out.
     pub absent: Absent,
     /// A value to copy, perhaps with a comment.
     pub example: &'static str,
-    /// What it means.
+    /// Meaning of the key.
     pub text: &'static str,
 }
 
-/// What may stand at a key.
+/// Kind of value that is permitted at a key.
 #[derive(Debug, Clone, Copy)]
 pub enum Kind {
     /// A number with its SI unit (empty for pure numbers) and range.
@@ -133,7 +133,7 @@ pub enum Kind {
     OneOf(&'static [Kind]),
 }
 
-/// What holds where a key is left out.
+/// Value where a key is left out.
 #[derive(Debug, Clone, Copy)]
 pub enum Absent {
     /// It must be given.
@@ -150,7 +150,7 @@ pub enum Absent {
     EmptyList,
     /// A table without keys: the defaults of all.
     EmptyTable,
-    /// What the text says; nothing where it is empty.
+    /// Description in words; empty where there is nothing to describe.
     Open(&'static str),
     /// It must be given in the case that the text states, and means nothing in others.
     When(&'static str),
@@ -158,7 +158,7 @@ pub enum Absent {
 
 /// A word of the scene.
 pub(super) trait Word: Copy + 'static {
-    /// What the words name, for messages.
+    /// Noun for the words, for messages.
     const WHAT: &'static str;
     /// The words and what they stand for.
     const WORDS: &'static [(&'static str, Self)];
@@ -279,7 +279,7 @@ impl TableKeys {
         }
     }
 
-    /// What may stand at a key of a table of the document.
+    /// Kind of value that is permitted at a key of a table of the document.
     pub(super) fn kind_in(&self, table: &Table, name: &str) -> Option<&'static Kind> {
         let is = |key: &&SceneKey| key.name == name;
         let found = self.of(self.variant_of(table)).find(is);
@@ -414,7 +414,7 @@ impl Kind {
         }
     }
 
-    /// What a list at the key holds.
+    /// Kind of the entries of a list at the key; none where it is not a list.
     pub(super) fn list(&'static self) -> Option<&'static Self> {
         match self {
             Self::OneOf(all) => all.iter().find_map(Self::list),

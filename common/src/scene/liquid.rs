@@ -47,7 +47,7 @@ pub enum Lubrication {
     Cut,
 }
 
-/// What stands for the volume in the fit of Lian & Seville (2016).
+/// Measure of the volume in the fit of Lian & Seville (2016).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum LianSevilleVolume {
     /// V/R_D^3, as the fit was made.

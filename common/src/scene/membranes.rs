@@ -51,7 +51,7 @@ pub struct Membrane {
     pub bending: Option<Bending>,
     /// Whether hinges are free of moment where they are flat; default: as in the rest shape.
     pub rests_flat: bool,
-    /// What is held; `fixed` is the first, of that name.
+    /// Holds of vertices; `fixed` is the first, of that name.
     pub holds: Vec<Hold>,
     /// On the back of the triangles.
     pub pressure: MembranePressure,
@@ -181,7 +181,7 @@ pub enum HoldMotion {
     Wall(Located<String>),
 }
 
-/// What sets the pressure on the back of a membrane.
+/// Source of the pressure on the back of a membrane.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MembranePressure {
     /// None, a number, rows or a table, Pa.

@@ -114,13 +114,13 @@ use walls::WALL;
 
 use crate::readable;
 
-/// What a scene from standard input is called in messages.
+/// Name of a scene from standard input in messages.
 pub const STANDARD_INPUT: &str = "<stdin>";
 
 /// Bytes of a scene, law or clump: more than any has, and what a device without an end is cut at.
 const LONGEST_TEXT: u64 = 256_000_000;
 
-/// What names of a scene's run begin with: the name of the scene's file without its ending, `scene` for [`STANDARD_INPUT`].
+/// Beginning of the names of a run's files: the name of the scene's file without its ending, `scene` for [`STANDARD_INPUT`].
 #[must_use]
 pub fn stem(path: &Path) -> String {
     if path == Path::new(STANDARD_INPUT) {

@@ -61,7 +61,7 @@ pub struct Output {
     pub digits: Option<Located<u64>>,
 }
 
-/// What a row of `.data` is for clumps.
+/// Meaning of a row of `.data` for clumps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ClumpsAs {
     /// A body.
@@ -70,7 +70,7 @@ pub enum ClumpsAs {
     Pebbles,
 }
 
-/// What a name stands for that is to be tracked.
+/// Objects that a trackable name stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Trackable {
     /// A single particle or clump.

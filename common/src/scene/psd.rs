@@ -27,7 +27,7 @@ pub struct Psd {
     pub cut: Option<Located<[f64; 2]>>,
 }
 
-/// What is counted when one says "10 % are smaller than d".
+/// Quantity that is counted in "10 % are smaller than d".
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Weighting {
     /// Particles.
@@ -114,7 +114,7 @@ pub enum SizeLaw {
         diameters: Vec<f64>,
         /// Shares of the classes, of any sum.
         shares: Vec<f64>,
-        /// What is assumed inside a class; default number-uniform.
+        /// Distribution inside a class; default number-uniform.
         model: ClassModel,
     },
     /// A measured distribution, or a law in a file of its own.

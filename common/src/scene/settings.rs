@@ -122,7 +122,7 @@ pub struct Conventions {
     pub sliding_normal: SlidingNormal,
     /// How viscous forces of liquid behave at small gaps; default clamped.
     pub lubrication: Lubrication,
-    /// What stands for the volume in the fit of Lian & Seville; default V/R_D^3.
+    /// Measure of the volume in the fit of Lian & Seville; default V/R_D^3.
     pub lian_seville_volume: LianSevilleVolume,
     /// Whether R* includes the curvature of walls; default false.
     pub wall_curvature: bool,
@@ -136,7 +136,7 @@ pub struct Conventions {
     pub clump_mass: ClumpMass,
 }
 
-/// What mass a clump brings into the effective mass of its contacts.
+/// Mass of a clump in the effective mass of its contacts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ClumpMass {
     /// That of the whole body.

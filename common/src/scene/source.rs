@@ -59,7 +59,7 @@ impl Source {
         })
     }
 
-    /// What messages call it by.
+    /// Name of the source in messages.
     pub(super) fn name(&self) -> &str {
         &self.name
     }
@@ -135,7 +135,7 @@ impl SourceSpan {
         }
     }
 
-    /// The same span under another key.
+    /// This span under another key.
     pub(super) fn with_key(&self, key: impl Into<Arc<str>>) -> Self {
         Self {
             key: key.into(),
@@ -161,7 +161,7 @@ impl SourceSpan {
         self.source.kind == SourceKind::Argument
     }
 
-    /// What stands there, as typed.
+    /// Text of the span, as typed.
     #[must_use]
     pub fn text(&self) -> &str {
         self.source
@@ -328,7 +328,7 @@ pub struct Located<T> {
 }
 
 impl<T> Located<T> {
-    /// The same place with the value changed.
+    /// Applies a function to the value and keeps the place.
     pub fn map<U>(self, change: impl FnOnce(T) -> U) -> Located<U> {
         Located {
             value: change(self.value),

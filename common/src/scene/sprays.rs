@@ -30,7 +30,7 @@ pub struct Spray {
     pub gravity: bool,
     /// Drag of the air; default none.
     pub drag: Option<SprayDrag>,
-    /// What walls do with droplets; default [`AtWalls::Lost`].
+    /// Effect of walls on droplets; default [`AtWalls::Lost`].
     pub at_walls: AtWalls,
     /// Restitution of bounces; needed where droplets bounce.
     pub restitution: Option<Located<f64>>,
@@ -115,7 +115,7 @@ pub struct SprayDrag {
     pub gas_velocity: DVec3,
 }
 
-/// What walls do with droplets.
+/// Effect of walls on droplets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum AtWalls {
     /// They are lost.

@@ -20,7 +20,7 @@ pub(super) struct Node {
     pub(super) span: Range<usize>,
 }
 
-/// What a TOML value can be.
+/// Value of TOML.
 #[derive(Debug, Clone)]
 pub(super) enum Value {
     String(String),

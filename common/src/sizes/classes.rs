@@ -181,7 +181,7 @@ impl Classes {
         &self.edges
     }
 
-    /// What is assumed inside a class.
+    /// Distribution inside a class.
     #[must_use]
     pub fn model(&self) -> ClassModel {
         self.model
@@ -242,7 +242,7 @@ impl Classes {
             })
     }
 
-    /// What lies between two diameters, classes divided where they fall.
+    /// Part between two diameters; classes are divided where the diameters fall.
     ///
     /// # Errors
     /// [`ClassProblem::Empty`] when nothing does.
@@ -269,7 +269,7 @@ impl Classes {
         Self::new(&edges, &numbers, Weighting::Number, self.model)
     }
 
-    /// The same numbers of particles between other diameters.
+    /// Classes with these numbers of particles between other diameters.
     ///
     /// # Errors
     /// [`ClassProblem::Edge`] where the map does not keep the order of diameters or makes them negative.

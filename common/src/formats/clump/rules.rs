@@ -1,4 +1,4 @@
-//! What a clump file must hold to be a rigid body.
+//! Rules that make the content of a clump file a rigid body.
 
 use std::collections::HashSet;
 use std::fmt;
@@ -20,7 +20,7 @@ const TRIANGLE_TOLERANCE: f64 = 1e-9;
 pub struct ClumpProblem {
     /// The key as the file has it, for example `pebbles[3].radius`.
     pub key: String,
-    /// What is wrong.
+    /// Description of the problem.
     pub message: String,
 }
 

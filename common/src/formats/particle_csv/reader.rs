@@ -175,10 +175,10 @@ impl<'a> Line<'a> {
     }
 }
 
-/// What the columns of the table are.
+/// Columns of the table.
 struct Header {
     separator: u8,
-    /// What each cell of a line is; `None` for a column that is not read.
+    /// Meaning of each cell of a line; `None` for a column that is not read.
     columns: Vec<Option<Column>>,
     /// The names.
     names: Vec<String>,
@@ -493,7 +493,7 @@ fn unknown_column(line: Line<'_>, cell: Cell<'_>, name: &str) -> FormatError {
     let lower = name.to_lowercase();
     // A header cell may be a whole misread file: names are short.
     let start: String = lower.chars().take(64).collect();
-    // What people write most often, beside slips of the keyboard.
+    // Common names in other programs; slips of the keyboard are found below.
     let meant = match lower.as_str() {
         "r" | "rad" => Some("radius"),
         "d" | "diameter" => {

@@ -35,7 +35,7 @@ pub enum VtuValues<'a> {
         /// How many.
         length: usize,
     },
-    /// The same small number everywhere, made while writing.
+    /// A small number that is equal everywhere, made while writing.
     Constant {
         /// The number.
         value: u8,

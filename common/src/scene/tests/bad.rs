@@ -1,4 +1,4 @@
-//! What is wrong with a scene is said in exactly these words.
+//! Exact messages for scenes with errors.
 //!
 //! `bad_scenes.txt` holds the cases: a head `### name`, the part of a scene that is wrong, `---`, and the
 //! full text of the errors. Sections that a case leaves out are those of [`GOOD`], put behind it, so a
@@ -39,7 +39,7 @@ fn errors_of(part: &str) -> String {
     }
 }
 
-/// What is read no further without the key must not vanish in silence.
+/// A key on which others hang may be misspelt: the part that is then not read must not vanish in silence.
 #[test]
 fn a_misspelt_key_on_which_the_rest_hangs_is_named() {
     let wall = "[[walls]]\nname = \"a\"\nshape = \"plane\"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\nmaterial = \"glass\"\n";

@@ -59,12 +59,12 @@ struct Layout {
     columns: usize,
 }
 
-/// What the lines hold.
+/// Content of the lines.
 pub(super) struct Read {
-    /// What the columns mean.
+    /// Meaning of the columns.
     pub(super) columns: Columns,
     pub(super) rows: Vec<Row>,
-    /// What was left out.
+    /// Notes of what was left out.
     pub(super) notes: Vec<String>,
     pub(super) by_quota: bool,
 }

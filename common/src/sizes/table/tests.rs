@@ -95,7 +95,7 @@ fn what_is_repaired_or_left_out_is_said() {
     assert_eq!(extra.notes, ["the column \"remark\" is not read"]);
     let model = table("# in-class: volume-log-uniform\ndiameter [mm],Q3\n1,0\n2,1\n");
     assert_eq!(model.classes.model(), ClassModel::LogUniform(Volume));
-    // What begins with 0 stays: the pan of a sieving.
+    // A class that begins with 0 stays: the pan of a sieving.
     let pan = table("sieve [mm],retained [g]\n2,0\n1,30\npan,10\n");
     assert_eq!(pan.edges, [0.0, 1e-3, 2e-3]);
 }
