@@ -114,7 +114,7 @@ impl Frames {
             let numbers = table.column("frame")?.u64()?.into_no_null_iter();
             Ok(numbers.map(|number| number as usize).collect())
         };
-        // What cannot be decided from frames alone is decided row by row.
+        // Filters that frames alone cannot decide are decided row by row.
         passing().unwrap_or(all)
     }
 

@@ -1,4 +1,4 @@
-//! What is written is read back, bit for bit.
+//! Round trip of written tables, bit for bit.
 
 use mercury_tables::{Column, Kind, ParquetWriter, Spec, Table, Values};
 use proptest::collection::vec;
