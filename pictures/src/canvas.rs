@@ -1,4 +1,4 @@
-//! What a picture is drawn on. A layout is written once against [`Canvas`] and comes out as pixels and as SVG.
+//! Canvas that a picture is drawn on. A layout is written once against [`Canvas`] and comes out as pixels and as SVG.
 //!
 //! Coordinates are in points, x to the right, y down.
 

@@ -42,7 +42,7 @@ pub fn draw_clump(clump: &ClumpScene, options: &Options) -> Result<Image, Pictur
     Ok(sheet(clump, &frame, options).image(options))
 }
 
-/// The same as an SVG document.
+/// SVG document of the picture.
 ///
 /// # Errors
 /// For options that cannot be drawn.

@@ -19,7 +19,7 @@ pub enum PictureError {
     Option {
         /// Which.
         option: &'static str,
-        /// What is wrong, and what is expected.
+        /// Description of the problem, with the expected value.
         problem: String,
     },
     /// A chart has data that cannot be drawn.

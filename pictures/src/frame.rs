@@ -1,4 +1,4 @@
-//! What one picture shows: plain values in SI units.
+//! Content of one picture: plain values in SI units.
 
 use glam::DVec3;
 
@@ -43,8 +43,8 @@ pub struct Sphere {
     pub centre: DVec3,
     /// Radius (m).
     pub radius: f64,
-    /// What its colour shows, in the unit of [`crate::ColourBy`]; the number of a category, counted from 0. NaN: it
-    /// has no value and is drawn grey.
+    /// Value that its colour shows, in the unit of [`crate::ColourBy`]; the number of a category, counted from 0. NaN: it has no
+    /// value and is drawn grey.
     pub value: f64,
     /// Fixed and driven particles are drawn in a grey of their own.
     pub fixed: bool,
@@ -62,7 +62,7 @@ impl Sphere {
 pub struct Grain {
     /// Corners of the triangles (m); those that are not finite are left out.
     pub triangles: Vec<[DVec3; 3]>,
-    /// What its colour shows, as for a [`Sphere`].
+    /// Value that its colour shows, as for a [`Sphere`].
     pub value: f64,
     /// Fixed and driven particles are drawn in a grey of their own.
     pub fixed: bool,
@@ -146,7 +146,7 @@ pub struct Contact {
     pub from: DVec3,
     /// Centre of the other one, or the point on the wall (m).
     pub to: DVec3,
-    /// What width and colour show, a force as a rule (N).
+    /// Value that width and colour show, a force as a rule (N).
     pub strength: f64,
 }
 

@@ -31,7 +31,7 @@ pub(crate) const SAMPLES: usize = 2;
 /// Samples along the side of a tile.
 pub(crate) const TILE: usize = 64;
 
-/// What a frame's values have become.
+/// Values of a frame as they are drawn.
 #[derive(Debug)]
 pub(crate) struct Look<'a> {
     pub(crate) theme: Theme,

@@ -26,7 +26,7 @@ pub fn moves(gravity: DVec3, time: f64, grains: impl Iterator<Item = (f64, DVec3
         way += 0.5 * mass * slow * slow;
     }
     let rests = energy <= REST_ENERGY * fall || (time > 0.0 && energy <= way);
-    // What is no number moves.
+    // A grain whose energy is not a number counts as moving.
     !rests && energy != 0.0
 }
 

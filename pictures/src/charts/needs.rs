@@ -1,4 +1,4 @@
-//! What the series of a chart need of its axes.
+//! Needs of the series of a chart: the range and the ends of each axis.
 
 use super::axis::{Axis, Scale};
 use super::chart::{Chart, Shape};
@@ -61,7 +61,7 @@ fn is_there(axis: &Axis, value: f64) -> bool {
     axis.scale.place(value).is_some() || infinite
 }
 
-/// What all series need of both axes.
+/// Needs of all series for both axes.
 pub(super) struct Needs {
     pub(super) x: Need,
     pub(super) y: Need,

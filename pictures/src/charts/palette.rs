@@ -96,7 +96,7 @@ impl Dash {
     }
 }
 
-/// What a point looks like.
+/// Shape of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Marker {
     /// A filled disc.

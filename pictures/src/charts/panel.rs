@@ -74,7 +74,7 @@ impl<'a> Panel<'a> {
         }
     }
 
-    /// What it needs around it, if it and its surroundings are `height` points high.
+    /// Room that the panel needs around it, if it and its surroundings are `height` points high.
     pub(super) fn margins(&self, height: f64, legend: Legend) -> Margins {
         let heading = if self.outline.chart.title.is_empty() && self.lost.all() == 0 {
             8.0

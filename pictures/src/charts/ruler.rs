@@ -16,7 +16,7 @@ const ROOM: f64 = 0.04;
 /// A logarithmic axis that finds its own ends reaches at most this many decades below its upper end: the digits of an f64.
 const MOST_DECADES: f64 = 16.0;
 
-/// What the series of a chart need of an axis.
+/// Needs of the series of a chart for one axis.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Need {
     /// Smallest and largest value that has a place (SI).
@@ -96,7 +96,7 @@ impl Span {
         self.share(value).or(beyond)
     }
 
-    /// What a linear axis reaches over (SI); `None` of others.
+    /// Length of a linear axis (SI); `None` of others.
     pub(super) fn extent(&self) -> Option<f64> {
         let extent = (self.ends.1 - self.ends.0) * self.unit.size;
         (self.scale == Scale::Linear && extent > 0.0).then_some(extent)
@@ -184,7 +184,7 @@ fn widened_evenly((low, high): (f64, f64), tight: bool) -> (f64, f64) {
     (low - below, high + above)
 }
 
-/// The same for non-linear scales; the free space is a share of the axis as drawn.
+/// Widened ends of a non-linear scale; the free space is a share of the axis as drawn.
 fn widened(scale: Scale, (low, high): (f64, f64), tight: bool) -> (f64, f64) {
     if scale == Scale::Log {
         let low = low.max(high * power_of_ten(-MOST_DECADES as i32));

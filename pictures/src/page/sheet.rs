@@ -1,4 +1,4 @@
-//! What a picture is to show, and its drawing.
+//! Sheet of a picture: its content, and its drawing.
 
 use super::layout::{Layout, Wishes, unit};
 use super::legend::Legend;

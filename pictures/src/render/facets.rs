@@ -96,7 +96,7 @@ impl Facet {
     pub(super) fn owns(&self, u: f64, v: f64) -> bool {
         let [a, b, c] = self.corners;
         [(a, b), (b, c), (c, a)].into_iter().all(|(from, to)| {
-            // The same arithmetic for both triangles at an edge: from its lesser to its greater end.
+            // Both triangles at an edge compute with the same numbers: from its lesser to its greater end.
             let swapped = from > to;
             let (p, q) = if swapped { (to, from) } else { (from, to) };
             let side = (q.0 - p.0) * (v - p.1) - (q.1 - p.1) * (u - p.0);

@@ -8,7 +8,7 @@ use crate::colour::Colour;
 /// Light without direction, and light of the lamp.
 const AMBIENT: f64 = 0.44;
 const LAMP: f64 = 0.56;
-/// The same for sheets, which are large: none of them should be a dark hole in the picture.
+/// Ambient light on sheets, which are large: none of them should be a dark hole in the picture.
 const SHEET_AMBIENT: f64 = 0.6;
 /// How far the lamp reaches round the terminator, as a cosine: a soft lamp leaves no hard edge of shadow.
 const WRAP: f64 = 0.35;
