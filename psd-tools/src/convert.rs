@@ -11,11 +11,11 @@ use crate::statistics::Unit;
 /// How a table is to look.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Form {
-    /// What the values are.
+    /// Meaning of the values.
     pub kind: ValueKind,
     /// Of what.
     pub weighting: Weighting,
-    /// What the sizes are.
+    /// Meaning of the sizes.
     pub size: SizeKind,
     /// Their unit.
     pub unit: Unit,

@@ -57,7 +57,7 @@ pub struct Residual {
 pub struct Fitted {
     /// Which.
     pub family: Family,
-    /// What was measured.
+    /// Quantity that was measured.
     pub weighting: Weighting,
     /// The parameters, in the order of the scene's keys.
     pub parameters: Vec<Parameter>,

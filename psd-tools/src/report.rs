@@ -1,4 +1,4 @@
-//! What a check says, for people and for scripts.
+//! Reports of a check, as text and as JSON.
 
 use std::fmt::Write as _;
 
@@ -17,15 +17,15 @@ const DECILES: [(&str, f64); 3] = [("d10", 0.1), ("d50", 0.5), ("d90", 0.9)];
 /// A sample that was tested.
 #[derive(Debug, Clone, Copy)]
 pub struct Check<'a> {
-    /// What it is of.
+    /// Name of the sample.
     pub name: &'a str,
     /// The particles.
     pub sample: &'a Sample,
-    /// What they should be.
+    /// Distribution that the sizes should have.
     pub target: &'a SizeDistribution,
     /// The tests.
     pub goodness: &'a Goodness,
-    /// What they come to.
+    /// Verdict on the sample.
     pub verdict: &'a Verdict,
     /// 1 - level is the confidence of bands and intervals.
     pub level: f64,
@@ -226,7 +226,7 @@ fn probability(p: f64) -> String {
     }
 }
 
-/// What two samples come to, for people.
+/// Comparison of two samples, as text.
 #[must_use]
 pub fn two_samples_text(name: &str, result: &TwoSamples, level: f64) -> String {
     let unit = Unit::for_length(result.wasserstein);
@@ -284,7 +284,7 @@ fn ends(interval: &Interval, show: impl Fn(f64) -> String) -> String {
     }
 }
 
-/// What two samples come to, for scripts.
+/// Comparison of two samples, as JSON.
 #[must_use]
 pub fn two_samples_json(result: &TwoSamples, level: f64) -> Value {
     let differences: Vec<Value> = result

@@ -30,7 +30,7 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// What it prints when all is well.
+/// Standard output of a run that succeeds.
 fn done(folder: &Path, arguments: &[&str]) -> String {
     let output = psd(folder, arguments);
     assert!(
@@ -41,7 +41,7 @@ fn done(folder: &Path, arguments: &[&str]) -> String {
     text(&output.stdout)
 }
 
-/// What it says when the input is wrong.
+/// Message of a run whose input is wrong.
 fn refused(folder: &Path, arguments: &[&str]) -> String {
     let output = psd(folder, arguments);
     assert_eq!(

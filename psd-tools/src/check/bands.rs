@@ -136,7 +136,7 @@ pub fn number_interval(sample: &Sample, u: f64, level: f64) -> Interval {
     Interval {
         value: sample.quantile(Weighting::Number, u),
         low: rank_below(n, u, 0.5 * level).map(at),
-        // The same from the other end.
+        // The upper bound is the lower one, counted from the other end.
         high: rank_below(n, 1.0 - u, 0.5 * level).map(|rank| at(n + 1 - rank)),
     }
 }
@@ -146,7 +146,7 @@ pub fn number_interval(sample: &Sample, u: f64, level: f64) -> Interval {
 fn rank_below(n: usize, u: f64, tail: f64) -> Option<usize> {
     let number = n as f64;
     let spread = (number * u * (1.0 - u)).sqrt();
-    // What lies below here adds nothing.
+    // Terms of lower ranks add nothing.
     let from = (number * u - 40.0 * spread - 100.0).max(0.0) as usize;
     let mut sum = 0.0;
     for smaller in from..n {

@@ -22,7 +22,7 @@ pub enum RunError {
     Folder {
         /// The folder or a file in it.
         path: PathBuf,
-        /// What is wrong, and what to do.
+        /// Description of the problem, with advice.
         what: String,
     },
     /// A file of the run is damaged.
@@ -57,7 +57,7 @@ impl Condition {
     /// Reads conditions such as `z<0.05` or `x>=0,z<0.1`.
     ///
     /// # Errors
-    /// What is wrong with the text.
+    /// The text is not a list of conditions.
     pub fn parse_all(text: &str) -> Result<Vec<Self>, String> {
         text.split(',').map(Self::parse).collect()
     }
@@ -103,7 +103,7 @@ pub struct Group {
     pub mass: f64,
 }
 
-/// What a kind of particles should be.
+/// Target of a kind of particles.
 #[derive(Debug, Clone)]
 pub struct Target {
     /// Its sizes.
@@ -290,7 +290,7 @@ impl Run {
         Ok(vec![nearest])
     }
 
-    /// What each kind should be. A kind that several insertions bring with different distributions has none.
+    /// Target of each kind. A kind that several insertions bring with different distributions has none.
     ///
     /// # Errors
     /// Where the plan says nothing of sizes, or what it says cannot be read.

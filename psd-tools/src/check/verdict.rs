@@ -6,7 +6,7 @@ use super::bands::fewest;
 use super::goodness::Goodness;
 use crate::sample::Sample;
 
-/// What decides.
+/// Criterion of a verdict.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Criterion {
     /// The tests, at this level: a good sample fails with at most this probability.
@@ -39,10 +39,10 @@ impl Finding {
     }
 }
 
-/// What a check comes to.
+/// Result of a check.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
-    /// What was found.
+    /// Finding of the check.
     pub finding: Finding,
     /// Why not, or by what.
     pub reasons: Vec<String>,

@@ -1,4 +1,4 @@
-//! What was measured: sizes one by one, or shares of classes; and how likely a law makes it.
+//! Measured data: sizes one by one, or shares of classes; and how likely a law makes them.
 
 use mercury_common::sizes::Weighting;
 use mercury_common::sizes::table::SizeTable;
@@ -21,7 +21,7 @@ pub enum DataError {
     /// Fewer classes or sizes than parameters need.
     #[error("{have} do not determine the {} parameters of {}", .family.parameters(), .family.word())]
     TooFew {
-        /// What there is.
+        /// Data that there are.
         have: String,
         /// The family.
         family: Family,
@@ -145,8 +145,8 @@ impl Data {
         data
     }
 
-    /// The same measurement as if it had counted as many particles as make the best of these families just probable: its
-    /// chi-square equal to its degrees of freedom. For shares of an unknown number of particles.
+    /// This measurement with an estimated number of particles: the number that makes the best of these families just probable,
+    /// its chi-square equal to its degrees of freedom. For shares of an unknown number of particles.
     ///
     /// # Errors
     /// As [`super::fit`], if no family fits.
@@ -214,7 +214,7 @@ impl Data {
         self.gathered
     }
 
-    /// What was measured.
+    /// Quantity that was measured.
     #[must_use]
     pub fn weighting(&self) -> Weighting {
         self.weighting

@@ -30,7 +30,7 @@ pub(super) enum Lack {
     Others,
 }
 
-/// What each searched parameter lacks; `errors` are those of the curvature.
+/// Lack of information about each searched parameter; `errors` are those of the curvature.
 pub(super) fn lacks(
     data: &Data,
     family: Family,
