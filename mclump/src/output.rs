@@ -51,7 +51,7 @@ pub enum OutputError {
     Content {
         /// The file.
         path: PathBuf,
-        /// What does not fit.
+        /// Description of the mismatch.
         reason: String,
     },
 }

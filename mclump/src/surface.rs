@@ -54,11 +54,11 @@ pub enum SurfaceError {
 pub struct Prepared {
     /// The surface.
     pub mesh: TriangleMesh,
-    /// What it is like now.
+    /// Report on the surface after preparation.
     pub report: Report,
-    /// What was done to it, in words; empty if nothing.
+    /// Changes that were made, in words; empty if none.
     pub done: Vec<String>,
-    /// What remains odd, in words.
+    /// Oddities that remain, in words.
     pub warnings: Vec<String>,
 }
 

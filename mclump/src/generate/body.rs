@@ -30,7 +30,7 @@ pub(crate) struct Body {
     pub(crate) volume: f64,
     /// Smallest and largest coordinates.
     pub(crate) bounds: (DVec3, DVec3),
-    /// What the integrals over the mesh are, in the frame of the mesh.
+    /// Mass properties of the mesh by its integrals, in the frame of the mesh.
     pub(crate) properties: MassProperties,
     /// Corners and outward unit normal of the triangles that have an area.
     pub(crate) faces: Vec<Face>,

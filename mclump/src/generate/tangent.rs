@@ -23,7 +23,7 @@ const CLIMBERS: usize = 16;
 pub(super) struct Balls {
     lattice: Lattice,
     candidates: Vec<Pebble>,
-    /// What is added to each radius when gains are counted.
+    /// Length that is added to each radius when gains are counted.
     protrusion: f64,
     /// Gain at the time `made`, index of the candidate.
     queue: BinaryHeap<(u32, Reverse<usize>, usize)>,

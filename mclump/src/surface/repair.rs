@@ -1,4 +1,4 @@
-//! What can be mended without guessing much: equal vertices, doubled triangles, triangles turned the wrong way, small holes.
+//! Repairs that need little guessing: equal vertices, doubled triangles, triangles turned the wrong way, small holes.
 
 use mercury_common::formats::mesh::TriangleMesh;
 

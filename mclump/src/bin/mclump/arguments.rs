@@ -1,4 +1,4 @@
-//! What was typed on the command line.
+//! Arguments of the command line.
 
 use std::path::PathBuf;
 
@@ -132,7 +132,7 @@ pub(crate) enum RouteName {
     Surface,
     /// The space that the pebbles cover
     Union,
-    /// The same by voxels
+    /// The space that the pebbles cover, by voxels
     Voxels,
     /// Every pebble for itself
     Pebbles,
