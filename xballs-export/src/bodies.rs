@@ -26,7 +26,7 @@ pub enum ClumpsAs {
 pub(crate) struct Shown {
     /// As a table.
     pub(crate) table: Snapshot,
-    /// The same bodies.
+    /// Frame of the same bodies.
     pub(crate) frame: BodyFrame,
     /// Ids of all bodies of the run with surfaces of their own, selected or not.
     with_surface: HashSet<u32>,
@@ -75,7 +75,7 @@ pub(crate) fn missing(source: &Source, help: &str) -> ExportError {
     beside::missing(source, "bodies", why, help)
 }
 
-/// What a user should know of clumps that cannot be shown as surfaces.
+/// Notes on clumps that cannot be shown as surfaces.
 pub(crate) fn notes(reader: Option<&BodyReader>) -> Vec<String> {
     let kinds = reader.map_or(&[][..], BodyReader::kinds).iter();
     let without = kinds.filter(|kind| kind.surface.is_none());

@@ -23,20 +23,20 @@ pub struct Job {
     pub output: Output,
 }
 
-/// What an export of frames did.
+/// Result of an export of frames.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Outcome {
     /// Frames that were given out.
     pub frames: usize,
-    /// What is wrong with the rest of the input.
+    /// Damage of the rest of the input.
     pub damage: Option<FormatError>,
     /// Frames that are in the files: fewer than `frames` in a film strip.
     pub written: usize,
-    /// What to do with the files, in lines to copy.
+    /// Commands for the written files, in lines to copy.
     pub to_copy: String,
-    /// What the user should know.
+    /// Notes for the user.
     pub notes: Vec<String>,
-    /// What the user must know: something requested is not in the files.
+    /// Warnings for the user: something requested is not in the files.
     pub warnings: Vec<String>,
 }
 

@@ -243,7 +243,7 @@ fn run(
     run_into(common, beside, None, sink)
 }
 
-/// The same into one file, if one is given.
+/// Runs an export into one file, if one is given.
 fn run_into(
     common: &Common,
     beside: &str,

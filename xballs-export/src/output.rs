@@ -42,7 +42,7 @@ pub fn takes_folder(command: &str, output: Option<&Path>) -> Result<(), ExportEr
 pub struct Output {
     /// The folder.
     pub folder: PathBuf,
-    /// What the names of all files begin with.
+    /// Beginning of the names of all files.
     pub prefix: String,
     /// The one file that was requested instead of a folder.
     file: Option<PathBuf>,

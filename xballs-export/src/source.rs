@@ -31,7 +31,7 @@ pub struct Snapshot {
     pub specs: Vec<ColumnSpec>,
     /// The columns.
     pub frame: Frame,
-    /// What the input says of its run.
+    /// Facts about the run from the input.
     pub header: FramesHeader,
 }
 
@@ -144,7 +144,7 @@ impl Source {
         Err(error.into())
     }
 
-    /// What the names of the run's files begin with.
+    /// Beginning of the names of the run's files.
     #[must_use]
     pub fn prefix(&self) -> &str {
         match self {

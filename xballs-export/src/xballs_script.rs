@@ -16,7 +16,7 @@ pub(crate) struct Script {
     pub(crate) scale: f64,
     /// Offsets of the picture along x and upwards, in pixels.
     pub(crate) offset: [i64; 2],
-    /// What the colours mean: 8 shows `info`, as shades.
+    /// Meaning of the colours: 8 shows `info`, as shades.
     pub(crate) colour_mode: u8,
 }
 

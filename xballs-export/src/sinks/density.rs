@@ -10,7 +10,7 @@ use crate::Snapshot;
 
 /// Beyond these there is round-off of a quotient.
 const MOST: i32 = 12;
-/// What programs write at least. Fewer are there where zeros at the end were left out.
+/// Digits that programs write at least. Fewer are there where zeros at the end were left out.
 const LEAST: i32 = 6;
 
 /// How many digits the masses and radii of a frame have.

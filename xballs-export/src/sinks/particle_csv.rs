@@ -107,7 +107,8 @@ impl<S: Sink> Sink for ParticleTables<S> {
     }
 }
 
-/// What a scene needs besides its time and output: the domain, a material for each that occurs, and the particles up to the name of their table.
+/// Lines of a scene besides its time and output: the domain, a material for each that occurs, and the particles up to the name of
+/// their table.
 fn scene_lines(snapshot: &Snapshot) -> Result<String, ExportError> {
     let (min, max) = snapshot.domain()?;
     let mut text = format!(

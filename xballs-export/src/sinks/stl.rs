@@ -191,7 +191,7 @@ impl Sink for Stl<'_> {
     }
 }
 
-/// What is worn at a step; none where nothing wears.
+/// Worn depths at a step; none where nothing wears.
 pub(super) fn worn_at(
     reader: Option<&WearReader>,
     step: u64,

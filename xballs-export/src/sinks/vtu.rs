@@ -21,7 +21,7 @@ use crate::selection::retain;
 use crate::source::{RunSource, SheetTables};
 use crate::{ClumpsAs, ExportError, FrameChoice, Job, Outcome, Selection, Sink, Snapshot, Source};
 
-/// What goes into the files, and how.
+/// Content of the files, and their form.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct VtuChoice {
     /// Precision and compression.
@@ -52,7 +52,7 @@ pub struct Vtu<'a> {
     steps: HashMap<u64, (usize, Option<Vec<u32>>)>,
 }
 
-/// What the run has beside its particles and is to be shown.
+/// Tables of the run beside its particles that are to be shown.
 struct Tables<'a> {
     contacts: Option<&'a ContactReader>,
     walls: Option<&'a WallReader>,

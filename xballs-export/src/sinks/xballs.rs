@@ -14,7 +14,7 @@ use crate::source::EULER;
 use crate::xballs_script::Script;
 use crate::{ExportError, Outcome, Sink, Snapshot};
 
-/// What stands in the last column of `.data`, which XBalls colours by.
+/// Value in the last column of `.data`, which XBalls colours by.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum Info {
     /// The index of the material; of a `.data` file its own info.

@@ -211,7 +211,7 @@ fn a_table_that_the_run_wrote_as_text_is_exported_as_a_whole() {
     assert_eq!(read.values::<f64>("mass").unwrap(), [0.0, 0.25]);
     assert_eq!(read.values::<String>("name").unwrap(), ["gate", "a, b"]);
     assert_eq!(read.column("mass").unwrap().unit, "kg");
-    // What is not there, and what cannot be selected, is said.
+    // Messages for tables that are not there, and for rows that cannot be selected.
     for (arguments, expected) in [
         (
             &["csv", "run", "--table", "holds"][..],

@@ -23,7 +23,7 @@ use crate::bodies::{self, Shown};
 use crate::source::SheetTables;
 use crate::{ClumpsAs, ExportError, Selection, Snapshot, Source};
 
-/// What a run has beside its particles.
+/// Tables of a run beside its particles.
 pub(super) struct Scenery<'a> {
     contacts: Option<&'a ContactReader>,
     /// Whether those with a liquid bridge alone are drawn.
@@ -143,7 +143,7 @@ impl<'a> Scenery<'a> {
         Ok(snapshot)
     }
 
-    /// What the run has beside its particles.
+    /// Tables that the run has beside its particles.
     pub(super) fn of_run(&self) -> OfRun {
         OfRun {
             wears: self.walls.is_some() && self.wear.is_some(),
@@ -485,7 +485,7 @@ fn grains(
 ) -> Result<Vec<Grain>, ExportError> {
     let table = &shown.table;
     let quantity = match quantity {
-        // What is the body of a pebble is the id of a body.
+        // The body of a pebble is the id of a body.
         Quantity::Body => Quantity::Column {
             name: "id".to_owned(),
             unit: String::new(),

@@ -18,7 +18,7 @@ enum Style {
     Hybrid,
 }
 
-/// What other codes than these know of counts: none of it may be there.
+/// Counts of other codes than these: none of them may be there.
 const FOREIGN: [&str; 4] = ["ellipsoids", "lines", "triangles", "bodies"];
 
 /// Reads the whole file.

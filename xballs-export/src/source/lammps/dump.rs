@@ -286,7 +286,7 @@ struct Places {
 }
 
 impl Places {
-    /// What is missing, and what to do.
+    /// A column is missing or occurs twice; the second text is the advice.
     fn of(columns: &[String]) -> Result<Self, (String, &'static str)> {
         if let Some(twice) = (1..columns.len()).find(|&k| columns[..k].contains(&columns[k])) {
             return Err((
