@@ -39,7 +39,7 @@ pub enum Reference {
     First,
 }
 
-/// What is summed separately: everything, or one material.
+/// Part that is summed separately: everything, or one material.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Part {
     /// In front of the names of its columns; nothing for everything.
@@ -59,7 +59,7 @@ impl Part {
     }
 }
 
-/// What is computed.
+/// Analysis to compute: fields, and where and how they are evaluated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Analysis {
     /// Where and how.
@@ -89,7 +89,7 @@ pub struct Column {
     pub part: Option<String>,
     /// Which component.
     pub component: usize,
-    /// What tables call it.
+    /// Name in tables.
     pub name: String,
     /// The values.
     pub values: Vec<f64>,
@@ -154,7 +154,7 @@ impl Analysis {
         let strides = SPREADS.map(|spread| layout.stride(spread) as f64);
         let sums = points * strides.iter().sum::<f64>() * self.parts.len() as f64;
         let values = points * self.numbers() as f64;
-        // What is spread, row by row, and where each row is: six numbers as it stands, seven as the grid sees it, and as many while these are sorted.
+        // Memory of rows: six numbers of a row as it stands, seven as the grid sees it, and as many while these are sorted.
         let row = |stride: &f64| if *stride > 0.0 { stride + 20.0 } else { 0.0 };
         let of_particles: f64 = strides[..2].iter().map(row).sum();
         let of_contacts: f64 = strides[2..].iter().map(row).sum();

@@ -238,7 +238,7 @@ impl CylinderAxis {
         self.turn(x - from)
     }
 
-    /// The same for a vector.
+    /// Components of a vector, permuted in this way.
     #[must_use]
     pub fn turn(&self, v: DVec3) -> DVec3 {
         let k = self.along;

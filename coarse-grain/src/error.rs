@@ -34,9 +34,9 @@ pub enum CgError {
     File {
         /// The file or folder.
         path: PathBuf,
-        /// What was tried, as `the file cannot be ...`.
+        /// Failed action, as `the file cannot be ...`.
         action: &'static str,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
 }

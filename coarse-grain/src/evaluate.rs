@@ -82,7 +82,7 @@ impl Evaluator {
         self.sums_with(state, layout, material, &mut Scratch::default())
     }
 
-    /// The same in memory that was used for another frame before.
+    /// The sums of [`Self::sums`], in memory that was used for another frame before.
     #[must_use]
     pub fn sums_with(
         &self,
@@ -509,7 +509,7 @@ fn circle(radius: f64, smooth: f64) -> Vec<f64> {
     (0..count).map(|k| (k as f64 + 0.5) * step).collect()
 }
 
-/// What a gradient is the gradient of.
+/// Rank of the quantity whose gradient this is.
 fn differentiated(gradient: Sum) -> Rank {
     match gradient {
         Sum::MassGradient | Sum::DisplacedMassGradient => Rank::Scalars(1),

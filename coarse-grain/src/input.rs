@@ -29,7 +29,7 @@ pub use run::{RunSource, equal_ball, state_of};
 /// From one look for new frames to the next.
 pub const PAUSE: Duration = Duration::from_millis(500);
 
-/// What the user says that files do not.
+/// Facts that the user gives and files lack.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Given {
     /// Density of all materials, kg/m^3 (2D: kg/m^2).
@@ -42,7 +42,7 @@ pub struct Given {
     pub fstat: Option<PathBuf>,
 }
 
-/// What of the input is needed.
+/// Parts of the input that are needed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Needs {
     /// Masses.
@@ -155,7 +155,7 @@ impl Source {
         }
     }
 
-    /// What the names of the run's files begin with.
+    /// Beginning of the names of the run's files.
     #[must_use]
     pub fn prefix(&self) -> String {
         run_files::prefix(self.path())
@@ -180,7 +180,7 @@ impl Source {
         }
     }
 
-    /// What the user should know of the input before anything is computed.
+    /// Notes on the input, for the user before anything is computed.
     #[must_use]
     pub fn notes(&self) -> &[String] {
         match self {

@@ -1,4 +1,4 @@
-//! What is typed, as values.
+//! Values of options, read from text.
 
 use std::str::FromStr;
 

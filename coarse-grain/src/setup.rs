@@ -16,7 +16,7 @@ use crate::options::{Cells, Limits, Spacing, Width};
 use crate::state::{Space, State};
 use mercury_common::scene::nearest;
 
-/// What is wanted, as far as it was said.
+/// Options of an analysis, as far as they were given.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Wanted {
     /// Names of fields; `standard` and `all` stand for several. Empty: standard.

@@ -3,7 +3,7 @@
 //! Sums are linear in the particles: they are what is averaged over frames, added over materials and summed in space. Everything
 //! else (velocity, temperature, pressure, ...) is computed from them at the end, see [`fields`](crate::fields).
 
-/// What is spread, and by which function.
+/// Source of the spread values, and the function that spreads them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Spread {
     /// Something of each particle, by the kernel at its centre.
@@ -14,7 +14,7 @@ pub enum Spread {
     Lines,
     /// Something of each contact, by the first moment of the line integral.
     Moments,
-    /// What boundaries exert, by the kernel at the contact point.
+    /// Forces of boundaries, by the kernel at the contact point.
     Boundary,
 }
 

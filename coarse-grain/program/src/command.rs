@@ -1,4 +1,4 @@
-//! What the program does once it knows what is wanted.
+//! Work of the program, once its options are read.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};

@@ -595,7 +595,7 @@ fn mistakes_are_reported_with_a_way_out() {
         folder.path(),
         "there is no such file or folder",
     );
-    // What is there is kept.
+    // A file that exists is kept.
     fs::write(folder.path().join("a.csv"), "mine").unwrap();
     let kept = with("--coordinates O -o a.csv");
     bad(&kept, folder.path(), "--force replaces it");

@@ -13,7 +13,7 @@ use crate::evaluate::Scratch;
 use crate::state::{Space, State};
 use crate::sums::Sums;
 
-/// What an [`Analysis`] remembers from frame to frame. A copy goes on as the original would have.
+/// Memory of an [`Analysis`] from frame to frame. A copy goes on as the original would have.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Course {
     frames: usize,

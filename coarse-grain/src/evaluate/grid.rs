@@ -499,7 +499,7 @@ mod tests {
         }
     }
 
-    /// What is spread is the same to the bit whatever instructions the processor has.
+    /// Spread sums are the same to the bit whatever instructions the processor has.
     #[test]
     fn the_bytes_do_not_depend_on_instructions() {
         use crate::coordinates::GridAxis;

@@ -1,7 +1,7 @@
 //! Work that is compiled once more for processors with wide registers, chosen when the program runs.
 //!
-//! The same operations of IEEE 754 in the same order, several at a time and never fused: the bytes are those of every processor.
-//! `docs/performance.md` gives the gain.
+//! Both compilations make the same operations of IEEE 754 in the same order, several at a time and never fused: the bytes are
+//! those of every processor. `docs/performance.md` gives the gain.
 
 /// Work to be done with whatever instructions the processor has.
 pub(crate) trait Task {

@@ -1,4 +1,4 @@
-//! What is spread in one way: where it sits, and its numbers.
+//! Rows that are spread in one way: their places, and their numbers.
 
 use glam::DVec3;
 

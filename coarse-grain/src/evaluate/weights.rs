@@ -32,7 +32,7 @@ pub(crate) struct Seen<'a, const F: usize> {
     pub lines: Range<usize>,
     /// The first point of the part.
     pub begin: usize,
-    /// What is at the points of the part.
+    /// Sums at the points of the part.
     pub sums: &'a mut [[f64; F]],
 }
 

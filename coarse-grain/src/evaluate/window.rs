@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::lattice::LatticeAxis;
 use crate::kernel::{Kernel, LineCut};
 
-/// What a window holds of each row of a plane of the grid; kept, so that its memory is.
+/// Points of a window in each row of a plane of the grid; kept, so that its memory is.
 #[derive(Debug, Default)]
 pub(crate) struct Bounds {
     firsts: Vec<[u32; LANES]>,
@@ -123,7 +123,7 @@ impl Window {
         }
     }
 
-    /// What `own`, a part of the grid, has in the window around `centre` in its plane `i`.
+    /// Points of `own`, a part of the grid, in the window around `centre` in its plane `i`.
     #[inline(always)]
     pub(crate) fn plane(
         &self,

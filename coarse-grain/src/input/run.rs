@@ -131,7 +131,7 @@ impl RunSource {
         self.particles.refresh()
     }
 
-    /// What is wrong behind the last frame of one of the files.
+    /// Damage behind the last frame of one of the files.
     fn damage(&self) -> Option<CgError> {
         let bodies = self.bodies.as_ref().map(BodyReader::frames);
         let contacts = self.contacts.as_ref().map(ContactReader::frames);

@@ -12,7 +12,7 @@ use crate::evaluate::Evaluator;
 /// Most charts on a page: somewhat more than the components of the standard fields.
 const MOST: usize = 48;
 
-/// What is smaller than this part of the largest value says nothing of its sign.
+/// Part of the largest value below which the sign of a value is round-off.
 const ROUND_OFF: f64 = 1e-9;
 
 /// Maps of lengths are to scale unless one side is so many times the other: then nothing could be seen along the shorter one.
