@@ -28,7 +28,7 @@ pub use page::Page;
 /// Names of all checks, one in each line; each begins with the key of its subject.
 const FROZEN: &str = include_str!("long/checks.txt");
 
-/// What a subject gave.
+/// Results of a subject.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reported {
     checks: Vec<Outcome>,
@@ -40,7 +40,7 @@ pub struct Reported {
 
 /// A subject of the page.
 pub struct Subject {
-    /// What it is called by, and what the names of its checks begin with.
+    /// Key of the subject, with which the names of its checks begin.
     pub key: &'static str,
     /// Its heading.
     pub title: &'static str,

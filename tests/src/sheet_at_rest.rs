@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use crate::reference::nearest_point;
 
-/// What rests, SI units.
+/// Sheet at rest, SI units.
 #[derive(Debug, Clone)]
 pub struct SheetAtRest {
     /// Places of the vertices, which are those without stress but for `prestrain`.

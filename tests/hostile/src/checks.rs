@@ -1,4 +1,4 @@
-//! What is wrong with how a reader takes a file.
+//! Checks of how a reader takes a file, and their faults.
 
 use std::fmt::Display;
 use std::time::{Duration, Instant};
@@ -26,12 +26,12 @@ pub fn said<T, E: Display>(result: Result<T, E>) -> Option<T> {
     result.map_err(|error| say(&error)).ok()
 }
 
-/// What a reader may allocate at once, in bytes: `base + per_byte * size`.
+/// Bound of the memory that a reader may allocate at once, in bytes: `base + per_byte * size`.
 #[derive(Debug, Clone, Copy)]
 pub struct Bound {
-    /// What any file costs.
+    /// Bytes for any file.
     pub base: u64,
-    /// What each byte of it costs.
+    /// Bytes for each byte of it.
     pub per_byte: u64,
 }
 

@@ -39,7 +39,7 @@ impl Random {
     }
 }
 
-/// What a file is made of, as far as mutations care.
+/// Make of a file, as far as mutations need it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Make {
     /// Lines of words and numbers. These words mean something in the format.

@@ -12,7 +12,7 @@ use mercury_engine::contact::AnyNormal;
 use mercury_engine::state::{MaterialIndex, volume};
 use mercury_engine::step::Engine;
 
-/// What a collision was like.
+/// Measured values of a collision.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Collision {
     pub(super) restitution: f64,

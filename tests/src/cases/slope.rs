@@ -70,7 +70,7 @@ impl OnPlane {
         self.start_with(self.spin * DVec3::Z)
     }
 
-    /// The same, rolling.
+    /// Engine of the sphere on the plane, rolling from the start.
     pub(super) fn start_rolling(self) -> Engine {
         self.start_with(self.speed / RADIUS * DVec3::Y)
     }

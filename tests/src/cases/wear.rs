@@ -34,7 +34,7 @@ fn weight() -> f64 {
     mass() * GRAVITY
 }
 
-/// What Archard's law says of the scene, m^3.
+/// Worn volume of the scene by Archard's law, m^3.
 fn archard(way: f64) -> f64 {
     RATE * weight() * way
 }
@@ -171,7 +171,8 @@ fn idle(changes: &[&str], name: &str) -> f64 {
     Ran::new(&all).row.owed / archard(WAY)
 }
 
-/// What friction-work says of a ball that bounces off the plate at an angle, over what the energy audit says; `part` of the automatic step.
+/// Worn volume of a ball that bounces off the plate at an angle: the law of friction work over the energy audit; `part` of the
+/// automatic step.
 fn oblique_bounce(part: f64) -> f64 {
     let basis = basis("friction-work");
     let mut changes: Vec<String> = [

@@ -38,7 +38,7 @@ pub(super) const SHOT: [f64; 2] = [0.0202, 0.014];
 /// Over which time speeds are taken at the end of a shot, s.
 const SPAN: f64 = 3e-3;
 
-/// What makes the scene such a shot.
+/// Changes of the scene that make it such a shot.
 pub(super) fn shot([x, y]: [f64; 2]) -> Vec<String> {
     vec![
         // Where free fall has brought it.
@@ -84,7 +84,7 @@ pub(super) fn spread(values: impl Iterator<Item = f64> + Clone) -> [f64; 2] {
     [mean, (squares / (count - 1.0)).sqrt()]
 }
 
-/// What the run gave.
+/// Results of the run.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Found {
     pub(super) checks: Vec<Outcome>,
@@ -92,7 +92,7 @@ pub(super) struct Found {
     pub(super) size: (u64, u64),
     /// Time (s) and height (m) of the intruder in our run.
     pub(super) ours: Vec<[f64; 2]>,
-    /// The same by LIGGGHTS.
+    /// Time (s) and height (m) of the intruder by LIGGGHTS.
     pub(super) theirs: Vec<[f64; 2]>,
     /// Our ends of the shots and those of LIGGGHTS, in the order of [`SHIFTS`].
     pub(super) shots: Vec<[Flight; 2]>,
@@ -244,7 +244,7 @@ impl Found {
         page
     }
 
-    /// What the scatter leaves to compare: means.
+    /// Means of the shots, which the scatter leaves to compare.
     fn shots_section(&self, page: &mut String) {
         let shots = &self.shots;
         let [begin, lasts] = SHOT;

@@ -106,7 +106,7 @@ impl Fall {
         found
     }
 
-    /// The same in closed form, while gravity is a small part of what acts in a contact: g/(omega v) below 0.2.
+    /// Heights of the rebounds in closed form, while gravity is a small part of the force in a contact: g/(omega v) below 0.2.
     pub(super) fn theory(&self, most: usize) -> Vec<f64> {
         let ball = self.ball();
         let mut speed = (2.0 * GRAVITY * (START - RADIUS)).sqrt();
@@ -127,7 +127,7 @@ impl Fall {
     }
 }
 
-/// What `see` says (a place, m, and its rate) at times (s) in order, between the steps by the cubic that has both at their ends.
+/// Values of `see` (a place, m, and its rate) at times (s) in order, between the steps by the cubic that has both at their ends.
 fn course(
     mut engine: Engine,
     step: f64,
@@ -441,7 +441,7 @@ fn oblique_impacts(published: &Published) -> Result<Vec<Case>> {
                 .try_into()
                 .ok()
                 .context("DEM05: rows have an angle and two numbers")?;
-            // What a sphere does that sticks depends on the tangential stiffness, which the file does not state.
+            // The motion of a sphere that sticks depends on the tangential stiffness, which the file does not state.
             if f64::tan(f64::to_radians(degrees)) < 3.5 * 0.092 * 2.0 {
                 continue;
             }

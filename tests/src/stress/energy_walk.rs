@@ -22,7 +22,7 @@ use mercury_engine::contact::{AnyNormal, NormalLaw as _};
 use super::stage::Stage;
 use crate::scenes::contact_at_rest;
 
-/// What is to be expected of the energy of a gas.
+/// Expected statistics of the energy of a gas.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct EnergyWalk {
     /// Variance of the energy, J² per second.

@@ -44,7 +44,7 @@ pub(super) fn planned(scene: &str, sets: &[String]) -> Result<Plan, SceneErrors>
     plan(&read_scene(&path(scene), sets)?)
 }
 
-/// What the program says of a scene that it refuses; of one that it takes: its warnings.
+/// Messages of the program on a scene: the refusal, or the warnings if it is accepted.
 pub(super) fn complaint(scene: &str, sets: &[String]) -> String {
     let folder = path(scene).with_file_name("").display().to_string();
     match planned(scene, sets) {

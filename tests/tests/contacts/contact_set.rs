@@ -430,7 +430,7 @@ fn recorded_at_walls(engine: &Engine) -> BTreeSet<(Id, WallIndex, u32)> {
     of_wall.collect()
 }
 
-/// The same by asking every wall, where it stands, for every particle.
+/// Touched walls by a query of every wall, at its place, for every particle.
 fn touching_walls(engine: &Engine) -> BTreeSet<(Id, WallIndex, u32)> {
     let mut touching = BTreeSet::new();
     let mut touches = Touches::new();

@@ -87,7 +87,7 @@ fn impact(law: AnyPairLaw, steps: u64, each: impl FnMut(&ContactRecord)) -> (f64
     impact_at(law, (ONTO, ALONG), steps, each)
 }
 
-/// The same at these speeds onto and along the wall, m/s.
+/// Impact at these speeds onto and along the wall, m/s.
 fn impact_at(
     law: AnyPairLaw,
     (onto, along): (f64, f64),
@@ -179,7 +179,7 @@ fn impulses_of_the_three_rules() {
     }
 }
 
-/// What other codes have, kept for comparison with them: more than that, or a push along the slip.
+/// Rules of other codes, kept for comparison with them: they give more than that, or a push along the slip.
 #[test]
 fn the_rules_of_other_codes_are_kept() {
     let mindlin_of = |e, limits| laws(e, false, limits)[5];

@@ -550,7 +550,7 @@ fn every_row_of_the_file_closes() {
         let lost = column(&format!("dissipated_{name}"));
         assert!(lost[30] > 0.0, "{name}");
     }
-    // What is lost for good is never given back.
+    // Dissipated energy never returns.
     let normal = column("dissipated_normal");
     assert!(normal.windows(2).all(|pair| pair[1] >= pair[0]));
     let last = |name: &str| column(name)[30];

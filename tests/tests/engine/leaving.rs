@@ -70,8 +70,8 @@ fn few_that_are_fast_leave_in_the_step_in_which_they_pass_the_face() {
     );
 }
 
-/// What is prescribed stays with its body when the row of bodies closes up behind one that has left: the second goes on at its velocity and spin, the third
-/// goes on falling, g t²/2 (exactly, as velocity Verlet is exact for a constant force).
+/// Prescribed motion stays with its body when the row of bodies closes up behind one that has left: the second goes on at its
+/// velocity and spin, the third goes on falling, g t²/2 (exactly, as velocity Verlet is exact for a constant force).
 #[test]
 fn prescribed_motion_stays_with_its_body_when_another_leaves() {
     let radius = 0.01;

@@ -140,7 +140,8 @@ fn friction_work(folder: &Path, part: f64) -> ([f64; 2], f64) {
     ([owed / 1e-12 / audit, slip / audit], step)
 }
 
-/// What friction takes in a bounce is what the energy audit says, to second order in the step: with springs alone, with dashpots, and by Hertz and Mindlin.
+/// Friction work of a bounce is that of the energy audit, to second order in the step: with springs alone, with dashpots, and by
+/// Hertz and Mindlin.
 #[test]
 fn friction_work_is_that_of_the_audit() {
     const SPRINGS: &str = r#"normal = { law = "linear", stiffness = 2000.0, restitution = 1.0 }

@@ -1,4 +1,5 @@
-//! What `mercury-export` reads beside what others read: scripts of XBalls, series of `.data`, runs with all their tables; and what it makes of them.
+//! Readers of `mercury-export` beside those of other programs: scripts of XBalls, series of `.data`, runs with all their tables;
+//! and its exports of them.
 
 use std::path::Path;
 

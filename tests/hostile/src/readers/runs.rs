@@ -1,4 +1,4 @@
-//! What runs read of their own folder: checkpoints, locks, plans.
+//! Readers of a run's own folder: checkpoints, locks, plans.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
