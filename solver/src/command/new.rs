@@ -8,7 +8,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser};
 use mercury_common::cli::{Failure, Outcome, say};
 use mercury_solver::starters::{STARTERS, StarterError};
 
-/// What to write, and where.
+/// Arguments of `new`: the file to write, and its place.
 #[derive(Debug, Args)]
 pub(crate) struct New {
     /// Which

@@ -26,7 +26,7 @@ use mercury_solver::run::{
     Checkpoints, Progress, Report, RunFailure, RunOptions, run_from, useful_threads,
 };
 
-/// What signals ask of a run.
+/// Requests of signals to a run.
 #[derive(Debug, Clone)]
 pub(crate) struct Requests {
     /// To stop after its step.
@@ -41,7 +41,7 @@ impl Requests {
         Arc::new(TaskProgress::new(Arc::clone(&self.stop)))
     }
 
-    /// The same, of a run that reports its events.
+    /// Progress of a run that reports its events.
     pub(crate) fn observed_progress(&self, events: Sender<RunEvent>) -> Arc<TaskProgress> {
         Arc::new(TaskProgress::reporting(Arc::clone(&self.stop), events))
     }
@@ -68,7 +68,7 @@ pub(crate) struct How {
     pub(crate) progress: Option<Arc<ProgressFile>>,
     /// Numbers for the summary.
     pub(crate) results: Vec<NamedResult>,
-    /// What becomes of a run that is there.
+    /// Treatment of an earlier run in the folder.
     pub(crate) earlier: Earlier,
     /// Threads at most; `None`: those of the machine.
     pub(crate) threads: Option<u16>,
@@ -181,7 +181,7 @@ pub(crate) fn run_plan(
         let time = checkpoint.head.time();
         return Ok(Ran::Before { folder, time });
     }
-    // What is written already is not written again.
+    // Output that is written already needs no more space.
     let done = (from.as_ref()).map_or(0.0, |from| from.head.time() / end_of(&plan));
     let of_disk = disk_warning(&folder, (1.0 - done).max(0.0) * Disk::of(&plan).bytes);
     notes.extend(of_disk.map(|warning| format!("warning: {warning}")));

@@ -192,7 +192,7 @@ fn before_end(progress: Option<Arc<ProgressFile>>) -> BeforeEnd {
     })
 }
 
-/// What the progress line says of a run.
+/// Progress line of a run.
 fn reported(progress: &Progress<'_>) -> String {
     format!(
         "t = {:.4e} s  {} particles  {:.2e} particle-steps/s  Ekin {:.2e} J",

@@ -384,7 +384,7 @@ struct Board {
     line: cli::Progress,
 }
 
-/// What the threads that run share.
+/// Data that the running threads share.
 struct Work<'a> {
     asked: &'a Asked,
     study: &'a Study,

@@ -45,7 +45,7 @@ pub enum CheckpointError {
     Bytes {
         /// The file.
         path: PathBuf,
-        /// What is wrong with them.
+        /// Error of the decoder.
         error: DecodeError,
     },
     /// There are checkpoints, and none of them is whole.
@@ -59,7 +59,7 @@ pub enum CheckpointError {
     OtherScene {
         /// The file.
         path: PathBuf,
-        /// What differs.
+        /// Differences, a line each.
         lines: Vec<String>,
     },
     /// It is behind the end of the run.
@@ -77,13 +77,13 @@ pub enum CheckpointError {
     },
 }
 
-/// What a run knows beside the engine.
+/// State of a run beside the engine.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Known {
     pub(super) rest: Option<Rest>,
     /// A wall is worn to the depth at which the run ends.
     pub(super) is_worn: bool,
-    /// What had come and gone before the first step.
+    /// Amounts exchanged before the first step.
     pub(super) at_start: Exchanged,
 }
 
@@ -193,7 +193,7 @@ impl Checkpoint {
     /// Whether a run of this plan can go on from here. `scene` is the statement of its scene.
     ///
     /// # Errors
-    /// What differs.
+    /// The scene or the program differs from that of the checkpoint.
     pub fn fits(
         &self,
         plan: &Plan,
@@ -247,7 +247,7 @@ fn typed(text: &str) -> Value {
     value.map_or_else(|| text.into(), |value| json!(value))
 }
 
-/// What is in a checkpoint, decoded.
+/// Content of a checkpoint, decoded.
 #[derive(Debug)]
 pub struct Contents<'a> {
     of: &'a Checkpoint,
@@ -261,7 +261,7 @@ pub struct Contents<'a> {
 }
 
 impl Checkpoint {
-    /// What is in it.
+    /// Content of the checkpoint.
     ///
     /// # Errors
     /// If a section holds no such values.

@@ -58,7 +58,7 @@ const NOT_AT_REST: &str = "not at rest";
 /// From so many on a checkpoint takes tens of megabytes.
 const MANY_ROWS: usize = 100_000;
 
-/// What a run needs beside its plan.
+/// Options of a run beside its plan.
 #[derive(Debug, Clone, Default)]
 pub struct RunOptions {
     /// The folder of the files; ready for a run ([`folder::prepare`]).
@@ -83,7 +83,7 @@ pub struct RunOptions {
     pub time_limit: Option<Duration>,
     /// Checkpoints; `None`: none are written.
     pub checkpoints: Option<Checkpoints>,
-    /// What the log should say besides.
+    /// Notes for the log.
     pub notes: Vec<String>,
     /// Numbers for the summary of a run that reaches its end.
     pub results: Vec<NamedResult>,
@@ -149,7 +149,7 @@ pub struct Progress<'a> {
     pub left: f64,
 }
 
-/// What is ahead of a run.
+/// Work that is ahead of a run.
 fn ahead_of(workload: &Workload, engine: &Engine) -> Ahead {
     let insertions = engine.boundaries().insertions();
     let brought: Vec<_> = insertions
@@ -216,7 +216,7 @@ pub fn run(
     run_from(None, plan, options, observe)
 }
 
-/// The same from a checkpoint, which must [fit](Checkpoint::fits) the plan.
+/// Runs a plan from a checkpoint, which must [fit](Checkpoint::fits) the plan.
 ///
 /// # Errors
 /// Also if the files of the run are missing or were changed.
@@ -276,7 +276,7 @@ pub struct Run {
     long_steps: Vec<LongStep>,
     /// Particle-steps made by one thread although there are more.
     alone: u64,
-    /// What had come and gone before the first step.
+    /// Amounts exchanged before the first step.
     at_start: Exchanged,
     /// Grains of the start.
     starting: u64,
@@ -320,7 +320,7 @@ pub enum Ending {
     Stopped(StopReason),
 }
 
-/// What stopped a run.
+/// Reason why a run stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StopReason {
     /// Ctrl-C, a signal, or the caller.
@@ -545,7 +545,7 @@ impl Run {
             return None;
         }
         self.looked_for_stop_file = Instant::now();
-        // What is removed is there.
+        // The file existed if it could be removed.
         let removed = std::fs::remove_file(self.options.folder.join(STOP_FILE));
         removed.is_ok().then_some(StopReason::File)
     }

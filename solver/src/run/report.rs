@@ -15,7 +15,7 @@ use mercury_engine::step::Engine;
 /// A finished run. Printed, it is the closing report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
-    /// What `summary.json` says.
+    /// Content of `summary.json`.
     pub summary: Summary,
     /// Why it is over.
     pub ending: Ending,

@@ -29,7 +29,7 @@ const DENSE: f64 = 1.5;
 /// (`docs/lab/performance.md`, *Droplets*).
 const DROPLET: f64 = 0.3;
 
-/// What a trial has seen.
+/// Findings of a trial.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Trial {
     /// The wall-clock time of the run, lower and upper bound as far as the plan knows the insertions, s.
