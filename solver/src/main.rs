@@ -160,7 +160,7 @@ struct Arguments {
     completions: Option<cli::Shell>,
 }
 
-/// What it does besides running a scene.
+/// Command besides running a scene.
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Write a commented scene to start from, with the files it needs; nothing is ever replaced

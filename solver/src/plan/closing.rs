@@ -88,7 +88,7 @@ fn done_at(physics: &Physics, insertion: &InsertionPlan) -> f64 {
     if !is_done(end) {
         return end;
     }
-    // What is allowed never decreases.
+    // The allowed amount never decreases.
     let (mut before, mut after) = (insertion.from, end);
     for _ in 0..HALVINGS {
         let middle = 0.5 * (before + after);

@@ -20,7 +20,7 @@ pub fn document(plan: &Plan, memory: &Memory) -> Result<String, toml::ser::Error
     toml::to_string(&Document::of(plan, memory))
 }
 
-/// The same as JSON, in which whole numbers have no end.
+/// The document as JSON, in which whole numbers have no end.
 ///
 /// # Errors
 /// If the document cannot be written as JSON, which no plan of a scene causes.

@@ -12,7 +12,7 @@ use super::particles::{StartingParticles, Typed};
 use super::{NewBody, NewParticle};
 use mercury_engine::cell::Cell;
 
-/// What an entry says of its table.
+/// Facts of an entry about its table.
 pub(super) struct Table<'a> {
     pub scene: &'a Scene,
     /// Row in [`Scene::particles`].
@@ -28,7 +28,7 @@ pub(super) struct Table<'a> {
 /// Rows that are wrong and reported at once.
 const MOST_WRONG: usize = 10;
 
-/// What a row is.
+/// Grain of a row.
 enum Grain {
     Sphere(NewParticle),
     Clump(NewBody),

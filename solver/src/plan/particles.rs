@@ -43,7 +43,7 @@ pub(super) struct StartingParticles {
     pub left_out: LeftOut,
     /// Name and id of the entries that are single particles with a name; of bodies once all ids are known.
     pub named: Vec<(String, u32)>,
-    /// What is to be said of tables.
+    /// Remarks on tables.
     pub remarks: Vec<String>,
     /// Runs whose states are among them.
     pub earlier: Vec<Earlier>,

@@ -13,7 +13,7 @@ mod wear;
 
 use super::Plan;
 
-/// What a check finds.
+/// Finding of a check.
 pub(super) enum Finding {
     /// A likely mistake: shown before the run and in its report.
     Warning(String),

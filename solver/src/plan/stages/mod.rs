@@ -24,7 +24,7 @@ use step::plan_step;
 /// The largest number of materials: a law is made and reported for each pair.
 const MOST_MATERIALS: usize = 128;
 
-/// What the stages have to say about a scene.
+/// Findings of the stages about a scene.
 #[derive(Default)]
 struct Findings {
     errors: Vec<SceneError>,
@@ -140,7 +140,7 @@ fn continue_walls(scene: &Scene, parts: &mut Parts, laws: &Laws, found: &mut Fin
     meshes::continue_periodically(&mut parts.walls, &scene.domain, reach, &mut found.remarks);
 }
 
-/// What the places of particles, walls, sheets and insertions say: overlaps, particles behind walls, regions without space.
+/// Checks the places of particles, walls, sheets and insertions: overlaps, particles behind walls, regions without space.
 fn check_places(scene: &Scene, parts: &Parts, counted: &mut Counted, found: &mut Findings) {
     let Parts {
         dimensions,

@@ -18,7 +18,7 @@ use mercury_engine::physics::Sizes;
 use mercury_engine::spray::SprayPlan;
 use mercury_engine::walls::Wall;
 
-/// What is in a scene.
+/// Parts of a scene.
 pub(super) struct Parts {
     /// 2 or 3.
     pub(super) dimensions: u8,
