@@ -43,7 +43,7 @@ fn main() -> Result<(), WallError> {
             mesh.reshape(&places)?;
             reshaped.push(1e3 * start.elapsed().as_secs_f64());
         }
-        // What else the machine does makes times longer only.
+        // Other work of the machine only makes times longer.
         let least = |times: &[f64]| times.iter().copied().fold(f64::INFINITY, f64::min);
         let (made, reshaped) = (least(&made), least(&reshaped));
         let count = triangles.triangles.len();

@@ -175,7 +175,7 @@ impl Positions {
     }
 }
 
-/// What the writer saw pass by.
+/// Values that the writer collected.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Written {
     /// Energies of every frame.
@@ -250,7 +250,7 @@ impl Writer {
         self.reported().map(|(positions, _)| positions)
     }
 
-    /// The same, and the files that grow.
+    /// Positions of the files, and the files that grow.
     #[must_use]
     pub fn reported(&self) -> Option<(Positions, Vec<OutputFile>)> {
         let (answer, reported) = sync_channel(1);

@@ -24,15 +24,15 @@ pub use sweep::Sweep;
 /// More runs than can be useful: an error in a range.
 pub const MOST_RUNS: usize = 10_000;
 
-/// What is wrong with a study.
+/// Error in a study.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{place}: {problem}{}", help.iter().map(|help| format!("\nhelp: {help}")).collect::<String>())]
 pub struct StudyError {
     /// The option, or file and key.
     pub place: String,
-    /// What is wrong.
+    /// Description of the problem.
     pub problem: String,
-    /// What to do about it.
+    /// Advice on how to solve it.
     pub help: Option<String>,
 }
 
@@ -85,7 +85,7 @@ pub struct StudyRun {
     pub name: String,
     /// A value for each key of the study, as TOML; `None`: the value of the scene.
     pub values: Vec<Option<String>>,
-    /// The same in SI, once the scene was read.
+    /// Values in SI, once the scene was read.
     pub settled: Vec<Option<String>>,
 }
 

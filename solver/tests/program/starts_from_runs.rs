@@ -91,7 +91,7 @@ fn must_run(folder: &Path, arguments: &[&str]) {
     assert!(output.status.success(), "{said}");
 }
 
-/// What a refused scene says.
+/// Message of a refused scene.
 fn refusal(folder: &Path, scene: &str) -> String {
     let output = solve(folder, &[scene, "--output", "refused"]);
     assert_eq!(output.status.code(), Some(2));

@@ -103,7 +103,7 @@ fn a_sweep_runs_every_value_and_makes_table_and_plot() {
     for file in ["study.push.svg", "study.push.png", "study.speed.svg"] {
         assert!(study.join(file).exists(), "{file}");
     }
-    // The same run by itself has the same bytes.
+    // A single run of this value has the same bytes.
     let one = [
         "ball.toml",
         "--set",

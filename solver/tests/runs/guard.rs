@@ -1,4 +1,4 @@
-//! What may not happen in silence: it stops the run, or is counted, and is named.
+//! Limits of the guard: a state beyond them stops the run, or is counted, and is named.
 
 use std::fs;
 use std::path::Path;

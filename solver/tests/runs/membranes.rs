@@ -403,7 +403,7 @@ fn vertices_that_are_fast_go_through_no_wall_in_silence() {
     assert!(said.contains("has gone through wall `floor`"), "{said}");
 }
 
-/// What leaves the domain stops the run, or is counted, by name.
+/// Sheets that leave the domain stop the run, or are counted, by name.
 #[test]
 fn a_sheet_that_leaves_the_domain_does_not_go_in_silence() {
     // It falls by 0.2 m in 0.2 s.
@@ -434,7 +434,7 @@ fn the_guard_names_sheets() {
     let said = errors(&output);
     assert_eq!(code(&output), Some(1), "{said}");
     assert!(said.contains("membrane `sheet`"), "{said}");
-    // What the plan says of the floor.
+    // The plan's line about the floor.
     let output = solve(folder.path(), &["run.toml", "--check"]);
     let plan = String::from_utf8(output.stdout.clone()).unwrap();
     assert!(

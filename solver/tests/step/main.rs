@@ -355,7 +355,7 @@ fn a_pressure_acts_on_the_area() {
     let by_force = depth("force = 0.9");
     assert!(by_force < -5e-4);
     for target in ["pressure = 90.0, area = 0.01", "pressure = \"90 Pa\""] {
-        // The same but for the round-off of the area.
+        // Both agree up to the round-off of the area.
         assert!((depth(target) - by_force).abs() < 1e-12, "{target}");
     }
 }

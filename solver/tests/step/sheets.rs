@@ -270,7 +270,7 @@ fn error_of_bounce(step: f64, laws: &str, normal: &str, spot: usize) -> f64 {
         let seen = engine.take_observation();
         engine.complete_step().unwrap();
         let touching = at_sheets(&seen);
-        // What a friction spring stores when a contact ends is lost.
+        // The energy of a friction spring is lost when its contact ends.
         if touched && touching == 0 && !laws.is_empty() {
             break;
         }
@@ -1042,7 +1042,7 @@ fn threads_share_large_sheets() {
     assert!(at_sheets(&one.observation()) > 0);
 }
 
-/// What a sheet cannot be together with is refused by name.
+/// Settings that a sheet cannot be combined with are refused by name.
 #[test]
 fn scenes_that_sheets_do_not_know_are_refused() {
     let plan = Setup::default().plan(thrown(1), vec![square(2, 0.1, 0.0, 0)]);
