@@ -36,7 +36,7 @@ pub enum ClumpError {
     NotPositive {
         /// Which.
         what: &'static str,
-        /// What it is.
+        /// Value that was given.
         value: f64,
     },
     /// The position of a pebble is not a number.

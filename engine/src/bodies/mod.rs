@@ -1,8 +1,8 @@
 //! Rigid bodies of several pebbles.
 //!
-//! What is it? A clump is one rigid body; its pebbles are spheres at fixed places of the body's principal frame. Contacts are
-//! found and evaluated between pebbles, which are rows of [`Particles`](crate::state::Particles) like any sphere, with one
-//! over the *body's* mass as their inverse mass. The equation of motion is solved for the body alone, once per step:
+//! Definition: a clump is one rigid body; its pebbles are spheres at fixed places of the body's principal frame. Contacts are
+//! found and evaluated between pebbles, which are rows of [`Particles`](crate::state::Particles) like any sphere, with one over
+//! the *body's* mass as their inverse mass. The equation of motion is solved for the body alone, once per step:
 //!
 //! ```text
 //! gather      force and torque of the body from the loads on its pebbles

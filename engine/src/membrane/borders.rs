@@ -88,7 +88,7 @@ impl Sheet {
                 let is_free = at.inverse_masses[k] > 0.0;
                 is_free && !border.is_held[k]
             });
-            // What is held elsewhere does not move at all.
+            // Vertices that are held elsewhere do not move at all.
             let mass: f64 = free.map(|k| self.masses()[k]).sum();
             if mass > 0.0 { mass } else { f64::INFINITY }
         };

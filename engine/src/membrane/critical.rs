@@ -23,7 +23,7 @@ impl Rates {
     pub fn critical_step(&self) -> f64 {
         let omega = self.stiffness.sqrt();
         let z = 0.5 * self.damping / omega;
-        // The same without a difference of large numbers.
+        // Equal to the formula above, without a difference of large numbers.
         2.0 / omega / ((1.0 + z * z).sqrt() + z)
     }
 }

@@ -50,7 +50,7 @@ impl<L: Real> Strained<L> {
         self.response([e11, e12, e22], stiffness, nu)
     }
 
-    /// The same for a strain (11, 12, 22), m^2.
+    /// Stress and energy for a strain (11, 12, 22), m^2.
     #[inline(always)]
     fn response(&self, [e11, e12, e22]: [L; 3], stiffness: f64, nu: f64) -> ([L; 3], L) {
         let [h11, h12, h22] = self.inverse;

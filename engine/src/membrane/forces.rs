@@ -4,9 +4,10 @@
 //! All that is inside a sheet is a tension along each edge and, at the corners of each triangle, a force along its normal. The law of the continuum
 //! is no exception: three forces in a plane without sum and torque are tensions along the three sides ([`Strained::tensions`]).
 //!
-//! What a hinge exerts on the corners of one of its triangles is along the normal of that triangle. With the moment m = factor (sin(theta/2) -
-//! sin(theta0/2)) of the hinge, its edge d and the opposite corner p, the corners p, start and end of the edge get m/|d| times d.d, (p - end).d and
-//! -(p - start).d along n/A. So a triangle needs one number of each of its hinges. The rate of the angle has the same three factors ([`Sides`]).
+//! Forces of a hinge on the corners of one of its triangles are along the normal of that triangle. With the moment m = factor
+//! (sin(theta/2) - sin(theta0/2)) of the hinge, its edge d and the opposite corner p, the corners p, start and end of the edge
+//! get m/|d| times d.d, (p - end).d and -(p - start).d along n/A. So a triangle needs one number of each of its hinges. The rate
+//! of the angle has the same three factors ([`Sides`]).
 //!
 //! The passes over edges and triangles are made in lanes. Chunks are shared among threads. Neither changes a bit. No closure here computes in lanes:
 //! one that is not inlined would be compiled for a processor without them, and be several times as slow.
@@ -35,8 +36,8 @@ pub struct Workspace {
     speeds: Vec<Quad>,
     /// Tensions of the sides of each triangle over their lengths, N/m, and zeros behind the last one; of the continuum alone.
     sides: Vec<Quad>,
-    /// What the velocities of the corners of each triangle make of the rates of its three hinges, times the lengths of their edges, m/s; of
-    /// sheets with damped hinges alone.
+    /// Contributions of the velocities of each triangle's corners to the rates of its three hinges, times the lengths of their
+    /// edges, m/s; of sheets with damped hinges alone.
     rates: Vec<Quad>,
     /// Tension of each edge over its length, N/m.
     tensions: Vec<f64>,
@@ -99,7 +100,7 @@ impl Default for Powers {
 impl Powers {
     fn stretch(&mut self, [least, largest]: [f64; 2]) {
         let [own_least, own_largest] = &mut self.stretches;
-        // What is no number stays: comparisons with it are false.
+        // A value that is not a number stays: comparisons with it are false.
         if least < *own_least || least.is_nan() {
             *own_least = least;
         }
@@ -689,7 +690,7 @@ impl InLanes for Along<'_> {
     }
 }
 
-/// What a chunk of vertices adds up.
+/// Sums of a chunk of vertices.
 struct Gather<'a> {
     sheet: &'a Sheet,
     first: usize,

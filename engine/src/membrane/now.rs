@@ -18,16 +18,16 @@ use crate::walls::{Motion, Pose, Touches, WallNow, WallStiffness};
 /// Stands for "not held".
 const FREE: u32 = u32::MAX;
 
-/// What a plan says of a sheet, beside its surface.
+/// Plan of a sheet, beside its surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MembranePlan {
     /// Its mechanics.
     pub sheet: Arc<Sheet>,
-    /// What sets its pressure.
+    /// Source of its pressure.
     pub load: Load,
     /// V0, the enclosed volume at the start, m^3.
     pub first_volume: f64,
-    /// What holds it.
+    /// Holds of its vertices.
     pub holds: Vec<HoldPlan>,
 }
 
@@ -76,7 +76,7 @@ impl HoldCourse {
     }
 }
 
-/// What a sheet does to a hold.
+/// Load of a sheet on a hold.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct HoldLoad {
     /// All that acts on the held vertices but the hold, N.
@@ -142,7 +142,7 @@ pub struct MembraneNow {
     pub pressure: f64,
     /// Works since the start.
     pub works: Works,
-    /// What the sheet does to each hold, by the last evaluation.
+    /// Load of the sheet on each hold, by the last evaluation.
     pub hold_loads: Vec<HoldLoad>,
     /// Steps in which it was beyond the limits of the guard, where that does not stop the run.
     pub faults: u64,
@@ -155,7 +155,7 @@ pub struct MembraneNow {
     workspace: Workspace,
 }
 
-/// What must be kept of a [`MembraneNow`] to go on later.
+/// State of a [`MembraneNow`] that must be kept to go on later.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SavedMembrane {
     /// The hold of each vertex.
@@ -168,7 +168,7 @@ pub struct SavedMembrane {
     pub pressure: f64,
     /// Works since the start.
     pub works: Works,
-    /// What the sheet does to each hold.
+    /// Load of the sheet on each hold.
     pub hold_loads: Vec<HoldLoad>,
     /// Steps beyond the limits of the guard.
     pub faults: u64,
@@ -206,7 +206,7 @@ pub struct Moment<'a> {
     pub width: Width,
 }
 
-/// What is wrong with a sheet.
+/// Fault of a sheet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Fault {
     /// An edge is too short or too long.
@@ -308,7 +308,7 @@ impl MembraneNow {
         self.note_holds(plan, surface);
     }
 
-    /// What follows from what holds each vertex: dashpots, and borders of what walls hold.
+    /// Values that follow from the holds of the vertices: dashpots, and borders of the parts that walls hold.
     fn note_holds(&mut self, plan: &MembranePlan, surface: &Surface) {
         self.dashpots = plan.sheet.dashpots(&surface.inverse_masses);
         let wall_of = |hold: &u32| {
@@ -556,7 +556,7 @@ impl MembraneNow {
         found
     }
 
-    /// What is wrong with the sheet by the last evaluation.
+    /// Fault of the sheet by the last evaluation, if there is one.
     #[must_use]
     pub fn fault(&self, plan: &MembranePlan, surface: &Surface) -> Option<Fault> {
         let [least, largest] = self.powers.stretches;
@@ -580,7 +580,7 @@ impl MembraneNow {
         worst.map(|(ends, stretch, _)| Fault::Stretch { ends, stretch })
     }
 
-    /// What must be kept.
+    /// State that must be kept.
     #[must_use]
     pub fn save(&self) -> SavedMembrane {
         SavedMembrane {

@@ -1,4 +1,4 @@
-//! What outputs and the energy budget see of a sheet: energies, tensions, stretches.
+//! Values of a sheet for outputs and the energy budget: energies, tensions, stretches.
 
 use glam::{DVec2, DVec3};
 

@@ -39,7 +39,7 @@ pub struct Bending {
     pub rests_flat: bool,
 }
 
-/// What a sheet is made of.
+/// Mechanical parameters of a sheet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Law {
     /// Thickness, m.
@@ -157,7 +157,7 @@ impl<T: Ord + Copy> Grouped<T> {
     }
 }
 
-/// What each vertex adds up.
+/// Edges and corners that each vertex sums over.
 #[derive(Debug, Clone, PartialEq, Default)]
 struct Gathers {
     edges: Grouped<[u32; 2]>,
@@ -179,7 +179,7 @@ pub struct Sheet {
     pub(super) bends: RestHinges,
     /// Ends of all edges.
     pub(super) ends: Vec<[u32; 2]>,
-    /// What each vertex adds up.
+    /// Edges and corners that each vertex sums over.
     gathers: Gathers,
     /// The edges of each triangle, from its first, second and third corner on.
     pub(super) edges_of: Vec<[u32; 3]>,
@@ -368,7 +368,7 @@ impl Sheet {
         &self.topology
     }
 
-    /// What it is made of.
+    /// Mechanical parameters of the sheet.
     #[must_use]
     pub fn law(&self) -> &Law {
         &self.law

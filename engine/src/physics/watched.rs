@@ -1,20 +1,20 @@
-//! What the outputs of a run need an engine to watch in every step.
+//! Data that the outputs of a run need an engine to watch in every step.
 
 use std::sync::Arc;
 
 use super::Physics;
 use crate::boundaries::FluxPlan;
 
-/// What an engine starts from.
+/// Setup that an engine starts from.
 #[derive(Debug, Clone)]
 pub struct Setup {
-    /// What it simulates.
+    /// Physics of the simulation.
     pub physics: Arc<Physics>,
-    /// What it watches.
+    /// Data that the engine watches.
     pub watched: Watched,
 }
 
-/// What an engine can start from: a [`Setup`], or what holds one, as a plan does.
+/// Type that an engine can start from: a [`Setup`], or one that holds a setup, as a plan does.
 pub trait ToSetup {
     /// The setup.
     fn to_setup(&self) -> Setup;
@@ -41,7 +41,7 @@ impl Setup {
     }
 }
 
-/// What an engine watches in every step, and could not find out afterwards. It changes nothing in the motion.
+/// Data that an engine watches in every step, and could not find out afterwards. It changes nothing in the motion.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Watched {
     /// Planes that count what crosses them.

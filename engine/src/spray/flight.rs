@@ -18,7 +18,7 @@ pub struct Drag {
     pub velocity: DVec3,
 }
 
-/// What moves the droplets of one nozzle.
+/// Forces on the droplets of one nozzle.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Flight {
     gravity: DVec3,

@@ -26,7 +26,7 @@ pub(super) struct Path {
     pub(super) end: f64,
 }
 
-/// What is hit.
+/// Object that a droplet hits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Catcher {
     /// The particle of a row.
@@ -142,7 +142,7 @@ impl<'a> Passing<'a> {
     }
 }
 
-/// What is on a path first.
+/// First object on a path.
 pub(super) fn first(
     path: &Path,
     grains: &Grains,

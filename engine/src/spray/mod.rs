@@ -98,7 +98,7 @@ pub struct SprayBalance {
     pub lost: Sum,
     /// Left the domain.
     pub left: Sum,
-    /// What the addition to the last film rounded off.
+    /// Round-off of the addition to the last film.
     pub rest: f64,
     /// Momentum that particles got, N s.
     pub momentum: [f64; 3],
@@ -140,7 +140,7 @@ crate::state::plain!(SprayState {
     balance
 });
 
-/// What droplets fly among.
+/// Surroundings of the droplets.
 pub struct SprayContext<'a> {
     /// Time at the end of the step, s.
     pub time: f64,
@@ -163,7 +163,7 @@ pub struct SprayContext<'a> {
 /// The step part that sprays.
 #[derive(Debug, Clone, Default)]
 pub struct Sprays {
-    /// What a checkpoint holds.
+    /// State in a checkpoint.
     pub state: SprayState,
     /// How far each droplet and what surrounds it may move before it must be looked at again, m.
     clearance: Vec<f64>,
@@ -496,8 +496,8 @@ impl Sprays {
         false
     }
 
-    /// What a film (m^3) holds that takes a droplet (m^3), and what it is too large to hold: that goes to the next one, so that rounding
-    /// errors do not add up.
+    /// Volume of a film (m^3) that takes a droplet (m^3), and the part that the film is too large to hold: that goes to the next
+    /// one, so that rounding errors do not add up.
     fn poured(&self, film: f64, droplet: f64) -> (f64, f64) {
         let given = droplet + self.state.balance.rest;
         let holds = film + given;

@@ -22,7 +22,7 @@ pub struct NozzlePlan {
     pub gravity: bool,
     /// Drag of the gas, if any.
     pub drag: Option<Drag>,
-    /// What walls do with droplets.
+    /// Effect of walls on droplets.
     pub at_walls: AtWalls,
     /// Restitution of bounces.
     pub restitution: f64,

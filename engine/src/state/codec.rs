@@ -57,7 +57,7 @@ pub enum DecodeError {
     Wrong {
         /// Where.
         section: String,
-        /// What is wrong.
+        /// Description of the problem.
         reason: String,
     },
 }
@@ -73,7 +73,7 @@ pub trait Plain: Sized + Sync {
     /// Takes a value from the front.
     ///
     /// # Errors
-    /// What is wrong with the bytes.
+    /// The bytes are too few, or are no value of this type.
     fn take(bytes: &mut &[u8]) -> Result<Self, String>;
 }
 
@@ -86,7 +86,7 @@ fn front<'a>(bytes: &mut &'a [u8], count: usize) -> Result<&'a [u8], String> {
     Ok(front)
 }
 
-/// What `take` makes of all of the bytes.
+/// Value that `take` makes of all of the bytes.
 ///
 /// # Errors
 /// Those of `take`, and if it leaves some.
@@ -310,7 +310,7 @@ macro_rules! plain {
 /// A piece of the bytes of a state.
 #[derive(Debug, Default)]
 pub struct Piece {
-    /// What is in it.
+    /// Bytes of the piece.
     pub bytes: Vec<u8>,
     /// It is large, and its memory is worth keeping.
     is_large: bool,
@@ -403,7 +403,7 @@ impl Encoder {
         Self::reusing(Vec::new())
     }
 
-    /// The same in the memory of an earlier state: the system takes longer to provide new memory for a million particles than it
+    /// Encoder in the memory of an earlier state: the system takes longer to provide new memory for a million particles than it
     /// takes to fill it.
     #[must_use]
     pub fn reusing(spent: Vec<Piece>) -> Self {

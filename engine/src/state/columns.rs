@@ -53,7 +53,7 @@ impl Columns {
         Some(&column.values)
     }
 
-    /// The same, to be changed.
+    /// The column of this name, to be changed.
     #[must_use]
     pub fn get_mut(&mut self, name: &str) -> Option<&mut [f64]> {
         let column = self.0.iter_mut().find(|column| column.name == name)?;
@@ -134,7 +134,7 @@ pub struct StartValues {
     pub property: &'static ParticleProperty,
     /// Number of the particle, in the order of the start, and value, SI.
     pub particles: Vec<(usize, f64)>,
-    /// The same of bodies.
+    /// Number of the body, in the order of the start, and value, SI.
     pub bodies: Vec<(usize, f64)>,
 }
 

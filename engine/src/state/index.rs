@@ -36,7 +36,7 @@ macro_rules! index {
                 self.number() as usize
             }
 
-            /// The same, as columns hold it.
+            /// The index as a number, as columns hold it.
             #[inline]
             #[must_use]
             pub fn number(self) -> u32 {

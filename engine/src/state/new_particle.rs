@@ -84,7 +84,7 @@ impl NewParticle {
         components.any(Option::is_some)
     }
 
-    /// What of its motion is prescribed.
+    /// Prescribed part of its motion.
     #[must_use]
     pub fn prescribed_motion(&self) -> PrescribedMotion {
         self.prescribed.as_deref().copied().unwrap_or_default()

@@ -75,7 +75,7 @@ impl Sections {
         }
     }
 
-    /// The same state with another value in the section of this name.
+    /// This state with another value in the section of this name.
     ///
     /// # Errors
     /// Those of [`Sections::get`].

@@ -14,7 +14,7 @@ use crate::physics::Setup;
 use crate::state::{Body, FIXED, Load, Pieces, Plain, PrescribedBody, Row};
 use crate::walls::{RigidVelocity, ServoState, WallNow};
 
-/// What happened to the energy since the start, J; filled only in audited runs.
+/// Changes of the energy since the start, J; filled only in audited runs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Audit {
     /// Dissipated, by what took it.
@@ -29,7 +29,7 @@ pub struct Audit {
     pub vanished: SpringEnergy,
 }
 
-/// What contacts did since the start, J.
+/// Work of the contacts since the start, J.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Sums {
     /// By viscous and plastic normal forces.
@@ -50,7 +50,7 @@ struct Sums {
     vanished: SpringEnergy,
     /// Power of each at the time of the last forces.
     last: Powers,
-    /// What is stored then of the energy that each takes, J.
+    /// Energy stored at the time of the last forces, by the mechanism that takes it, J.
     stored: SpringEnergy,
 }
 
@@ -93,7 +93,7 @@ impl AuditedContact {
     }
 }
 
-/// What contacts do at one time, W.
+/// Powers of the contacts at one time, W.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Powers {
     /// Taken by viscous normal forces, and by those that are not elastic.
@@ -317,7 +317,7 @@ impl Auditor {
         });
     }
 
-    /// The same for walls that were there at the last forces and are not at these.
+    /// Notes the contacts of walls that were there at the last forces and are not at these.
     fn note_vanished_walls(&mut self, core: &Core) {
         for contact in &self.contacts {
             if contact.is_wall && !core.walls[contact.partner as usize].state.present {
@@ -394,7 +394,7 @@ impl Core {
         moving
     }
 
-    /// The same of a vertex, by its number among those of all sheets.
+    /// Motion of a vertex, by its number among those of all sheets.
     fn moving_vertex(&self, mut number: usize, half: f64) -> Moving {
         for surface in &self.surfaces {
             if let Some(velocity) = surface.velocities.get(number) {
@@ -412,7 +412,7 @@ impl Core {
         }
     }
 
-    /// The same of a point of a sheet, whose own energy counts: it does no work as walls do.
+    /// Motion of a point of a sheet, whose own energy counts: it does no work as walls do.
     fn moving_sheet(&self, exchange: &Exchange, half: f64) -> Moving {
         let at = exchange.sheet.unwrap_or_default();
         let surface = &self.surfaces[usize::from(at.0)];
@@ -420,7 +420,7 @@ impl Core {
         Moving { velocity, spin }
     }
 
-    /// The same of a body, at the end of `lever` (m) from its centre. What is prescribed of it is not closed by an audit.
+    /// Motion of a body, at the end of `lever` (m) from its centre. What is prescribed of it is not closed by an audit.
     fn moving_body(
         &self,
         body: &Body,

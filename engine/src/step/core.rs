@@ -18,7 +18,7 @@ use super::Lists;
 /// Clock, particles, contacts, walls, sheets and lists: lent to each [`Part`](super::Part) of the step.
 pub struct Core {
     pub(crate) physics: Arc<Physics>,
-    /// What outputs need to be watched in every step.
+    /// Data that outputs need to be watched in every step.
     pub(crate) watched: Watched,
     /// The periodic box.
     pub(crate) cell: Cell,
@@ -29,7 +29,7 @@ pub struct Core {
     pub(crate) boundaries: Boundaries,
     /// One for each wall of the plan, then one for each sheet, whose shape it borrows.
     pub(crate) walls: Vec<WallNow>,
-    /// What walls hold of liquid.
+    /// Liquid on walls.
     pub(crate) wall_films: WallFilms,
     /// One for each sheet of the plan.
     pub surfaces: Vec<Surface>,
@@ -42,8 +42,8 @@ pub struct Core {
     /// The present step was begun when the last one ended: its kicks and drift are made already.
     pub(super) drifted: Option<MotionBound>,
 
-    // What follows never changes.
-    /// What contacts and parts need together.
+    // The fields below never change.
+    /// Needs of contacts and parts together.
     pub(crate) needs: Needs,
     /// How far beyond contact forces of each material reach, m; empty if none does.
     pub(super) ranges: Vec<f64>,
@@ -84,13 +84,13 @@ impl Core {
         self.step
     }
 
-    /// What it simulates.
+    /// Physics of the simulation.
     #[must_use]
     pub fn physics(&self) -> &Arc<Physics> {
         &self.physics
     }
 
-    /// What the engine started from.
+    /// Setup that the engine started from.
     #[must_use]
     pub fn setup(&self) -> Setup {
         Setup {
@@ -123,7 +123,7 @@ impl Core {
         self.pool.as_ref()
     }
 
-    /// What is known of the candidate lists.
+    /// Facts about the candidate lists.
     #[must_use]
     pub fn lists(&self) -> &Lists {
         &self.lists

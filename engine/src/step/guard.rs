@@ -15,7 +15,7 @@ use crate::physics::GuardPolicy;
 use crate::spray::Sprays;
 use crate::state::{Id, Pieces, Plain, WallIndex};
 
-/// What happened.
+/// Event beyond a limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum What {
     Contact(AlarmKind, Alarm),
@@ -51,7 +51,7 @@ struct Count {
     worst: Option<Finding>,
 }
 
-/// What the guard of a run has seen.
+/// Counts of the guard of a run.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Guard {
     /// By kind of contact, then long ways, then vertices that left the domain.
@@ -110,7 +110,7 @@ impl Part for Guard {
     }
 
     fn after_exchange(&mut self, core: &mut Core, _: &Exchanged) {
-        // What leaves at the start was placed outside.
+        // A particle that leaves at the start was placed outside.
         if core.step > 0 {
             self.look_at_leavers(core);
         }
@@ -345,7 +345,7 @@ impl Guard {
         if (count.worst).is_none_or(|worst| event.part() > worst.part()) {
             count.worst = Some(event);
         }
-        // What touches a wall from behind is where it should not be, but nothing is wrong with its motion.
+        // A particle that touches a wall from behind is where it should not be, but nothing is wrong with its motion.
         let stops = !matches!(what, What::Contact(AlarmKind::Behind, _));
         let is_strict = core.physics.guard.policy == GuardPolicy::Strict;
         if stops && is_strict && !self.off && self.stop.is_none() {
@@ -366,7 +366,7 @@ impl Guard {
         })
     }
 
-    /// What was beyond a limit since the start, counted: a line for each kind.
+    /// Counts of events beyond a limit since the start: a line for each kind.
     fn counted(&self, core: &Core) -> Vec<String> {
         let counts = self.counts.iter();
         counts
@@ -403,7 +403,7 @@ impl Engine {
         self.complete_step()
     }
 
-    /// What was beyond a limit since the start, counted: a line for each kind.
+    /// Counts of events beyond a limit since the start: a line for each kind.
     #[must_use]
     pub fn guard_warnings(&self) -> Vec<String> {
         let guard = self.part::<Guard>();

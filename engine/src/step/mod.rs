@@ -149,7 +149,7 @@ impl Engine {
         parts.iter_mut().for_each(|part| act(part.as_mut(), core));
     }
 
-    /// The same, until one of them fails.
+    /// Calls all parts in their order, until one of them fails.
     fn try_call(
         &mut self,
         mut act: impl FnMut(&mut dyn Part, &mut Core) -> Result<(), RunError>,
@@ -166,14 +166,14 @@ impl Engine {
         self.parts.iter().any(|part| part.ends_run())
     }
 
-    /// What was seen of the contacts in the last watched step.
+    /// Observation of the contacts in the last watched step.
     #[must_use]
     pub fn observation(&self) -> Observation {
         let walls = self.physics.walls.len();
         self.with_parts(self.contacts.observation(walls, true))
     }
 
-    /// The same, without leaving the records of contacts behind.
+    /// Observation of the contacts in the last watched step, without leaving their records behind.
     pub fn take_observation(&mut self) -> Observation {
         let walls = self.physics.walls.len();
         let records = self.contacts.take_records();

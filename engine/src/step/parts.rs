@@ -37,7 +37,7 @@ const PARTS: &[PartKind] = &[
     kind::<Tracks>(),
     kind::<LoadSeries>(),
     kind::<Wear>(),
-    // What is beyond a limit stops the run when all others have made their step.
+    // The guard stops the run when all others have made their step.
     kind::<Guard>(),
 ];
 
@@ -60,14 +60,14 @@ impl Engine {
         parts.find_map(|part| (part.as_ref() as &dyn Any).downcast_ref())
     }
 
-    /// The same, and the core to which it may do something.
+    /// The part, and the core that it may change.
     pub(crate) fn part_and_core<P: Part>(&mut self) -> Option<(&mut P, &mut Core)> {
         let mut parts = self.parts.iter_mut();
         let part = parts.find_map(|part| (part.as_mut() as &mut dyn Any).downcast_mut())?;
         Some((part, &mut self.core))
     }
 
-    /// What a user should know at the end of the run, a line each.
+    /// Warnings for the user at the end of the run, a line each.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let parts = self.parts.iter();

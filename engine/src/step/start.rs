@@ -89,7 +89,7 @@ impl Engine {
         Self::start(setup, StartOptions::threads(threads))
     }
 
-    /// The same with more to choose.
+    /// Starts an engine with more options.
     ///
     /// # Errors
     /// As [`Engine::new`].
@@ -225,7 +225,7 @@ impl Engine {
         core.needs = core.needs.and(of_parts);
         core.ranges = core.contacts.ranges();
         if of_parts.range > 0.0 {
-            // What acts beside the contacts does not say between which materials.
+            // Forces beside the contacts act between any materials.
             core.ranges.resize(core.physics.materials.len(), 0.0);
             for range in &mut core.ranges {
                 *range = range.max(of_parts.range);

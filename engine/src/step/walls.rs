@@ -80,7 +80,7 @@ impl Core {
         }
     }
 
-    /// What is wrong with a wall, by its name.
+    /// Error of a wall, by its name.
     pub(crate) fn wall_error(&self, wall: WallIndex, error: WallError) -> RunError {
         let of_plan = self.physics.walls.get(wall.index());
         RunError::Wall {

@@ -1,4 +1,4 @@
-//! What a run knows of a sheet before its first step.
+//! Plan of a sheet, as known before the first step of a run.
 
 use glam::DVec3;
 

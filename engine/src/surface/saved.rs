@@ -1,4 +1,4 @@
-//! What must be kept of a sheet to go on later.
+//! State of a sheet that must be kept to go on later.
 
 use glam::DVec3;
 
@@ -37,7 +37,7 @@ crate::state::plain!(SavedSurface {
 });
 
 impl Surface {
-    /// What must be kept.
+    /// State that must be kept.
     #[must_use]
     pub fn save(&self) -> SavedSurface {
         SavedSurface {

@@ -1,4 +1,4 @@
-//! What can be wrong with the description of a wall or of its motion.
+//! Errors in the description of a wall or of its motion.
 
 use glam::DVec3;
 
@@ -12,7 +12,7 @@ pub enum WallError {
     NoDirection {
         /// The scene key.
         key: &'static str,
-        /// What stands there.
+        /// Value that was given.
         value: DVec3,
     },
     /// A number or a vector that is infinite or not a number.
@@ -20,7 +20,7 @@ pub enum WallError {
     NotFinite {
         /// The scene key.
         key: &'static str,
-        /// What stands there.
+        /// Value that was given.
         value: String,
     },
     /// A length that must be positive.
@@ -28,7 +28,7 @@ pub enum WallError {
     NotPositive {
         /// The scene key.
         key: &'static str,
-        /// What stands there.
+        /// Value that was given.
         value: f64,
     },
     /// A quantity that must not be negative.
@@ -36,7 +36,7 @@ pub enum WallError {
     Negative {
         /// The scene key.
         key: &'static str,
-        /// What stands there.
+        /// Value that was given.
         value: f64,
     },
     /// An interval whose end does not lie after its beginning.
@@ -136,7 +136,7 @@ pub enum WallError {
     NoTriangle {
         /// How many triangles there are.
         count: usize,
-        /// What thinner triangles do not have an area by.
+        /// Precision below which thinner triangles have no area.
         precision: Precision,
     },
 }

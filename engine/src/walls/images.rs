@@ -96,7 +96,7 @@ impl MetBy {
         }
     }
 
-    /// The same for another shape of the wall.
+    /// Images for another shape of the wall.
     pub(super) fn of_shape(&self, shape: &Shape, cell: &Cell) -> Self {
         Self::new(shape, cell, self.keeps_axis)
     }
@@ -123,8 +123,8 @@ impl MetBy {
         &self.codes
     }
 
-    /// What must be added to a pose to take whole periods off it, m: zero while the wall is within half a period of where it covers
-    /// the domain best.
+    /// Translation that takes whole periods off a pose, m: zero while the wall is within half a period of where it covers the
+    /// domain best.
     pub(super) fn whole_periods(&self, pose: &Pose, cell: &Cell) -> DVec3 {
         let mut back = DVec3::ZERO;
         if !self.along.iter().any(|along| along.is_set_back()) {

@@ -41,7 +41,7 @@ pub struct WallNow {
     half_thickness: f64,
 }
 
-/// What must be kept of a [`WallNow`] to go on later, beside the time.
+/// State of a [`WallNow`] that must be kept to go on later, beside the time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SavedWall {
     /// How far each of its servos has come.
@@ -152,7 +152,7 @@ impl WallNow {
         }
     }
 
-    /// The same in one go from any earlier shape.
+    /// Takes these places of the corners in one go from any earlier shape.
     ///
     /// # Errors
     /// If the mesh cannot take these places.
@@ -345,7 +345,7 @@ impl WallNow {
         }
     }
 
-    /// What must be kept to go on later.
+    /// State that must be kept to go on later.
     #[must_use]
     pub fn save(&self) -> SavedWall {
         SavedWall {

@@ -219,7 +219,7 @@ impl Worn {
         let is_steady = normal.length() > 1e-6 * whole;
         let mut direction = normal.normalize_or_zero();
         if !self.skin.axes.is_empty() {
-            // What goes on along an axis moves across it, unless it faces along it.
+            // A surface that goes on along an axis moves across it, unless it faces along it.
             let mut across = direction;
             self.skin.axes.iter().for_each(|&axis| across[axis] = 0.0);
             if across.length() >= 0.5 {

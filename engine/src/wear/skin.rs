@@ -6,8 +6,9 @@ use glam::DVec3;
 
 use crate::walls::Mesh;
 
-/// What does not change of a worn mesh. Corners are those of [`Mesh::corners`]; those that move alike are one node: copies along periodic axes, the two
-/// faces of a period, and corners of files that do not share them. Nodes are numbered by their first appearance in the file.
+/// Constant data of a worn mesh. Corners are those of [`Mesh::corners`]; those that move alike are one node: copies along
+/// periodic axes, the two faces of a period, and corners of files that do not share them. Nodes are numbered by their first
+/// appearance in the file.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Skin {
     /// Places of the corners, m.

@@ -16,9 +16,9 @@ pub struct Worn {
     pub(super) skin: Skin,
     /// Of the nodes from their first places, m: apart from the coordinates, so that none is lost to round-off far from the origin.
     pub(super) displacement: Vec<DVec3>,
-    /// What each node owes and has not placed, m^3.
+    /// Volume that each node owes and has not placed, m^3.
     pub(super) waiting: Vec<f64>,
-    /// What of it the last move could not place, m^3.
+    /// Part of it that the last move could not place, m^3.
     pub(super) left: Vec<f64>,
     /// Nodes that owe something, in the order in which they began to; which they are.
     pub(super) owing: Vec<u32>,
@@ -34,7 +34,7 @@ pub struct Worn {
     /// Sums over all contacts on the side of the normals, and on the other, m^3.
     pub(super) front: f64,
     pub(super) back: f64,
-    /// What has been placed by all moves, m^3.
+    /// Volume that all moves have placed, m^3.
     pub(super) placed: f64,
     pub(super) moves: u64,
     /// The largest move of a vertex at once, over what `step` allows.
@@ -42,7 +42,7 @@ pub struct Worn {
     pub(super) worn_through: Option<WornThrough>,
     pub(super) is_worn: bool,
 
-    // What follows from the displacements.
+    // The fields below follow from the displacements.
     /// Areas of the triangles at each node, m^2.
     pub(super) areas: Vec<f64>,
     /// The volume at which each node moves by `step` of its shortest edge, m^3.
@@ -76,7 +76,7 @@ pub struct WearRow {
     pub owed: f64,
     /// Signed volume between the first surface and the present one, positive on the side that owes more.
     pub removed: f64,
-    /// What waits.
+    /// Volume that is owed and not yet placed.
     pub pending: f64,
     /// Owed by contacts on the side of the normals.
     pub front: f64,
@@ -103,7 +103,7 @@ pub struct WornVertex {
     pub displacement: DVec3,
     /// Depth on the side that owes more, against its first normal, m.
     pub depth: f64,
-    /// What waits, m^3.
+    /// Volume that is owed and not yet placed, m^3.
     pub owed: f64,
 }
 
@@ -162,7 +162,7 @@ impl Worn {
         volume / least
     }
 
-    /// What the plan says of it.
+    /// Plan of the wall.
     #[must_use]
     pub fn plan(&self) -> &WearPlan {
         &self.plan
@@ -323,7 +323,7 @@ impl Worn {
             })
     }
 
-    /// What a triangle has lost, m^3. Never -0: an interrupted run is to write the same bytes.
+    /// Volume that a triangle has lost, m^3. Never -0: an interrupted run is to write the same bytes.
     pub(super) fn lost(&self, triangle: u32) -> f64 {
         0.0 - self.skin.swept(triangle, &self.displacement)
     }

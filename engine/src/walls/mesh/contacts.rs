@@ -54,7 +54,7 @@ impl Mesh {
         best.clear();
         found.clear();
         let mut nearest_of_all: Option<(Nearest, u32, u32)> = None;
-        // What seems nearest goes first: it saves the others of its patch from being tested.
+        // The facet that seems nearest goes first: it saves the others of its patch from being tested.
         let mut first = (0, f32::INFINITY);
         for (k, &bound) in bounds.iter().enumerate() {
             if bound < first.1 {
@@ -74,7 +74,8 @@ impl Mesh {
             if best.beats(group, bound) {
                 continue;
             }
-            // What fills a pack up is no facet; it seems far, but for spheres so fast that single precision does not hold their way.
+            // An entry that fills a pack up is no facet; it seems far, but for spheres so fast that single precision does not
+            // hold their way.
             if index >= self.facets.len() {
                 continue;
             }

@@ -72,7 +72,7 @@ pub struct Mesh {
     mean_area: f64,
     /// How far corners have moved in all changes together, at most, m.
     travelled: f64,
-    /// The same when facets, leaves and tree were fitted to the corners last, m.
+    /// How far corners had moved when facets, leaves and tree were fitted to them last, m.
     fitted: f64,
     /// Only the side acts where the normals point.
     front_only: bool,
@@ -191,7 +191,7 @@ impl Mesh {
             + self.topology.bytes()
     }
 
-    /// The same of so many triangles, two at each edge and six at each corner, before there is a mesh.
+    /// Memory of a mesh of so many triangles, two at each edge and six at each corner, before there is one, bytes.
     #[must_use]
     pub fn bytes_of(triangles: usize) -> f64 {
         let each = size_of::<Facet>()
@@ -284,7 +284,7 @@ impl Mesh {
         (mesh, number)
     }
 
-    /// The same mesh with more triangles; which number each vertex has now.
+    /// This mesh with more triangles; the number that each vertex has now.
     fn rebuilt(&self, vertices: Vec<DVec3>, kept: &mut [(u32, [u32; 3])]) -> (Self, Vec<u32>) {
         let (precision, front_only) = (self.precision, self.front_only);
         let (mesh, number) = Self::assembled(vertices, kept, precision, front_only, self.left_out);
@@ -292,8 +292,8 @@ impl Mesh {
         (Self { extent, ..mesh }, number)
     }
 
-    /// The same mesh with a touch for every local minimum of the distance that counts beside nearer ones ([`Saddle`]), the nearest first: for surfaces that
-    /// bend around particles.
+    /// This mesh with a touch for every local minimum of the distance that counts beside nearer ones ([`Saddle`]), the nearest
+    /// first: for surfaces that bend around particles.
     #[must_use]
     pub fn keeping_all(mut self) -> Self {
         self.keeps_all = true;
@@ -427,7 +427,7 @@ impl Mesh {
         (part < 1.0).then_some(part)
     }
 
-    /// What pictures and files of the surface need: the triangles in the order of the file, without those that have no area.
+    /// Surface for pictures and files: the triangles in the order of the file, without those that have no area.
     #[must_use]
     pub fn outline(&self) -> Surface {
         let mut triangles: Vec<(u32, [u32; 3])> = self

@@ -56,7 +56,7 @@ impl Period {
     }
 }
 
-/// What the triangles of a continued mesh are copies of.
+/// Originals of the triangles of a continued mesh.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Continuation {
     pub periods: Vec<Period>,

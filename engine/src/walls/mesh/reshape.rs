@@ -57,7 +57,7 @@ impl Mesh {
         Ok(self.take(new))
     }
 
-    /// The same in one go from any earlier shape: triangles may have turned in many steps.
+    /// Reshapes the mesh in one go from any earlier shape: triangles may have turned in many steps.
     pub(in super::super) fn place(&mut self, places: &[DVec3]) -> Result<(), WallError> {
         let new = self.checked(places)?;
         self.take(new);

@@ -16,7 +16,7 @@ pub enum Feature {
 }
 
 impl Mesh {
-    /// What feature a number stands for.
+    /// Feature of a number.
     #[inline]
     #[must_use]
     pub fn feature_of(&self, number: u32) -> Feature {
