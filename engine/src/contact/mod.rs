@@ -45,7 +45,7 @@ pub use mercury_common::scene::{CoulombLimits, SlidingNormal};
 
 use crate::lanes::{Mask, Real, Vector};
 
-/// What scenes can say of every law, known to this version or refused by it: for reading scenes, and for the users' page.
+/// Keys of every law, known to this version or refused by it: for reading scenes, and for the users' page.
 #[must_use]
 pub fn law_keys() -> Vec<&'static LawKeys> {
     let laws = [AnyNormal::KEYS, AnyTangential::KEYS, AnyRolling::KEYS];

@@ -1,4 +1,4 @@
-//! What the step knows of a contact loop, whatever its laws: computing, observing and saving contacts, each a trait.
+//! Interface of a contact loop to the step, whatever its laws: computing, observing and saving contacts, each a trait.
 
 use super::{
     Alarms, Bond, BondPlace, ContactEvent, ContactRecord, FeatureKey, FeatureLoad, Finish,
@@ -11,7 +11,7 @@ use crate::surface::SurfaceLoad;
 
 /// A contact loop with its slots: lists and loads.
 pub trait ContactForces: ObservesContacts + SavesContacts + Send {
-    /// What the loop needs of the step.
+    /// Needs of the loop in the step.
     fn needs(&self) -> Needs {
         Needs::default()
     }
@@ -64,7 +64,7 @@ pub trait ContactForces: ObservesContacts + SavesContacts + Send {
     fn set_bridge(&mut self, place: &BondPlace, bridge: Bridge);
 }
 
-/// What is seen of contacts, and handed over from step to step.
+/// Observation of contacts, and the data handed over from step to step.
 pub trait ObservesContacts {
     /// Listed pairs.
     fn listed(&self) -> usize;

@@ -1,4 +1,4 @@
-//! What happened to contacts whose law requests it, and the liquid bridges that contacts hold.
+//! Events of contacts whose law requests them, and the liquid bridges that contacts hold.
 
 use super::Partner;
 use crate::contact::{Bridge, BridgeEvent};

@@ -26,13 +26,13 @@ use crate::state::Particles;
 use crate::walls::{WallFilms, WallNow, WallPlace};
 use mercury_common::particle_properties::FILM_VOLUME;
 
-/// What the rules read beside the particles, and the films of walls.
+/// Data that the rules read beside the particles, and the films of walls.
 pub struct MigrationContext<'a> {
     /// The laws of all pairs of materials.
     pub laws: &'a LawTable,
     /// The walls as they are.
     pub walls: &'a [WallNow],
-    /// What walls hold.
+    /// Films of walls.
     pub films: &'a mut WallFilms,
 }
 
@@ -68,7 +68,7 @@ impl Liquids {
                 BridgeEvent::End => {
                     let index = net.index_of(&event.bond);
                     let bridge = net.bonds[index].bridge;
-                    // What an earlier event gave may keep it.
+                    // Liquid of an earlier event may keep it.
                     let holds = event.bond.place.is_some()
                         && bridge.volume > 0.0
                         && bridge.gap < bridge.end;
@@ -230,7 +230,7 @@ impl Liquids {
             let held = around.films.volume(wall);
             let holds = held + around.films.keeps(wall) * volume;
             around.films.set(wall, holds);
-            // What the addition has rounded off stays with the particle.
+            // Round-off of the addition stays with the particle.
             (half, rest) = (volume - (holds - held), 0.0);
             self.carry(particles, End::Row(bond.row), End::Outside, holds - held);
         }

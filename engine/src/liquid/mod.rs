@@ -24,7 +24,7 @@ use mercury_common::particle_properties::FILM_VOLUME;
 
 pub use mercury_common::scene::{BridgesForm, LiquidNeighbours};
 
-/// What a plan says of liquid beside the laws of contacts and the films of particles, which are a property of theirs.
+/// Plan of the liquid beside the laws of contacts and the films of particles, which are a property of theirs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LiquidPlan {
     /// Which bridges take the liquid of one that breaks.
@@ -49,14 +49,14 @@ pub struct Liquids {
     weight: Option<Weight>,
     /// Thickness (m) and volume (m^3) of each row's film, where bridges form as films meet.
     thickness: Vec<[f64; 2]>,
-    /// What came and went since the start.
+    /// Balance since the start.
     pub balance: LiquidBalance,
 }
 
-/// What a checkpoint holds of the liquid beside films and bridges.
+/// State of the liquid in a checkpoint beside films and bridges.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SavedLiquid {
-    /// What came and went.
+    /// Balance since the start.
     pub balance: LiquidBalance,
     /// Volumes on walls, m^3: of each wall those of its triangles.
     pub walls: Vec<Vec<f64>>,
@@ -65,7 +65,7 @@ pub struct SavedLiquid {
 crate::state::plain!(SavedLiquid { balance, walls });
 
 impl Liquids {
-    /// What a checkpoint holds of it.
+    /// State in a checkpoint.
     #[must_use]
     pub fn save(&self, films: &WallFilms) -> SavedLiquid {
         SavedLiquid {
@@ -95,7 +95,7 @@ impl Liquids {
         self.weigh_films(first, particles);
     }
 
-    /// What is there at the start, bridges of another run included, is what the balance begins with.
+    /// Liquid at the start, that in bridges of another run included, begins the balance.
     pub fn note_first(
         &mut self,
         contacts: &dyn ContactForces,

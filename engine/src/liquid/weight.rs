@@ -23,7 +23,7 @@ pub struct Weight {
     pub lag: f64,
 }
 
-/// What came from outside of the particles and went there since the start.
+/// Amounts that came from outside of the particles and went there since the start.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Weighed {
     /// kg
@@ -88,7 +88,7 @@ impl Weight {
             let speeds = record.velocity.length_squared();
             if let Some(velocity) = velocity {
                 record.velocity += (mass / after) * (velocity - record.velocity);
-                // What comes does not turn.
+                // Liquid that comes does not turn.
                 record.angular_velocity *= before / after;
             }
             gained = 0.5 * (after * record.velocity.length_squared() - before * speeds)
@@ -169,7 +169,7 @@ impl Liquids {
         }
     }
 
-    /// The same for bridges that were there before the run.
+    /// Weighs bridges that were there before the run.
     pub fn weigh_bridges(&mut self, bonds: &[Bond], particles: &mut Particles) {
         for bond in bonds {
             for (end, volume) in shares(bond, &bond.bridge) {
@@ -191,7 +191,7 @@ impl Liquids {
     }
 }
 
-/// What the two ends of a bond weigh of a bridge, m^3: half each, a particle at a wall all of it.
+/// Volumes of a bridge that the two ends of a bond weigh, m^3: half each, a particle at a wall all of it.
 pub(super) fn shares(bond: &Bond, bridge: &Bridge) -> [(End, f64); 2] {
     match bond.partner {
         Partner::Particle { row, .. } => {

@@ -56,12 +56,12 @@ impl<L: Real> AdhesionForce<L> {
     }
 }
 
-/// What happened to a contact whose law [requests events](AdhesionLaw::HAS_EVENTS).
+/// Event of a contact whose law [requests events](AdhesionLaw::HAS_EVENTS).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BridgeEvent {
     /// Its two sides touch, or their films meet, and nothing is remembered yet.
     Touch,
-    /// What it remembered ends: the gap is too wide.
+    /// Its memory ends: the gap is too wide.
     End,
 }
 
@@ -86,7 +86,7 @@ impl BridgeEvent {
 /// parts of the pair's law are silent: friction and rolling springs end with the touch. What adhesion remembers lasts while the gap
 /// is below its range, through sorts of the particles and new lists, and is forgotten there.
 pub trait AdhesionLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
-    /// What it remembers. A history that differs from its default is a bond, which holds the pair together across a gap.
+    /// Memory of the law. A history that differs from its default is a bond, which holds the pair together across a gap.
     type History<L: Real>: History<L, One = Self::History<f64>>;
     /// False for the law that does nothing: pairs then are not looked at before they touch.
     const ACTIVE: bool;
@@ -127,9 +127,9 @@ pub trait AdhesionLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// Energy of the bond, J: 0 for two that are free of each other, negative for two that must be torn apart.
     fn energy<L: Real>(&self, contact: &Contact<L>, history: &Self::History<L>) -> L;
 
-    /// What it has dissipated since the geometry was `last`, J; `elastic` is its elastic force now, N. Histories: before and after the
-    /// step. The elastic work, by the trapezoidal rule over the overlaps, which is exact for straight branches, less what the energy of
-    /// the bond has gained. A bond that forms on contact sets its energy free at once.
+    /// Energy that it has dissipated since the geometry was `last`, J; `elastic` is its elastic force now, N. Histories: before
+    /// and after the step. The elastic work, by the trapezoidal rule over the overlaps, which is exact for straight branches,
+    /// less what the energy of the bond has gained. A bond that forms on contact sets its energy free at once.
     fn loss(
         &self,
         contact: &Contact,

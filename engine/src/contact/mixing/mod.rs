@@ -5,7 +5,7 @@
 //! restitutions has no meaning for the mixed pair). `[[contacts]]` then replaces key by key. A material that lacks a law
 //! that `[[contacts]]` names for the pair leaves the other one to decide.
 //!
-//! What a law's table of keys says is done here ([`Pair::number`]); what it cannot say stands in the law's own file.
+//! Rules in a law's table of keys are applied here ([`Pair::number`]); further rules stand in the law's own file.
 
 mod damping;
 mod liquid;
@@ -74,7 +74,7 @@ pub struct Pair<'a> {
     sides: [&'a Material; 2],
     /// Both are the same material.
     same: bool,
-    /// What replaces mixed values, and its number in the file.
+    /// Override of mixed values, and its number in the file.
     contact: Option<(usize, &'a ContactOverride)>,
     conventions: &'a Conventions,
     /// The law whose keys are being read, and its part.
@@ -136,7 +136,7 @@ impl<'a> Pair<'a> {
         self.conventions
     }
 
-    /// What was resolved so far.
+    /// Parameters that were resolved so far.
     #[must_use]
     pub fn parameters(&self) -> &[Parameter] {
         &self.parameters
@@ -210,7 +210,7 @@ impl<'a> Pair<'a> {
         })
     }
 
-    /// What `[[contacts]]` replaces of a part.
+    /// Values of a part that `[[contacts]]` replaces.
     #[must_use]
     pub fn replaced(&self, part: LawPart) -> Option<&'a LawValues> {
         let (_, contact) = self.contact?;

@@ -35,7 +35,7 @@ pub(super) struct Block<H> {
     pub(super) feature_loads: FeatureLoads,
     /// Contacts with walls that wear, of the last evaluation.
     pub(super) rubs: Vec<Rub>,
-    /// What contacts do to sheets, of the last evaluation.
+    /// Loads of contacts on sheets, of the last evaluation.
     pub(super) surface_loads: Vec<SurfaceLoad>,
     /// Contacts with an event since the last call; none where no law requests them.
     pub(super) events: Vec<SlotEvent>,

@@ -1,4 +1,4 @@
-//! What is seen of the contacts of a loop, and taken from its blocks.
+//! Observation of the contacts of a loop, and its collection from the blocks.
 
 use super::ContactLoop;
 use super::slots::WITH_HISTORY;

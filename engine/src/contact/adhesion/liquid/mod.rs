@@ -87,7 +87,7 @@ pub enum Rupture {
 pub struct Liquid {
     /// Capillary force.
     pub fit: Fit,
-    /// What stands for the volume in the fit of Lian & Seville.
+    /// Measure of the volume in the fit of Lian & Seville.
     pub lian_seville_volume: LianSevilleVolume,
     /// Where bridges break.
     pub rupture: Rupture,
