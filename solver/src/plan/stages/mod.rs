@@ -42,7 +42,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
 }
 
 /// The plan of a scene with two sites of each lattice: cheap whatever their number, and sufficient for the memory of the whole.
-/// What it leaves out is counted in [`Counted::left_out`](super::Counted::left_out).
+/// Parts that it leaves out are counted in [`Counted::left_out`](super::Counted::left_out).
 ///
 /// # Errors
 /// As [`plan`], except for errors of other sites.
