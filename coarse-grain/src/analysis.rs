@@ -184,8 +184,8 @@ impl Analysis {
     /// Computes the blocks of all states and gives each to `write` as soon as it is complete; returns the number of frames.
     ///
     /// # Errors
-    /// Those of the states and of `write`; blocks that are complete before are written. What is wrong with the end of the states is returned
-    /// after the frames before it have been used.
+    /// Those of the states and of `write`; blocks that are complete before are written. An error at the end of the states is
+    /// returned after the frames before it have been used.
     pub fn run(
         &self,
         states: impl Iterator<Item = Result<State, CgError>>,

@@ -1,4 +1,4 @@
-//! From what was typed to an analysis: the limits, grid, width and fields that the input suggests where nothing is said.
+//! From options to an analysis: the limits, grid, width and fields that the input suggests where no option is given.
 
 use std::path::{Path, PathBuf};
 
@@ -57,7 +57,7 @@ pub struct Wanted {
     pub errors: bool,
     /// Since when displacements are counted.
     pub reference: Reference,
-    /// Whether the sums of MercuryCG's files are wanted.
+    /// Whether the sums of MercuryCG's files are requested.
     pub stat: bool,
 }
 
@@ -138,7 +138,7 @@ impl Wanted {
         Ok(fields)
     }
 
-    /// Opens the input for what is wanted of it.
+    /// Opens the input for the requested fields.
     ///
     /// # Errors
     /// When it lacks what fields need, or cannot be read.

@@ -14,7 +14,7 @@ pub struct Spot {
     pub column: usize,
 }
 
-/// One thing that is wrong. What is not known is `None`.
+/// A problem. A field that is not known is `None`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Problem {
     /// The file, as the user named it.

@@ -1,4 +1,4 @@
-//! Numbers for people: in reports, messages and progress lines. What programs read is written by [`formats`](crate::formats).
+//! Numbers for people: in reports, messages and progress lines. Numbers for programs are written by [`formats`](crate::formats).
 
 use std::borrow::Cow;
 

@@ -89,7 +89,7 @@ impl Surface {
     ///
     /// Planes are cut at the domain (lower and upper corner, m) and by `cuts`, given in the global frame too; endless
     /// cylinders end with the domain along their axis. Corners of triangles lie on the surface, curved ones are approximated
-    /// by 72 chords around. What lies outside the domain gives no triangles where it is a plane.
+    /// by 72 chords around. A surface outside the domain gives no triangles where it is a plane.
     #[must_use]
     pub fn triangles(
         &self,

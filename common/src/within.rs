@@ -1,9 +1,9 @@
 //! A folder outside of which nothing is read or written: for services that run what strangers hand in.
 //!
-//! A name is judged twice. First as text, so that a name that leads outside is refused without access to the disk, and the answer
-//! does not reveal whether something is there; then with all links followed. Hard links look like files, and a process that can
-//! write inside the folder can exchange a link between the check and the use: where that matters the system has to guard the
-//! folder, too.
+//! A name is checked twice. First as text, so that a name that leads outside is refused without access to the disk, and the
+//! answer does not reveal whether something is there; then with all links followed. Hard links look like files, and a process
+//! that can write inside the folder can exchange a link between the check and the use: where that matters the system has to guard
+//! the folder, too.
 
 use std::fs;
 use std::io;

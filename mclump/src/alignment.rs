@@ -1,8 +1,8 @@
 //! Principal axes and the frame of a clump.
 //!
 //! The frame has its origin in the centre of mass. Its axes are the principal axes in the order of ascending moments, always
-//! right-handed: a body is turned, never mirrored. What the inertia leaves open is decided like this, so that a body gets the same
-//! pebbles whatever its pose in the input:
+//! right-handed: a body is turned, never mirrored. Choices that the inertia leaves open follow these rules, so that a body gets
+//! the same pebbles whatever its pose in the input:
 //!
 //! - **Signs**: the third central moment along an axis is made positive, on the first two axes where it is significant, first of the
 //!   body, then of its pebbles. A body that is symmetric there keeps its axes as near the input's as possible.

@@ -75,8 +75,8 @@ pub fn paths(path: &Path, has_surface: bool, has_picture: bool) -> Vec<PathBuf> 
     all
 }
 
-/// The clump file that a user means by `path`: a name that does not end in `.toml` gets `.clump.toml`. What stands behind another point may be
-/// part of a number.
+/// The clump file that a user means by `path`: a name that does not end in `.toml` gets `.clump.toml`. Text behind another point
+/// may be part of a number.
 ///
 /// ```
 /// use std::path::Path;

@@ -272,7 +272,7 @@ const COOLWARM: [Colour; 17] = [
 mod tests {
     use super::*;
 
-    /// Luma with the weights of ITU-R BT.709: order is all we ask.
+    /// Luma with the weights of ITU-R BT.709: only the order matters.
     fn luma(colour: Colour) -> f64 {
         0.2126 * f64::from(colour.0) + 0.7152 * f64::from(colour.1) + 0.0722 * f64::from(colour.2)
     }

@@ -89,7 +89,7 @@ pub struct Surface {
     pub triangles: Vec<[DVec3; 3]>,
     /// Its colour; the picture's own colour of walls where there is none.
     pub colour: Option<Colour>,
-    /// 1: opaque; 0: invisible. What lies between is the opacity of the surface seen straight; a thin sheet hides more
+    /// 1: opaque; 0: invisible. Values between them are the opacity of the surface seen straight; a thin sheet hides more
     /// where it is seen at a slant.
     pub opacity: f64,
     /// Draws the edges between triangles that meet at more than [`Surface::FOLD`] degrees, where they do not lie so close that lines would hide the

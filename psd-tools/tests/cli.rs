@@ -85,7 +85,7 @@ fn stats_of_a_table_a_law_and_a_list() {
     let d10 = by["volume"]["d10"].as_f64().expect("a number");
     assert!((d10 / expected - 1.0).abs() < 1e-14, "{d10} {expected}");
     assert!(value["grain.psd.csv"]["mean_diameters"]["D[5,2]"].is_number());
-    // Each of the wanted means once, whether or not it is among those that are always printed.
+    // Each of the requested means once, whether or not it is among those that are always printed.
     let report = done(
         at,
         &words("stats grain.psd.csv --mean 5,2 --mean 4,3 --mean 5,2"),

@@ -52,7 +52,7 @@ const PEBBLES: &str = "--clumps pebbles shows what there is";
 /// The table that `clumps` needs: none for pebbles.
 ///
 /// # Errors
-/// When surfaces are wanted of an input that has no table of bodies, or they cannot be read.
+/// When surfaces are requested of an input that has no table of bodies, or they cannot be read.
 pub(crate) fn reader_for(
     source: &Source,
     clumps: ClumpsAs,

@@ -134,7 +134,7 @@ impl Selection {
     /// Leaves out the particles that are not selected.
     ///
     /// # Errors
-    /// When a material is not known, or the frame has no column to tell.
+    /// When a material is not known, or the frame has no column of it.
     pub fn apply(&self, snapshot: &mut Snapshot) -> Result<(), ExportError> {
         if !self.is_partial() {
             return Ok(());

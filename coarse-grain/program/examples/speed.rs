@@ -163,7 +163,7 @@ const ROUNDS: usize = 9;
 struct Times {
     /// The median, on one and on two threads; they alternate.
     wall: [f64; 2],
-    /// Processor time of one on one thread, mean; where the system does not tell, that of the clock.
+    /// Processor time of one on one thread, mean; where the system does not report it, that of the clock.
     processor: f64,
     /// Processor time of the busier of two threads, mean: what the clock would show if no other program used the processors.
     busier: f64,

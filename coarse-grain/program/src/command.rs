@@ -47,7 +47,7 @@ pub(crate) fn compute(arguments: &Arguments) -> Result<String, CgError> {
     for note in source.notes().iter().filter(|_| !arguments.quiet) {
         let _ = writeln!(std::io::stderr(), "note: {note}");
     }
-    // Times of frames before the first that is wanted.
+    // Times of frames before the first that is requested.
     let passed = Mutex::new(None::<(f64, f64)>);
     let first = match &mut source {
         // Waits for it.
@@ -160,7 +160,7 @@ pub(crate) fn compute(arguments: &Arguments) -> Result<String, CgError> {
     Ok(report)
 }
 
-/// Where a run says that it is over.
+/// The marker of a run that is over.
 fn end_of_run(input: &Path) -> PathBuf {
     let name = "summary.json";
     if input.is_dir() {

@@ -24,7 +24,7 @@ impl Rows {
     }
 }
 
-/// The sums of contacts that are wanted.
+/// The requested sums of contacts.
 struct WantedOfContacts {
     lines: Vec<Sum>,
     moments: bool,

@@ -7,7 +7,7 @@ use super::spread::Placed;
 use crate::sums::Sums;
 
 /// Memory in which a frame is evaluated, to be used again for the next one: the system takes its time to hand out what was given back to it, and
-/// threads that ask for it wait for each other.
+/// threads that need it wait for each other.
 #[derive(Default)]
 pub struct Scratch {
     /// One for each spread, in the order of [`SPREADS`](crate::sums::SPREADS).

@@ -8,7 +8,7 @@ use crate::readable::duration;
 /// Width of the bar in characters.
 const BAR: usize = 20;
 
-/// Shows progress on a terminal (one line, rewritten) or elsewhere (a line now and then). What it shows never reaches a file of
+/// Shows progress on a terminal (one line, rewritten) or elsewhere (a line now and then). The text never reaches a file of
 /// the program.
 #[derive(Debug)]
 pub struct Progress<W: Write = Stderr> {

@@ -146,7 +146,7 @@ impl<T: Table> TableWriter<T>
 where
     T::Layout: Clone,
 {
-    /// Creates a file without frames; a file of that name is replaced. What has a file of its own beside it is written at
+    /// Creates a file without frames; a file of that name is replaced. A part with a file of its own beside it is written at
     /// once.
     ///
     /// # Errors

@@ -84,7 +84,7 @@ impl FrameWriter {
 
     /// Continues a file after a restart: the first `frames` frames stay, later ones are cut off.
     ///
-    /// A checkpoint should keep [`len`](Self::len) for this, after [`sync`](Self::sync). What is appended then gives the
+    /// A checkpoint should keep [`len`](Self::len) for this, after [`sync`](Self::sync). Frames appended then give the
     /// same bytes as a run that never stopped. Damage behind the frames that stay does not matter. A reader that is amid
     /// one of the frames cut off gets an error. The title of the run may have changed: the file keeps its own.
     ///

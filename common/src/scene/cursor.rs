@@ -159,7 +159,7 @@ impl<'a> Fields<'a> {
     }
 
     /// Holds the table to these keys: reports those that are not known, and more than one of those that exclude each other. Where the
-    /// word that decides on further keys is wrong, keys are not judged.
+    /// word that decides on further keys is wrong, keys are not checked.
     pub(super) fn hold_to(&mut self, keys: &'static TableKeys) {
         self.keys = Some(keys);
         self.variant = keys.variant_of(self.table);
@@ -298,7 +298,7 @@ impl<'a> Fields<'a> {
         self.place.with_key(key_path::child(self.place.key(), key))
     }
 
-    /// Whether the key is there; does not count as asking for it.
+    /// Whether the key is there; does not count as reading it.
     pub(super) fn has(&self, key: &str) -> bool {
         self.table.get(key).is_some()
     }

@@ -1,4 +1,4 @@
-//! Values of the document as what the table of keys says of them.
+//! Values of the document, read by the table of keys.
 
 use std::path::PathBuf;
 
@@ -19,7 +19,7 @@ pub(super) trait FromItem: Sized {
 /// Type that is read from a key of the scene.
 pub(super) trait FromKey: FromItem {
     /// Placeholder for a value that is wrong or missing, until all mistakes are collected. No scene has it: a scene with mistakes
-    /// is refused. Numbers are not a number, so that no rule between two keys complains of them.
+    /// is refused. Numbers are not a number, so that no rule between two keys reports them.
     fn placeholder(place: &SourceSpan) -> Self;
 
     /// The value of a key that is left out and has no default.

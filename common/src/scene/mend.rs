@@ -2,7 +2,7 @@
 //! is reported beside a friction below zero.
 //!
 //! Candidates are tried at the key of each mistake until the reader accepts one: other numbers, other laws, the key left out, the
-//! item of a list left out. What they mean is of no account: a mistake that does not depend on them shows with any of them, which
+//! item of a list left out. Their meaning is of no account: a mistake that does not depend on them shows with any of them, which
 //! the caller finds by mending with two scales.
 
 use super::error::SceneError;

@@ -1,8 +1,8 @@
 //! The scene file: one simulation as its user typed it.
 //!
 //! [`read_scene`] turns `scene.toml` (and the `--set KEY=VALUE` of the command line) into a [`Scene`]:
-//! every key checked by itself, every default filled in, nothing computed. What the keys mean together
-//! (mixed parameters, time step, what is skipped) is the plan's business, in the solver; its complaints
+//! every key checked by itself, every default filled in, nothing computed. The meaning of the keys together
+//! (mixed parameters, time step, what is skipped) is the plan's business, in the solver; its errors
 //! look like the reader's, because values keep their place ([`Located`], [`SourceSpan::error`]).
 //!
 //! How it works: the text becomes a tree whose every node knows its span (`tree.rs`), overrides change
@@ -143,7 +143,7 @@ pub struct ClumpIndex(pub usize);
 pub struct Scene {
     /// The file, as the user named it.
     pub path: PathBuf,
-    /// The whole file, for complaints that belong to no key.
+    /// The whole file, for errors that belong to no key.
     pub place: SourceSpan,
     /// All that is stated, to be compared with another scene.
     pub statement: Statement,

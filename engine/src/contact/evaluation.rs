@@ -134,7 +134,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T
         }
     }
 
-    /// Action on two that do not touch: adhesion alone. What the other parts remember ends with the touch.
+    /// Action on two that do not touch: adhesion alone. The memory of the other parts ends with the touch.
     #[inline(always)]
     pub fn act_apart<L: Real>(
         &self,

@@ -21,8 +21,8 @@ pub trait History<L: Real = f64>:
     fn swapped(self) -> Self;
     /// Appends its numbers, for restart files and output.
     fn write(&self, numbers: &mut Vec<L>);
-    /// Appends the numbers that [`super::NormalLaw::columns`] and its like tell of: of a law that is chosen at run time, those of
-    /// the law that was chosen.
+    /// Appends the numbers that [`super::NormalLaw::columns`] and its like describe: of a law that is chosen at run time, those
+    /// of the law that was chosen.
     fn show(&self, numbers: &mut Vec<L>) {
         self.write(numbers);
     }

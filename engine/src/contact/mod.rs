@@ -160,7 +160,7 @@ fn follow<L: Real>(
 ///
 /// The normal of the half step h halves the angle between the two normals. So the reflection s - 2 (s.h) h takes the old
 /// tangent plane to the new one, and does there what the rotation from one normal to the other does: it is of second order
-/// along any path, and needs neither root nor division. What it leaves along the normal is taken out, and the length is
+/// along any path, and needs neither root nor division. The remaining part along the normal is taken out, and the length is
 /// restored where that is more than round-off: where a contact passes on to another face of a wall, and by the rule
 /// [`SlidingNormal::Step`], whose h is the normal itself, so that this is a projection at constant length.
 #[inline(always)]

@@ -7,7 +7,7 @@
 //!   each film gives in proportion. A pair that touches without enough liquid stays dry until it has parted.
 //!   With [`BridgesForm::Films`] it forms as soon as the films meet, where it reaches across the gap.
 //! - *A break.* Each end takes half (a particle at a wall all but the share that a wall with a film keeps), and hands the share
-//!   `distribution` of it on to its other bridges in equal parts, each up to its own largest volume. What is left goes to the film of
+//!   `distribution` of it on to its other bridges in equal parts, each up to its own largest volume. The rest goes to the film of
 //!   that end.
 //!
 //! A wall with a film takes part like a particle, with what the shadow of the grain covers of the triangle.

@@ -111,8 +111,8 @@ struct Powers {
 }
 
 impl Sums {
-    /// Takes in the time of `dt` (s) since the last forces, over which powers count by the trapezoidal rule. What springs store
-    /// more than then is not lost.
+    /// Takes in the time of `dt` (s) since the last forces, over which powers count by the trapezoidal rule. Energy that springs
+    /// store more than then is not lost.
     fn take_in(&mut self, observation: &Observation, now: Powers, dt: f64) {
         let half = 0.5 * dt;
         let last = self.last;
@@ -420,7 +420,7 @@ impl Core {
         Moving { velocity, spin }
     }
 
-    /// Motion of a body, at the end of `lever` (m) from its centre. What is prescribed of it is not closed by an audit.
+    /// Motion of a body, at the end of `lever` (m) from its centre. An audit does not close for prescribed components.
     fn moving_body(
         &self,
         body: &Body,

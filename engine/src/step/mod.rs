@@ -55,7 +55,7 @@ use awake::awake;
 
 use crate::forces::{Observation, Watch};
 
-/// The engine: the whole state of a run and the way from one step to the next. What is there to see and to change between steps
+/// The engine: the whole state of a run and the way from one step to the next. The part to see and to change between steps
 /// is that of the [`Core`].
 pub struct Engine {
     core: Core,

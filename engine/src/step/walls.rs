@@ -8,7 +8,7 @@ use crate::state::WallIndex;
 use crate::walls::{SectionBox, Shape, WallError, area};
 
 impl Engine {
-    /// Gives walls the surfaces that parts want them to have.
+    /// Gives walls the surfaces that parts set.
     pub(super) fn reshape_walls(&mut self) -> Result<(), RunError> {
         if !self.needs.reshapes_walls {
             return Ok(());

@@ -1,7 +1,7 @@
 //! Sheets: surfaces of triangles whose vertices have mass and move as forces say.
 //!
 //! A [`Surface`] owns the state of its vertices. The engine lets a mesh wall borrow its shape, so that lists, candidates, patches,
-//! histories and periodic images are those of mesh walls. What the contacts do to a triangle arrives at its vertices.
+//! histories and periodic images are those of mesh walls. The load of contacts on a triangle arrives at its vertices.
 //!
 //! In a step the contacts are evaluated first; [`Surface::loads`] and [`Surface::forces`] are then what they do to each vertex. Further forces
 //! are added to [`Surface::forces`]. The next step begins with [`Surface::advance`], after which the mesh follows.
@@ -41,8 +41,8 @@ pub struct Surface {
     pub inverse_masses: Vec<f64>,
     /// Forces of particles and walls on them in the present step, N.
     pub loads: Vec<DVec3>,
-    /// Forces of particles on each triangle in the present step, N. What touches an edge or corner counts for the triangle of the lowest
-    /// number there.
+    /// Forces of particles on each triangle in the present step, N. A contact with an edge or corner counts for the triangle of
+    /// the lowest number there.
     pub triangle_loads: Vec<DVec3>,
     /// Whether anything acts on it in the present step: else the loads are zeros.
     pub is_loaded: bool,

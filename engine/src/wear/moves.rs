@@ -181,7 +181,7 @@ impl Worn {
             }
         };
         let (swept, goal, volume) = achieved;
-        // A factor at its bounds places more or less than was wanted: the books follow what was swept.
+        // A factor at its bounds places more or less than was intended: the books follow what was swept.
         let whole: f64 = movers
             .iter()
             .map(|mover| (mover.part * mover.volume).abs())
@@ -235,8 +235,8 @@ impl Worn {
         }
     }
 
-    /// How far a node that wants to go by `way` (m) may go at once, m: no farther than to a part of the gap behind its triangles, so that no face passes
-    /// another one unseen.
+    /// How far a node that should go by `way` (m) may go at once, m: no farther than to a part of the gap behind its triangles,
+    /// so that no face passes another one unseen.
     fn longest_way(&self, node: u32, way: f64, mesh: &Mesh, scratch: &mut Scratch) -> f64 {
         let mut most = f64::INFINITY;
         for &triangle in self.skin.around(node) {

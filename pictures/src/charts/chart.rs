@@ -79,7 +79,7 @@ impl Chart {
     }
 }
 
-/// Something drawn in a chart. What is not set of its look follows from its place in the list.
+/// Data drawn in a chart. The look, where it is not set, follows from its place in the list.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     /// In the legend; empty: not there.

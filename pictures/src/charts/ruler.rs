@@ -203,7 +203,7 @@ fn widened(scale: Scale, (low, high): (f64, f64), tight: bool) -> (f64, f64) {
     (low - share * low, high + share * (1.0 - high))
 }
 
-/// An axis of a chart as plotters wants it; its values are places from 0 to 1.
+/// An axis of a chart in the form of plotters; its values are places from 0 to 1.
 #[derive(Debug, Clone)]
 pub(super) struct Ruler {
     ticks: Vec<Tick>,

@@ -49,7 +49,7 @@ impl Legend {
         self.bars.is_empty() && self.dots.is_empty()
     }
 
-    /// The width it wants (pixels); 0 if there is nothing to show.
+    /// The width it needs (pixels); 0 if there is nothing to show.
     pub(crate) fn width(&self, unit: f64) -> f64 {
         if self.is_empty() {
             return 0.0;

@@ -162,7 +162,7 @@ fn plan_and_run(
     }
 }
 
-/// The summary that a finished run left in its folder, with results that are wanted now.
+/// The summary that a finished run left in its folder, with results that are requested now.
 fn kept_summary(folder: &Path, prefix: &str, results: &[NamedResult]) -> Result<String, Failure> {
     let path = folder.join("summary.json");
     let failed = |error: String| Failure::run(format!("{}: {error}", path.display()));

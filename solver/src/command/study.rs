@@ -28,7 +28,7 @@ use super::run::{How, Ran, Requests, Stated, run_plan, unusable};
 use super::waiting::Waiting;
 use crate::Arguments;
 
-/// More refused runs than one wants to read of.
+/// Number of refused runs that a report lists.
 const MOST_TOLD: usize = 3;
 
 /// A study and its scene.

@@ -41,7 +41,8 @@ fn end_of(physics: &Physics) -> f64 {
     physics.steps as f64 * physics.time_step
 }
 
-/// Whether the motion takes the wall somewhere for good. What oscillates or goes on turning, as a paddle does, has no side behind it.
+/// Whether the motion takes the wall somewhere for good. A wall that oscillates or goes on turning, as a paddle does, has no side
+/// behind it.
 fn closes(wall: &Wall, end: f64) -> bool {
     let mut components = wall.motion.components().iter();
     components.any(|component| match component {

@@ -108,7 +108,7 @@ enum Source {
     Particles { column: String },
 }
 
-/// A number that is wanted of a run.
+/// A number to report of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NamedResult {
     /// Its name, that of its column.

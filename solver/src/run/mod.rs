@@ -206,7 +206,7 @@ pub fn useful_threads(plan: &Plan, available: usize) -> usize {
 /// Runs a plan to its end and writes its files; `observe` is called from time to time.
 ///
 /// # Errors
-/// If a particle's motion is no longer a number, threads cannot be started, or a file cannot be written. What was
+/// If a particle's motion is no longer a number, threads cannot be started, or a file cannot be written. Output that was
 /// written until then stays, without a `summary.json`.
 pub fn run(
     plan: Plan,
@@ -662,7 +662,7 @@ impl Run {
         }))
     }
 
-    /// Writes a checkpoint if one is wanted at the end of this step. False if the writer has given up.
+    /// Writes a checkpoint if one is due at the end of this step. False if the writer has given up.
     fn keep_checkpoints(&mut self, step: u64) -> bool {
         let is_due = self.schedule.is_checkpoint_due(step);
         let Some(checkpoints) = &self.options.checkpoints else {

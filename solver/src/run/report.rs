@@ -353,7 +353,7 @@ pub(super) fn log_head(options: &RunOptions) -> String {
     log
 }
 
-/// The lines of a log that tell what came of it.
+/// The lines of a log with the results.
 pub(super) fn log_body(report: &Report) -> String {
     let steps = report.summary.steps;
     format!(

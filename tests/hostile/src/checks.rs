@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::time::{Duration, Instant};
 
-/// No complaint is longer, in bytes: fifty mistakes of two thousand each.
+/// No message is longer, in bytes: fifty mistakes of two thousand each.
 pub const LONGEST_MESSAGE: usize = 100_000;
 
 /// Makes the words of an error.

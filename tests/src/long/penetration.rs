@@ -14,8 +14,8 @@ use crate::cases::Outcome;
 const LIGGGHTS: &str = include_str!("penetration-25k.liggghts.csv");
 /// End of the run, s: after the impact at 0.0207 s, the dive, and the rebound from the floor. The scene's is 0.1 s.
 pub(super) const END: f64 = 0.045;
-/// Until when heights are compared, s: the floor is met. What bounces the intruder back is a handful of beads crushed between it and the floor:
-/// from there on the path is chaotic (see the page).
+/// End of the comparison of heights, s: the floor is met. The intruder bounces back from a handful of beads crushed between it
+/// and the floor: from there on the path is chaotic (see the page).
 const COMPARED: f64 = 0.03;
 
 /// Shots from just above the bed, with the sphere shifted sideways by so much along x and y (m): what differs by less than any bed of beads can

@@ -1,7 +1,7 @@
 //! Tests 4 to 8 of Chung & Ooi (2011) beside their curves, as Kratos digitised them, with Kratos' limits and time steps.
 //!
-//! The walls are rigid, as in Kratos. What a sphere does on them depends on the ratio of the two stiffnesses alone, which a rigid
-//! wall leaves as it is.
+//! The walls are rigid, as in Kratos. The motion of a sphere on them depends on the ratio of the two stiffnesses alone, which a
+//! rigid wall leaves as it is.
 
 use anyhow::Result;
 

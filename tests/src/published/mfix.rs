@@ -235,7 +235,8 @@ fn bounces() -> Vec<Case> {
                 move || fall.bounces(number).last().map_or(f64::NAN, |h| h - RADIUS),
             ));
             // By perturbation: the weight deepens the contact by g/w^2, so that it ends later by (1 + e) g/(w^2 v e) and the speed
-            // after it, v e, is less by the share 2 zeta (1 + e)/e g/(w v). What follows is smaller by the phase that it ends later.
+            // after it, v e, is less by the share 2 zeta (1 + e)/e g/(w v). The next terms are smaller by the phase that it ends
+            // later.
             let speed = (2.0 * GRAVITY * (START - RADIUS)).sqrt();
             let later =
                 (1.0 + restitution) / restitution * GRAVITY / (fall.ball().frequency * speed);

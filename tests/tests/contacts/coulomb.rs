@@ -131,9 +131,9 @@ fn the_impulse_of_a_sliding_impact_is_mu_times_the_normal_one() {
     }
 }
 
-/// Tension at the end of a contact makes no friction. What pressed until then gave the sphere the speed at which a contact without
-/// tension ends, e_clamped (Schwager & Poeschel 2007), so that friction took mu (1 + e_clamped) of the speed: 0.1, 1.1, 3.4 and 7.5 %
-/// more than mu (1 + e). The same for Hertz' law, whose e_clamped is that of the linear one.
+/// Tension at the end of a contact makes no friction. The compression until then gave the sphere the speed at which a contact
+/// without tension ends, e_clamped (Schwager & Poeschel 2007), so that friction took mu (1 + e_clamped) of the speed: 0.1, 1.1,
+/// 3.4 and 7.5 % more than mu (1 + e). These shares hold for Hertz' law, too, whose e_clamped is that of the linear one.
 #[test]
 fn tension_makes_no_friction() {
     for (e, clamped) in [

@@ -731,7 +731,7 @@ fn at_a_body_that_moves_as_prescribed() {
 }
 
 /// A ball that is held in the middle of a floor's dent, so that its load stays as it is, and swings about its own axis on the damped spring of
-/// rolling, or of torsion: I w' = -l^2 (k a + gamma w), a the angle. What the audit says is lost is what the closed form loses.
+/// rolling, or of torsion: I w' = -l^2 (k a + gamma w), a the angle. The loss in the audit is that of the closed form.
 #[test]
 fn of_a_damped_rolling_spring_in_closed_form() {
     let (stiffness, zeta, spin) = (400.0, 0.1, 3.0);

@@ -69,7 +69,7 @@ impl<'a> Vtu<'a> {
     /// Looks at what there is to show.
     ///
     /// # Errors
-    /// When a table that is wanted cannot be read.
+    /// When a table that is requested cannot be read.
     pub fn new(job: &'a Job, choice: VtuChoice) -> Result<Self, ExportError> {
         let run = run_of(&job.source);
         let mut warnings = Vec::new();
@@ -213,7 +213,7 @@ impl<'a> Vtu<'a> {
         Ok(())
     }
 
-    /// All contacts that are wanted, and the liquid bridges among them; whether there are any of each.
+    /// All contacts to be shown, and the liquid bridges among them; whether there are any of each.
     fn write_contacts(&self, outcome: &mut Outcome) -> Result<[bool; 2], ExportError> {
         let (Some(reader), Some(run)) = (self.beside.contacts, run_of(&self.job.source)) else {
             return Ok([false; 2]);

@@ -83,8 +83,8 @@ impl BridgeEvent {
 /// law's alone (as in MercuryDPM; a law in which adhesion presses the surfaces together, as DMT's, says so by its normal law).
 ///
 /// It may act at a gap. The overlap of such a contact is negative, the contact point stands halfway across the gap, and all other
-/// parts of the pair's law are silent: friction and rolling springs end with the touch. What adhesion remembers lasts while the gap
-/// is below its range, through sorts of the particles and new lists, and is forgotten there.
+/// parts of the pair's law are silent: friction and rolling springs end with the touch. The memory of adhesion lasts while the
+/// gap is below its range, through sorts of the particles and new lists, and is forgotten there.
 pub trait AdhesionLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// Memory of the law. A history that differs from its default is a bond, which holds the pair together across a gap.
     type History<L: Real>: History<L, One = Self::History<f64>>;

@@ -159,7 +159,7 @@ impl<'a> Pair<'a> {
         )
     }
 
-    /// Where to complain if the pair as a whole is wrong.
+    /// Place of the error if the pair as a whole is wrong.
     fn place(&self) -> SourceSpan {
         match self.contact {
             Some((_, contact)) => contact.place.clone(),
@@ -170,7 +170,7 @@ impl<'a> Pair<'a> {
         }
     }
 
-    /// Complains about the pair; `help` says what to do.
+    /// Reports an error of the pair; `help` is the advice.
     pub fn error(&mut self, message: String, help: String) {
         let error = self.place().error(message).with_help(help);
         self.errors.push(error);
@@ -273,7 +273,7 @@ impl<'a> Pair<'a> {
         Some((value, self.mixed_origin(sides.map(|side| side.is_some()))))
     }
 
-    /// As [`Pair::mix`]; complains where the value is missing.
+    /// As [`Pair::mix`]; reports an error where the value is missing.
     pub fn need(
         &mut self,
         key: &str,
@@ -290,7 +290,7 @@ impl<'a> Pair<'a> {
         mixed
     }
 
-    /// The number at a key as the law's table says: replaced, mixed, or its default; else complains. It is recorded.
+    /// The number at a key by the law's table: replaced, mixed, or its default; else an error is reported. It is recorded.
     pub fn number(&mut self, key: &str) -> Option<f64> {
         let (over, sides) = (self.over(key), self.sides(key));
         let default = self.law.key(key).map(|key| key.default);
@@ -312,7 +312,7 @@ impl<'a> Pair<'a> {
         Some(numbers)
     }
 
-    /// The word at a key as the law's table says: replaced, the same of both sides, or its default; else complains. It is not
+    /// The word at a key by the law's table: replaced, equal on both sides, or its default; else an error. It is not
     /// recorded yet.
     pub fn word(&mut self, key: &str) -> Option<(&'static str, Origin)> {
         let known = self.law.key(key)?;

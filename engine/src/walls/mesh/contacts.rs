@@ -221,7 +221,7 @@ impl Mesh {
             let along = self.vertices[to as usize] - nearest.point;
             let nearer = outward.dot(along);
             // Round-off of the corners and the centre must not make two triangles each leave a contact on their common edge to the
-            // other. What is taken twice is merged.
+            // other. Contacts that are taken twice are merged.
             nearer <= 0.0 || nearer <= self.round_off * (along.length() + nearest.distance)
         };
         match nearest.part {

@@ -35,7 +35,7 @@ impl Mesh {
         &self.vertices
     }
 
-    /// Puts the corners to new places (m), one for each of [`Mesh::corners`]. What continues the mesh along periodic axes follows:
+    /// Puts the corners to new places (m), one for each of [`Mesh::corners`]. Continuations along periodic axes follow:
     /// the places given for its copies are not read. Returns how far the farthest corner has moved, m: no point of the surface
     /// has moved farther. The result depends on the places alone, not on the way there.
     ///

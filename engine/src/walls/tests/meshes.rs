@@ -402,7 +402,7 @@ fn concave_corners_are_as_many_contacts_as_faces() {
 }
 
 /// Where two tessellated walls meet in a concave corner, a place over an edge in both has both contacts, in any direction: the farther one too, which
-/// nothing but its own triangles can tell of.
+/// nothing but its own triangles can show.
 #[test]
 fn round_off_over_edges_loses_no_contact_of_a_corner() {
     let steps = [0.0, 0.3, 0.45, 0.8, 1.0];
