@@ -39,7 +39,7 @@
 //! }
 //! ```
 //!
-//! Behind the feature `cli`, which is on unless a dependent says otherwise: libraries that only read and write files need no
+//! Behind the feature `cli`, which is on unless a dependent turns it off: libraries that only read and write files need no
 //! parser of command lines.
 
 mod failure;
@@ -58,14 +58,14 @@ pub use interrupt::{Temporary, end_at_once, note_on_request, stop_on_request};
 pub use progress::Progress;
 pub use values::{duration, positive, quantity};
 
-/// Reads the arguments, does what `execute` does with them, and says what went wrong.
+/// Reads the arguments, does what `execute` does with them, and reports what went wrong.
 ///
-/// Wrong usage ends with [`Exit::Input`], `--help` and `--version` with [`Exit::Done`], all else as `execute` says.
+/// Wrong usage ends with [`Exit::Input`], `--help` and `--version` with [`Exit::Done`], all else with the exit of `execute`.
 pub fn main<A: Parser>(execute: impl FnOnce(A) -> Outcome) -> ExitCode {
     main_observed(execute, |_| {})
 }
 
-/// As [`main`]; what went wrong is handed to `tell` before it is said, wrong usage included.
+/// As [`main`]; what went wrong is handed to `tell` before it is printed, wrong usage included.
 pub fn main_observed<A: Parser>(
     execute: impl FnOnce(A) -> Outcome,
     tell: impl FnOnce(&Failure),

@@ -68,7 +68,7 @@ impl FormatError {
         self
     }
 
-    /// Adds a further thing to do about it, behind what is said already.
+    /// Adds a further thing to do about it, behind the present advice.
     #[must_use]
     pub fn with_more_help(self, help: &str) -> Self {
         let help = match &self.help {

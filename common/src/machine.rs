@@ -27,7 +27,7 @@ impl std::fmt::Display for MachineMemory {
     }
 }
 
-/// The memory of this machine; none where the system does not say (it does on Linux).
+/// The memory of this machine; none where the system does not report it (Linux does).
 #[must_use]
 pub fn memory() -> Option<MachineMemory> {
     let machine = of_meminfo(&fs::read_to_string("/proc/meminfo").ok()?)?;
@@ -66,7 +66,7 @@ fn of_meminfo(text: &str) -> Option<MachineMemory> {
         number.trim().parse::<u64>().ok().map(|k| k as f64 * 1024.0)
     };
     let total = value("MemTotal")?;
-    // Before Linux 3.14 the system says only what is free.
+    // Before Linux 3.14 the system reports only free memory.
     let free = value("MemAvailable").or_else(|| value("MemFree"))?;
     Some(MachineMemory {
         total,
@@ -109,7 +109,7 @@ fn within_groups(machine: MachineMemory, groups: &str, root: &Path) -> MachineMe
                 let text = fs::read_to_string(group.join(name)).ok()?;
                 text.trim().parse::<u64>().ok().map(|number| number as f64)
             };
-            // `max`: none. Version 1 says a number beyond all memory.
+            // `max`: none. Version 1 has a number beyond all memory.
             let Some(limit) = number(limit) else { continue };
             // Files that were read and not used since are given back when memory is short.
             let stat = fs::read_to_string(group.join("memory.stat")).unwrap_or_default();

@@ -1,7 +1,7 @@
 //! Numbers of particles beyond place, motion, size and material: the one table of them.
 //!
 //! Its entries are the keys of `[[particles]]` and `[[insertions]]`, the columns of particle tables and of frames, and the columns of the
-//! engine. `docs/how-to/add-a-column.md` says how to add one.
+//! engine. `docs/how-to/add-a-column.md` describes how to add one.
 
 use crate::scene::Range;
 

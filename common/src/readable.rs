@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-/// A duration as people say it: `7.25 s`, `3 min 20 s`, `2 h 5 min`.
+/// A duration in everyday units: `7.25 s`, `3 min 20 s`, `2 h 5 min`.
 #[must_use]
 pub fn duration(seconds: f64) -> String {
     if !seconds.is_finite() || seconds >= 8.64e6 {

@@ -242,7 +242,7 @@ impl Quantity {
         number_length(text.trim()) > 0
     }
 
-    /// In SI units (degrees, if `wanted` says so), if it is of this dimension.
+    /// In SI units (degrees, if `wanted` has them), if it is of this dimension.
     ///
     /// # Errors
     /// The name of its dimension, if it is of another.

@@ -53,7 +53,7 @@ impl Within {
         if !as_text.starts_with(&self.named) && !as_text.starts_with(&self.real) {
             return Err(Outside::Name);
         }
-        // The first part from the end that is there says where the rest would be.
+        // The first part from the end that exists gives the place of the rest.
         let there = full
             .ancestors()
             .find(|part| part.symlink_metadata().is_ok());

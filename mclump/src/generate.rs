@@ -180,7 +180,7 @@ pub fn generate(
 
 /// Makes pebbles whose union has the volume of the body, to about 1e-4, by letting all stand out alike; returns this protrusion (m) as well.
 ///
-/// The balls are chosen twice: inscribed, which says about how far they will stand out, and for that protrusion. The radii are
+/// The balls are chosen twice: inscribed, which gives about their protrusion, and for that protrusion. The radii are
 /// then grown until the volume is right. The request's own protrusion is not used.
 ///
 /// # Errors

@@ -135,7 +135,7 @@ pub fn table(classes: &Classes, form: &Form) -> String {
     String::from_utf8_lossy(&out).into_owned()
 }
 
-/// A list of sizes as a file; one that was drawn by quota says so.
+/// A list of sizes as a file; one that was drawn by quota has a comment of it.
 #[must_use]
 pub fn list(diameters: &[f64], size: SizeKind, unit: Unit, by_quota: bool) -> Vec<u8> {
     let (name, part) = match size {

@@ -35,7 +35,7 @@ pub struct Source {
     pub sizes: Sizes,
     /// Notes of what was repaired or left out while reading.
     pub notes: Vec<String>,
-    /// Whether it is a list that says that it was drawn by quota.
+    /// Whether it is a list that was drawn by quota, by its own comment.
     pub by_quota: bool,
 }
 

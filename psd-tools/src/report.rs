@@ -77,7 +77,7 @@ impl Check<'_> {
             );
         }
         let band = number_band(goodness.number, self.level);
-        // Of single sizes the curves are steps at the same places, and their distance there says nothing.
+        // Of single sizes the curves are steps at the same places, and their distance there has no meaning.
         if !self.target.has_single_sizes() {
             let _ = writeln!(
                 text,

@@ -818,7 +818,7 @@ fn shares_of_which_one_was_forgotten_are_named() {
     assert!(!report.contains("note:"), "{report}");
 }
 
-/// A check that says nothing of a forgotten unit, or of shares that it divided, hides what it tested.
+/// A check that does not mention a forgotten unit, or of shares that it divided, hides what it tested.
 #[test]
 fn a_check_says_what_was_noted_while_reading() {
     let folder = folder();

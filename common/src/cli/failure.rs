@@ -1,4 +1,4 @@
-//! How a program ends, and what it says when it ends badly.
+//! Exit codes of programs, and the messages of their failures.
 
 use std::fmt;
 use std::io::Write;
@@ -32,7 +32,7 @@ impl From<Exit> for ExitCode {
 /// Result of a program's work.
 pub type Outcome = Result<(), Failure>;
 
-/// Why there is no success: how the program ends, and what it says.
+/// Failure of a program: its exit code and its message.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Failure {
     /// How the program ends.
@@ -66,7 +66,7 @@ impl Failure {
         }
     }
 
-    /// Says what the message says for programs, too.
+    /// Adds the problems of the message one by one, for programs that read them.
     #[must_use]
     pub fn with_problems(mut self, problems: Vec<Problem>) -> Self {
         self.problems = problems;

@@ -134,7 +134,7 @@ impl<W: Write> Progress<W> {
     }
 }
 
-/// A program that fails says why in a line of its own.
+/// A program that fails gives the reason in a line of its own.
 impl<W: Write> Drop for Progress<W> {
     fn drop(&mut self) {
         self.clear();

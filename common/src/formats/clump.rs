@@ -46,7 +46,7 @@ pub struct ClumpFile {
     /// Its columns are the principal axes in the frame of the input: right-handed, orthonormal.
     pub rotation: DMat3,
     /// How mass, centre and moments were found: `surface`, `union`, `voxels` or `pebbles` by `mclump`, `given` where the
-    /// file does not say.
+    /// file does not give it.
     pub inertia_method: String,
     /// Spheres that touch in place of the body, centres in the body frame; at least one.
     pub pebbles: Vec<Pebble>,

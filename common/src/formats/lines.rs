@@ -218,7 +218,7 @@ impl<'a> Tokens<'a> {
         }
     }
 
-    /// The next token as a number; `name` says in messages what it is.
+    /// The next token as a number; `name` is its noun in messages.
     ///
     /// # Errors
     /// If the line ends here, or the token is not a number.

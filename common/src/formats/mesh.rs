@@ -1,7 +1,7 @@
 //! Triangle meshes of surfaces: STL (binary and text) and OBJ.
 //!
 //! See `docs/formats/surface-mesh.md`. Normals, colours, texture and names are not kept: the order of
-//! the vertices says which side is outside (counter-clockwise seen from there).
+//! the vertices gives the side outside (counter-clockwise seen from there).
 
 mod obj;
 mod stl;
@@ -134,7 +134,7 @@ fn check_tolerance(path: &Path, tolerance: f64) -> Result<(), FormatError> {
     Ok(())
 }
 
-/// Reads what the file says.
+/// Reads the triangles of the file.
 fn read_surface(path: &Path) -> Result<Surface, FormatError> {
     let extension = path
         .extension()

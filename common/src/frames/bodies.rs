@@ -1,4 +1,4 @@
-//! The table of rigid bodies: one row per body; what its kind looks like stands in a file beside it.
+//! The table of rigid bodies: one row per body; the surface of its kind is in a file beside it.
 
 use std::path::Path;
 

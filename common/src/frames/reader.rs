@@ -17,7 +17,7 @@ use crate::error::FormatError;
 pub struct FrameInfo {
     /// Time, in s.
     pub time: f64,
-    /// Number of time steps made; in a file that does not say, the number of the frame.
+    /// Number of time steps made; in a file without it, the number of the frame.
     pub step: u64,
     /// Number of rows (particles, contacts).
     pub rows: usize,

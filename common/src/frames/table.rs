@@ -1,4 +1,4 @@
-//! A table of frames: what its columns are, said once, and the writer and reader that follow from it.
+//! A table of frames: its columns, declared once, and the writer and reader that follow from them.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use crate::error::FormatError;
 
 /// Rows at one instant that a file of frames holds, with lists of equal length: particles, contacts, walls, ...
 ///
-/// A type says its columns once, in [`columns`](Self::columns); the schema of the file, [`TableWriter`] and [`TableReader`]
+/// A type declares its columns once, in [`columns`](Self::columns); the schema of the file, [`TableWriter`] and [`TableReader`]
 /// follow.
 ///
 /// ```
@@ -74,7 +74,7 @@ pub trait Table: Default {
         Vec::new()
     }
 
-    /// Whether the rows make sense, alone and in a file of this layout; the error says what does not.
+    /// Whether the rows make sense, alone and in a file of this layout; the error describes what does not.
     ///
     /// # Errors
     /// When they do not.
@@ -300,7 +300,7 @@ impl<T: Table> TableReader<T> {
 /// Opens a file that should hold a table of this kind.
 pub(super) fn open_kind(path: &Path, kind: &str) -> Result<FrameReader, FormatError> {
     let reader = FrameReader::open(path)?;
-    // Files of other programs do not say their kind; there the columns decide.
+    // Files of other programs do not give their kind; there the columns decide.
     let found = reader.schema().kind();
     if !found.is_empty() && found != kind {
         return Err(FormatError {

@@ -1,4 +1,4 @@
-//! The typed reader over the document. It knows the key path, records the keys that were read, and collects every problem instead
+//! The typed reader over the document. It keeps the key path, records the keys that were read, and collects every problem instead
 //! of stopping at the first.
 //!
 //! A method that reads returns `None` after it has reported; callers read everything they need and
@@ -129,7 +129,7 @@ pub(super) struct Fields<'a> {
     /// Problems that [`finish`](Self::finish) reports better: keys that are missing while a misspelt one is there. A caller that
     /// stops at a missing key never calls `finish`.
     left_to_finish: RefCell<Vec<SceneError>>,
-    /// The keys that may stand there, where a table says so.
+    /// The keys that may stand there, where a table lists them.
     keys: Option<&'static TableKeys>,
     variant: Option<&'static Variant>,
     /// Whether keys that are not known have been reported.
@@ -220,7 +220,7 @@ impl<'a> Fields<'a> {
         self.keys?.of(self.variant).find(|key| key.name == name)
     }
 
-    /// The value of a key by what the table says of it, or its default.
+    /// The value of a key by its entry in the table of keys, or its default.
     pub(super) fn read<T: FromKey>(&self, name: &'static str) -> T {
         self.read_or_miss(name, false)
     }

@@ -14,10 +14,10 @@ const MOST_PRINTED: usize = 50;
 /// One problem of a scene.
 ///
 /// Printed as `scene.toml:12:9: materials.glass.friction: must be >= 0, got -0.3`, then the source
-/// line with carets under the value, then `help: ...` where there is more to say.
+/// line with carets under the value, then `help: ...` where there is advice.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneError {
-    /// Where it is; knows the key.
+    /// Place of the error, with its key.
     pub place: SourceSpan,
     /// Description of the problem.
     pub message: String,

@@ -22,7 +22,7 @@ pub enum GuardPolicy {
     Strict,
     /// It goes on; how often it happened, and the worst case, are reported at the end.
     Warn,
-    /// It goes on and nothing is said.
+    /// It goes on without a message.
     Off,
 }
 
@@ -43,7 +43,7 @@ pub(super) static GUARD: TableKeys = TableKeys::new(&[&[
     key("way", positive(""), "0.5", "longest way in one step, as a fraction of the radius").or(0.5),
 ]]);
 
-/// `overlap_error`: the limit of the start, which this one is not below unless it is said.
+/// `overlap_error`: the limit of the start, which this one is not below unless it is given.
 pub(super) fn read(fields: &Fields<'_>, overlap_error: f64) -> Guard {
     let overlap: Option<Located<f64>> = fields.read("overlap");
     Guard {

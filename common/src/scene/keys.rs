@@ -91,7 +91,7 @@ pub enum Kind {
     Whole(u64, u64),
     /// True or false.
     Flag,
-    /// One of these words; the first text says what they name.
+    /// One of these words; the first text is the noun for them.
     Word(&'static str, fn() -> Vec<&'static str>),
     /// This word beside what else may stand there.
     Keyword(&'static str),
@@ -113,7 +113,7 @@ pub enum Kind {
     Line,
     /// Any string.
     Text,
-    /// A file; the text says how to make it.
+    /// A file; the text describes how to make it.
     File(&'static str),
     /// A folder.
     Folder,
@@ -121,7 +121,7 @@ pub enum Kind {
     Material,
     /// The name of a clump.
     Clump,
-    /// A list; the text says what it must have one of at least, nothing where it may be empty.
+    /// A list; the text names its entries, of which it needs one, and is empty where the list may be.
     List(&'static str, &'static Kind),
     /// A table.
     Table(&'static TableKeys),
@@ -309,7 +309,7 @@ impl SceneKey {
         self.absent(Absent::Word(word))
     }
 
-    /// It may be left out; `then` says what holds then.
+    /// It may be left out; `then` describes the value then.
     pub(super) const fn or_open(self, then: &'static str) -> Self {
         self.absent(Absent::Open(then))
     }
@@ -357,7 +357,7 @@ pub fn readable(text: &str) -> String {
 }
 
 impl Absent {
-    /// In words, for the users' page; empty where the key must be given, or nothing is to be said.
+    /// In words, for the users' page; empty where the key must be given, or there is nothing to describe.
     #[must_use]
     pub fn text(self) -> String {
         match self {

@@ -128,7 +128,7 @@ impl Key {
         }
     }
 
-    /// It may be left out; `then` says what holds then.
+    /// It may be left out; `then` describes the value then.
     #[must_use]
     pub const fn or_open(self, then: &'static str) -> Self {
         Self {
@@ -137,7 +137,7 @@ impl Key {
         }
     }
 
-    /// `word` may stand there, and holds where the key is left out; `meaning` says what it stands for.
+    /// `word` may stand there, and holds where the key is left out; `meaning` describes it.
     #[must_use]
     pub const fn or_word(self, word: &'static str, meaning: &'static str) -> Self {
         Self {
@@ -245,7 +245,7 @@ pub enum KeyDefault {
     Number(f64),
     /// Description in words.
     Open(&'static str),
-    /// The word, which may also be given; the text says what it stands for.
+    /// The word, which may also be given; the text describes it.
     Word(&'static str, &'static str),
 }
 
@@ -254,9 +254,9 @@ pub enum KeyDefault {
 pub enum Mixing {
     /// 2/(1/a + 1/b); 0 if either is 0; that of the only one that gives it.
     HarmonicMean,
-    /// Both must say the same.
+    /// Both must have one value.
     Same,
-    /// By the law's own function, as the text says.
+    /// By the law's own function, which the text describes.
     Derived(&'static str),
 }
 

@@ -22,7 +22,7 @@ const MOST: usize = 32;
 /// A scene whose mistakes were put right in some way, to find what is wrong beside them.
 #[derive(Debug)]
 pub struct Mended {
-    /// The scene; nothing depends on it but what is said of its other keys.
+    /// The scene; nothing depends on it but the errors of its other keys.
     pub scene: Scene,
     /// The keys at which something was put in or left out.
     changed: Vec<String>,

@@ -5,7 +5,7 @@
 //! (mixed parameters, time step, what is skipped) is the plan's business, in the solver; its errors
 //! look like the reader's, because values keep their place ([`Located`], [`SourceSpan::error`]).
 //!
-//! How it works: the text becomes a tree whose every node knows its span (`tree.rs`), overrides change
+//! How it works: the text becomes a tree in which every node has its span (`tree.rs`), overrides change
 //! the tree (`overrides.rs`), and a cursor (`cursor.rs`) walks it, collecting all mistakes. One file per
 //! section of the format holds the types of the section and their reader; `docs/formats/scene.md` is
 //! the users' page.

@@ -21,7 +21,7 @@ use crate::sizes::ClassModel;
 pub struct Psd {
     /// The family and its parameters.
     pub law: SizeLaw,
-    /// The quantity whose share the law describes; `None` for a file, whose header says it.
+    /// The quantity whose share the law describes; `None` for a file, whose header gives it.
     pub weighting: Option<Weighting>,
     /// Quantiles [low, high], in the stated weighting, outside which sizes are cut off.
     pub cut: Option<Located<[f64; 2]>>,
@@ -129,7 +129,7 @@ pub enum SizeLaw {
 pub struct MixturePart {
     /// Its share as it is written; all are scaled to the sum 1.
     pub share: f64,
-    /// Its distribution; stated by the weighting of the mixture unless it says another.
+    /// Its distribution; stated by the weighting of the mixture unless it states another.
     pub psd: Located<Psd>,
 }
 
@@ -241,7 +241,7 @@ pub fn read_psd(path: &Path) -> Result<Located<Psd>, SceneErrors> {
     read_psd_with(path, Files::MustExist)
 }
 
-/// Reads a law from a file as [`read_psd`] does, and says which files it may name.
+/// Reads a law from a file as [`read_psd`] does; `files`: which files it may name.
 ///
 /// # Errors
 /// As [`read_psd`].

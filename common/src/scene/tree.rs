@@ -1,4 +1,4 @@
-//! The document as a tree whose every key and value knows its place.
+//! The document as a tree in which every key and value has its place.
 
 use std::collections::HashSet;
 use std::ops::Range;

@@ -69,7 +69,7 @@ pub struct Wear {
 /// A law of wear.
 #[derive(Debug, Clone, PartialEq)]
 pub enum WearLaw {
-    /// Reye-Archard-Khrushchov: the worn volume is `coefficient`/`hardness` times what `basis` says.
+    /// Reye-Archard-Khrushchov: the worn volume is `coefficient`/`hardness` times the quantity of `basis`.
     Archard {
         /// Dimensionless wear coefficient.
         coefficient: Located<f64>,

@@ -3,7 +3,7 @@
 use super::Weighting;
 use super::powers::{power_mean, power_quantile, power_share, whole_power};
 
-/// How sizes are spread inside a measured class, which no measurement says.
+/// How sizes are spread inside a measured class, which no measurement shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ClassModel {
     /// The density of a quantity per metre is constant: of the number (the default), or of that which was measured.

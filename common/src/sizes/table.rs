@@ -1,6 +1,6 @@
 //! Tables of measured sizes: one grammar for the solver and the tools (`docs/formats/size-table.md`).
 //!
-//! The modules: `header` says what the columns mean, `lines` cuts the text into rows of numbers, `rules` turns rows into
+//! The modules: `header` gives the meaning of the columns, `lines` cuts the text into rows of numbers, `rules` turns rows into
 //! [`Classes`]. A reader of another kind of file (Parquet) hands its columns to [`from_rows`].
 
 mod header;
@@ -85,7 +85,7 @@ pub enum Content {
 pub struct SizeList {
     /// Diameters, m, in the order of the file.
     pub diameters: Vec<f64>,
-    /// Whether they say that they were drawn by quota, which fits better than chance.
+    /// Whether they are marked as drawn by quota, which fits better than chance.
     pub by_quota: bool,
 }
 
@@ -105,7 +105,7 @@ pub fn read(path: &Path) -> Result<SizeTable, FormatError> {
     }
 }
 
-/// Reads a file of sizes, with what the command line says of it.
+/// Reads a file of sizes, with the options of the command line.
 ///
 /// # Errors
 /// As [`read`].

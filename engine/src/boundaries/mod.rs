@@ -112,7 +112,7 @@ pub struct Boundaries {
     /// The largest distance of a particle from its listed position, m.
     margin: f64,
     time_step: f64,
-    /// The progress to which long insertions report; it says whether they should go on.
+    /// The progress to which long insertions report; it decides whether they go on.
     task_progress: Arc<TaskProgress>,
 }
 

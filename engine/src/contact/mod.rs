@@ -112,7 +112,7 @@ impl<L: Real> Contact<L> {
 }
 
 impl Contact {
-    /// The geometry `dt` (s) before, as the velocities, which are those of half a step before, say: of two particles to round-off.
+    /// The geometry `dt` (s) before, by the velocities, which are those of half a step before: of two particles to round-off.
     #[must_use]
     pub fn one_step_before(&self, dt: f64) -> Self {
         let way = self.centre_velocity * dt;

@@ -15,7 +15,7 @@ pub enum Origin {
     Contact(usize),
     /// The default of the format.
     Default,
-    /// Follows from other parameters of the pair, as the text says.
+    /// Follows from other parameters of the pair by the rule in the text.
     Derived(&'static str),
 }
 

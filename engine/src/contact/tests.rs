@@ -491,7 +491,7 @@ proptest! {
     }
 }
 
-/// Most lanes of one group are in different branches: the property above would say little if they never were.
+/// Most lanes of one group are in different branches: the property above would prove little if they never were.
 #[test]
 fn lanes_of_a_group_take_different_branches() {
     let mut runner = proptest::test_runner::TestRunner::deterministic();

@@ -21,7 +21,7 @@ pub trait ContactForces: ObservesContacts + SavesContacts + Send {
         Vec::new()
     }
 
-    /// Takes a new candidate list. Histories of pairs that touch or are bonded are carried over: `new_row[old]` says where each
+    /// Takes a new candidate list. Histories of pairs that touch or are bonded are carried over: `new_row[old]` is where each
     /// row of the last list went, `None` for rows that were removed. `parallel`: with the threads of the pool from within which
     /// it is called.
     fn adopt(

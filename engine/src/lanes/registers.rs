@@ -18,7 +18,7 @@ pub(super) use {four::Four, two::Two};
 /// One instruction, or some.
 macro_rules! instructions {
     ($($what:tt)*) => {{
-        // SAFETY: the processor has them, as the documentation of this module says; what is read or written are whole values
+        // SAFETY: the processor has them, see the documentation of this module; what is read or written are whole values
         // behind references.
         #[allow(unused_unsafe)]
         unsafe { $($what)* }

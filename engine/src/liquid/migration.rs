@@ -1,7 +1,7 @@
 //! How liquid moves when bridges form and break.
 //!
 //! The rules are those of Mani et al. (2013), *Granular Matter* 15, 447, and Roy et al. (2018), *Phys. Rev. E* 98, 052906, with what
-//! they leave open decided as the [theory page](../../docs/theory/liquid.md) says:
+//! they leave open decided by the [theory page](../../docs/theory/liquid.md):
 //!
 //! - *A touch.* The films of both sides hold T together. If T > 0 and T >= the least volume, a bridge of min(T, largest volume) forms;
 //!   each film gives in proportion. A pair that touches without enough liquid stays dry until it has parted.

@@ -22,7 +22,7 @@ const MORE: f64 = 1.5;
 pub fn extra_skins(particles: &Particles, skin: &Skin, parallel: bool) -> Vec<f64> {
     let few = particles.len() / FEW;
     let half = 0.5 * skin.thickness;
-    // No pair is listed farther out than the largest skin says.
+    // No pair is listed farther out than the largest skin.
     let most = 0.5 * skin.largest - half;
     if few == 0 || most <= 0.0 {
         return Vec::new();

@@ -504,7 +504,7 @@ impl Sprays {
         (holds, given - (holds - film))
     }
 
-    /// A particle takes the droplet into its film, and its momentum where the spray says so.
+    /// A particle takes the droplet into its film, and its momentum where the spray has this option.
     fn absorb(
         &mut self,
         droplet: &Droplet,

@@ -80,7 +80,7 @@ impl DerefMut for Engine {
 impl Engine {
     /// Makes one time step: velocity Verlet as kick, drift, kick, rotation alike.
     ///
-    /// `watch` says what to see of the contacts; the [`Engine::observation`] then belongs to the end of the step.
+    /// `watch` selects what to observe of the contacts; the [`Engine::observation`] then belongs to the end of the step.
     ///
     /// # Errors
     /// If a particle's motion is no longer a number, or if the guard of the plan is strict and something is beyond its limits.

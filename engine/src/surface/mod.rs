@@ -1,4 +1,4 @@
-//! Sheets: surfaces of triangles whose vertices have mass and move as forces say.
+//! Sheets: surfaces of triangles whose vertices have mass and move by forces.
 //!
 //! A [`Surface`] owns the state of its vertices. The engine lets a mesh wall borrow its shape, so that lists, candidates, patches,
 //! histories and periodic images are those of mesh walls. The load of contacts on a triangle arrives at its vertices.

@@ -14,7 +14,7 @@ pub enum Faces {
     Front,
 }
 
-/// A surface of triangles whose vertices move as forces say: a sheet.
+/// A surface of triangles whose vertices move by forces: a sheet.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfacePlan {
     /// Name as in the scene.

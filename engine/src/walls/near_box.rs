@@ -1,4 +1,5 @@
-//! Whether a wall may be near anything in a box: never wrong where it says no, so that whole boxes of particles need no test.
+//! Whether a wall may be near anything in a box: never wrong where the answer is no, so that whole boxes of particles need no
+//! test.
 
 use glam::DVec3;
 

@@ -208,7 +208,7 @@ impl WallNow {
         self.note_images(cell);
     }
 
-    /// Moves on by a step of `dt` (s) that ends at `time` (s), as the plan says, in a domain with these images.
+    /// Moves on by a step of `dt` (s) that ends at `time` (s), as planned, in a domain with these images.
     pub fn advance(&mut self, wall: &Wall, time: f64, dt: f64, cell: &Cell) {
         for (motor, state) in wall.motion.all_servos().zip(&mut self.servos) {
             *state = motor.advance(*state, time, dt);

@@ -228,7 +228,7 @@ impl Servo {
         middle >= self.from && middle < self.until
     }
 
-    /// The area that a pressure acts over, m^2: a given one, or what `own` says of the wall. 1 of a force.
+    /// The area that a pressure acts over, m^2: a given one, or the wall's `own`. 1 of a force.
     #[must_use]
     pub fn area(&self, own: impl FnOnce() -> f64) -> f64 {
         match self.target {

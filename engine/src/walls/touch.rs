@@ -17,7 +17,7 @@ pub struct Touch {
     pub feature: u32,
     /// Principal curvatures of the wall at the foot of the normal in 1/m: positive if the wall is
     /// convex towards the particle (a sphere from outside), negative if concave (a cylinder from
-    /// inside). Zero at edges and tips, where an ideal shape has none: the scene does not say how
+    /// inside). Zero at edges and tips, where an ideal shape has none: the scene does not state how
     /// far the real edge is rounded.
     pub curvature: [f64; 2],
     /// How the normal turns when the centre moves along the surface.

@@ -59,7 +59,7 @@ impl Wear {
         &mut self.rubs
     }
 
-    /// Adds what the contacts of the list wear. Afterwards [`Worn::is_due`] says which surfaces are to move.
+    /// Adds the wear by the contacts of the list. Afterwards [`Worn::is_due`] marks the surfaces to move.
     pub fn note(&mut self, walls: &[WallNow]) {
         for rub in &self.rubs {
             let index = usize::from(rub.wall);

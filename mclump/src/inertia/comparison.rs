@@ -7,7 +7,7 @@ use mercury_common::formats::mesh::TriangleMesh;
 
 use super::{Estimate, MassProperties, pebbles, surface, union, voxels};
 
-/// Pebbles overlap if their sum is larger than their union by this fraction (MercuryDPM's MClump says nothing; a
+/// Pebbles overlap if their sum is larger than their union by this fraction (MercuryDPM's MClump gives no warning; a
 /// tenth of a per cent is the accuracy to which a density is known).
 pub const OVERLAP_LIMIT: f64 = 1e-3;
 /// Pebbles stand badly for the surface if volume or a principal moment differ by more than this fraction.

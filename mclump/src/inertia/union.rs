@@ -199,7 +199,7 @@ impl<'a> Slices<'a> {
             .iter()
             .map(|ball| super::pebbles::volume(ball.radius))
             .fold(0.0, f64::max);
-        // A crude integral over the panels says how much of the sum is left after overlaps.
+        // A crude integral over the panels gives the share of the sum that is left after overlaps.
         let crude: f64 = self
             .panels
             .iter()

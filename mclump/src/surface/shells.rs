@@ -159,7 +159,7 @@ fn winding_number(mesh: &TriangleMesh, labels: &[u32], shell: usize, point: DVec
 }
 
 /// Turns round the outer shells that are turned inward, and with `cavities` also shells inside another one that are turned
-/// outward; says what it did.
+/// outward; reports what it did.
 pub(super) fn turn_outward(
     mesh: &mut TriangleMesh,
     report: &mut Report,

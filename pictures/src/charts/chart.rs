@@ -98,7 +98,7 @@ pub struct Series {
     pub width: f64,
 }
 
-/// The values of a series. Where a value is not a number, a line is broken and a point left out; the chart says how many.
+/// The values of a series. Where a value is not a number, a line is broken and a point left out; the chart gives their number.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
     /// A line through points.

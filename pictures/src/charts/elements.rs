@@ -44,7 +44,7 @@ trait Paint {
     fn paint(&self, spots: &[Spot], canvas: &mut dyn Canvas);
 }
 
-/// Makes an element known to plotters, which says where its points are.
+/// Makes an element known to plotters, with the places of its points.
 macro_rules! element {
     ($element:ty, |$this:ident| $points:expr) => {
         impl<'a> PointCollection<'a, (f64, f64)> for &'a $element {

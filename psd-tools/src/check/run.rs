@@ -293,7 +293,7 @@ impl Run {
     /// Target of each kind. A kind that several insertions bring with different distributions has none.
     ///
     /// # Errors
-    /// Where the plan says nothing of sizes, or what it says cannot be read.
+    /// Where the plan has no sizes, or they cannot be read.
     pub fn targets(&self) -> Result<BTreeMap<String, Target>, RunError> {
         let mut targets: BTreeMap<String, (Target, Table)> = BTreeMap::new();
         let mut ambiguous = Vec::new();
@@ -349,7 +349,7 @@ impl Run {
             .collect())
     }
 
-    /// The mass of each part of an insertion (kg), where its total says so.
+    /// The mass of each part of an insertion (kg), where its total gives it.
     fn requested(
         &self,
         insertion: &Table,

@@ -178,7 +178,7 @@ impl Data {
         let mut classes = 0;
         for (class, count) in edges.windows(2).zip(counts) {
             let expected = law.share(class[0], class[1]);
-            // Classes where a tenth of a per cent is not expected say more about the ends than about the middle.
+            // Classes where a tenth of a per cent is not expected depend more on the ends than on the middle.
             if expected > 1e-3 {
                 misfit += (count / number - expected).powi(2) / expected;
                 classes += 1;

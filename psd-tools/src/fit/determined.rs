@@ -2,7 +2,7 @@
 //!
 //! Of a parameter that data determine the likelihood falls to both sides: where ln L is z^2/2 below its maximum, all other parameters
 //! being the best ones there, its interval ends (the profile likelihood; Wilks 1938, Ann. Math. Stat. 9, 60). If that is not reached a
-//! hundred times away, the interval has no end, whatever the curvature at the maximum may say: a component that lies within one class
+//! hundred times away, the interval has no end, whatever the curvature at the maximum: a component that lies within one class
 //! can be as narrow as one likes; where one component is nearly as likely as two, the parameters of the other can be anything, and each of the two
 //! can be the other.
 

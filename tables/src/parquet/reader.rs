@@ -106,7 +106,7 @@ fn ends(file: &mut File) -> std::io::Result<(Vec<u8>, Vec<u8>)> {
 fn read_whole(path: &Path, file: &File) -> Result<Table> {
     let length = file.metadata()?.len();
     let mut room = ByteBudget(MOST.max(length.saturating_mul(MOST_FOR_EACH)));
-    // The types of Arrow that a program may have noted are left aside: the file's own say enough.
+    // The types of Arrow that a program may have noted are left aside: the file's own types are sufficient.
     let options = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
     let known = ArrowReaderMetadata::load(file, options)?;
     let footer = Arc::clone(known.metadata());

@@ -90,7 +90,7 @@ impl<R: BufRead> ParticleTableReader<R> {
         })
     }
 
-    /// Names of columns that say nothing a start needs: ids, masses, and whatever else tables of other programs hold.
+    /// Names of columns that a start does not need: ids, masses, and whatever else tables of other programs hold.
     pub fn ignored(&self) -> impl Iterator<Item = &str> {
         let columns = self.header.names.iter().zip(&self.header.columns);
         columns

@@ -147,7 +147,7 @@ impl<'a> Document<'a> {
         let _ = write!(self.xml, "        <DataArray type=\"{kind}\" Name=\"");
         escape(name, &mut self.xml);
         self.xml.push('"');
-        // meshio takes a number that is said for a column of its own.
+        // With `NumberOfComponents="1"` meshio reads a number as a column of its own.
         if let components @ 2.. = values.components() {
             let _ = write!(self.xml, " NumberOfComponents=\"{components}\"");
         }

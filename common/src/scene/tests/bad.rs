@@ -86,7 +86,7 @@ fn every_mistake_is_named() {
     assert!(differences.is_empty(), "these differ:\n\n{differences}");
 }
 
-/// Line by line; an expected line that ends in `...` says only how the line begins: a list of keys grows.
+/// Line by line; an expected line that ends in `...` gives only the beginning of the line: a list of keys grows.
 fn is_as_expected(errors: &str, expected: &str) -> bool {
     let is_line = |(found, expected): (&str, &str)| match expected.strip_suffix(" ...") {
         Some(begin) => found.starts_with(begin),

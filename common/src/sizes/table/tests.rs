@@ -167,7 +167,7 @@ fn options_speak_for_files_without_header() {
         read_with("diameter [mm]\n1.5\n2\n", &Options::default()),
         Ok(list_of(&[1.5e-3, 2e-3], false))
     );
-    // How a list says that it is no random sample; other words are comments.
+    // The comment of a list that is no random sample; other words are comments.
     for (comment, by_quota) in [
         ("#sampling:quota", true),
         ("#  sampling : quota ", true),

@@ -80,7 +80,7 @@ impl BridgeEvent {
 /// An adhesion law; its fields are its parameters for one pair of materials.
 ///
 /// It acts after the normal law and friction. It does not enter the limit of friction N, which is the normal
-/// law's alone (as in MercuryDPM; a law in which adhesion presses the surfaces together, as DMT's, says so by its normal law).
+/// law's alone (as in MercuryDPM; a law in which adhesion presses the surfaces together, as DMT's, has this in its normal law).
 ///
 /// It may act at a gap. The overlap of such a contact is negative, the contact point stands halfway across the gap, and all other
 /// parts of the pair's law are silent: friction and rolling springs end with the touch. The memory of adhesion lasts while the

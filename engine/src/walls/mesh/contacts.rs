@@ -38,8 +38,8 @@ pub(super) struct Found {
 
 impl Mesh {
     /// Finds the local minima of the distance from `centre` below `reach` (m) among the facets `near`, of each patch the
-    /// nearest only. `scratch.bounds` says what the squares of their distances are at least. Which of them are tested, and in which order,
-    /// changes nothing in the result.
+    /// nearest only. `scratch.bounds` holds lower bounds of the squares of their distances. Which of them are tested, and in
+    /// which order, changes nothing in the result.
     pub(super) fn collect(&self, near: Near<'_>, centre: DVec3, reach: f64, scratch: &mut Scratch) {
         let Scratch {
             minima,

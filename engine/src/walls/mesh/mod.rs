@@ -242,8 +242,8 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// Of these triangles, each with its place in the file. Also says which number each vertex has now; `u32::MAX` for those that no
-    /// triangle uses.
+    /// Of these triangles, each with its place in the file. Also returns the number that each vertex has now; `u32::MAX` for
+    /// those that no triangle uses.
     fn assembled(
         vertices: Vec<DVec3>,
         kept: &mut [(u32, [u32; 3])],
@@ -370,7 +370,7 @@ impl Mesh {
         self.tree.has_near(centre, reach, stack, near)
     }
 
-    /// Whether [`Mesh::may_be_near`] may say so of any place within `within` (m) of `centre`; false only if it does not.
+    /// Whether [`Mesh::may_be_near`] may be true of any place within `within` (m) of `centre`; false only if it does not.
     #[must_use]
     pub fn may_be_near_some(
         &self,

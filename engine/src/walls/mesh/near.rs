@@ -209,7 +209,7 @@ impl Mesh {
 
 #[cfg(test)]
 impl Mesh {
-    /// The contacts of a sphere when every facet is tested, whatever tree and lists say.
+    /// The contacts of a sphere when every facet is tested, whatever tree and lists hold.
     pub(crate) fn touches_of_all(&self, centre: DVec3, radius: f64, out: &mut Touches) {
         let facets: Vec<u32> = (0..self.facets.len() as u32).collect();
         let packs: Vec<Pack> = facets

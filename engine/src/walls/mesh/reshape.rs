@@ -4,7 +4,7 @@
 //! follow; so it stays right, and good as long as neighbours stay neighbours.
 //!
 //! Of a mesh that changes in each step, as sheets do, a change moves the corners alone. Facets that a particle is near are made of them when they
-//! are needed; leaves and tree are fitted now and then, and what they say is right to within the way of the corners since.
+//! are needed; leaves and tree are fitted now and then, and their bounds hold to within the way of the corners since.
 
 use std::borrow::Cow;
 

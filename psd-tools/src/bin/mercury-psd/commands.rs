@@ -85,7 +85,7 @@ fn write(path: &Path, bytes: &[u8]) -> Outcome {
     })
 }
 
-/// Writes NAME.svg and NAME.png and says their names.
+/// Writes NAME.svg and NAME.png and prints their names.
 fn draw(page: &ChartPage, stem: &Path) -> Result<String, Failure> {
     page.write(stem).map_err(Failure::run)?;
     let stem = stem.display();

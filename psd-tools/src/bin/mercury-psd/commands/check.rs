@@ -22,7 +22,7 @@ struct Subject {
     sample: Sample,
     /// kg
     mass: Option<f64>,
-    /// Whether it is a list that says so.
+    /// Whether it is a list with a comment of it.
     by_quota: bool,
     /// Notes of its reading.
     notes: Vec<String>,
@@ -142,7 +142,7 @@ impl Reports {
         if self.passed {
             Ok(())
         } else {
-            // The report has said why.
+            // The report gives the reason.
             Err(Failure::new(Exit::Failed, ""))
         }
     }
