@@ -59,8 +59,8 @@ pub struct Needs {
     pub identity: bool,
 }
 
-/// Frames of particles of whose time there are no contacts: their times as bits, each once however often the input is read, and what is said of
-/// the first.
+/// Frames of particles of whose time there are no contacts: their times as bits, each once however often the input is read, and
+/// the note of the first.
 #[derive(Debug, Default)]
 pub struct Skipped(Mutex<(BTreeSet<u64>, Option<String>)>);
 
@@ -99,7 +99,7 @@ pub type States<'a> = Box<dyn Iterator<Item = Result<State, CgError>> + Send + '
 
 impl Source {
     /// Opens a run folder, `<prefix>.particles.arrow`, `.data` (also the first of a series, `.data.0000`) or a `.restart` of MercuryDPM; the text files may be packed as
-    /// [`Packing`](mercury_common::run_files::Packing) says.
+    /// [`Packing`](mercury_common::run_files::Packing) lists.
     ///
     /// # Errors
     /// When there is nothing of this kind, several runs lie in the folder, or the file lacks what is needed.

@@ -9,7 +9,7 @@
 //!
 //! const EXAMPLES: &str = "\
 //! Examples:
-//!   mercury-count sizes.csv        says how many lines there are
+//!   mercury-count sizes.csv        prints the number of lines
 //!
 //! Exit codes: 0 done, 2 wrong usage or input.";
 //!

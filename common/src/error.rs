@@ -24,9 +24,9 @@ pub struct FormatError {
     pub column: Option<usize>,
     /// Text that was found (`"abc" in column radius`), or the failure (`the file cannot be opened: ...`).
     pub found: String,
-    /// Text that was expected; empty when `found` says all.
+    /// Text that was expected; empty when `found` is sufficient.
     pub expected: String,
-    /// Advice, if there is more to say than "correct it".
+    /// Advice, if there is more than "correct it".
     pub help: Option<Box<str>>,
 }
 

@@ -1,4 +1,4 @@
-//! Scenes to start from: `mercury-solve new drum` writes one, with the files it needs, and says what to run next.
+//! Scenes to start from: `mercury-solve new drum` writes one, with the files it needs, and prints the next command.
 //!
 //! Their texts are files of this crate, `starters/`, so that they are read, run and changed like any scene.
 

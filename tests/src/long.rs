@@ -1,4 +1,4 @@
-//! Scenes that run for minutes: what theory or other programs say of them, and what our solver gives.
+//! Scenes that run for minutes: values of theory or other programs, and those of our solver.
 //!
 //! Each subject is run by itself. The page is `docs/validation-long.md` with a table of all checks beside it; the sections of subjects
 //! that are not run stay as they are. A check on the frozen list that no longer runs is an error, as in [`crate::validation`].

@@ -30,7 +30,7 @@ const FROZEN: &str = include_str!("stress/checks.txt");
 pub enum Length {
     /// For tests.
     Short,
-    /// As the scenes say.
+    /// As in the scenes.
     Long,
 }
 

@@ -32,7 +32,7 @@ pub(crate) struct Shown {
     with_surface: HashSet<u32>,
 }
 
-/// The table of bodies of a run, if it has one; `help` says how to do without it if something is wrong with it.
+/// The table of bodies of a run, if it has one; `help`: how to do without it if it cannot be read.
 ///
 /// # Errors
 /// When the file cannot be read.

@@ -40,7 +40,7 @@ pub struct Outcome {
     pub warnings: Vec<String>,
 }
 
-/// A kind of output. It says what it needs and writes what it is given.
+/// A kind of output. It states its needs and writes the frames that it is given.
 pub trait Sink {
     /// The table of the run whose frames it takes.
     fn table(&self) -> Table {
@@ -71,7 +71,7 @@ pub trait Sink {
     /// When the frame has not what the output needs, or a file cannot be written.
     fn write(&mut self, snapshot: Snapshot) -> Result<(), ExportError>;
 
-    /// Completes the files and returns those that a user opens. `outcome` is what will be said of the export, and may be added to.
+    /// Completes the files and returns those that a user opens. `outcome` is the report of the export, and may be added to.
     ///
     /// # Errors
     /// When a file cannot be written.
@@ -82,7 +82,7 @@ pub trait Sink {
 /// frames, and what is wrong in [`Outcome::damage`].
 ///
 /// # Errors
-/// When the input cannot be read, no frame is selected, a file of an earlier export is in the way, or what the sink says.
+/// When the input cannot be read, no frame is selected, a file of an earlier export is in the way, or the error of the sink.
 pub fn export(
     job: &Job,
     mut sink: Box<dyn Sink + '_>,

@@ -63,7 +63,7 @@ impl Snapshot {
         mercury_common::paraview::vectors(&self.frame.columns, places)
     }
 
-    /// The domain, or the box around all particles if the input does not say.
+    /// The domain, or the box around all particles if the input has none.
     ///
     /// # Errors
     /// When there are neither a domain nor positions.
@@ -86,7 +86,7 @@ impl Snapshot {
         })
     }
 
-    /// Number of space dimensions, 3 if the input does not say.
+    /// Number of space dimensions, 3 if the input does not give it.
     #[must_use]
     pub fn dimensions(&self) -> u8 {
         self.header.dimensions.unwrap_or(3)

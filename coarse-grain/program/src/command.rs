@@ -19,7 +19,7 @@ use mercury_common::{machine, readable};
 use super::Arguments;
 use super::files::{self, Output};
 
-/// Reads, computes and writes; returns what there is to say.
+/// Reads, computes and writes; returns the messages.
 pub(crate) fn compute(arguments: &Arguments) -> Result<String, CgError> {
     if let Some(threads) = arguments.threads {
         // Only fails where threads run already, and none do.

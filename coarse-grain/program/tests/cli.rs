@@ -253,7 +253,7 @@ fn images_for_paraview_hold_every_field() {
             ("fabric".to_owned(), 9)
         ]
     );
-    // The blocks are as long as they say.
+    // The blocks have the stated length.
     let marker = b"encoding=\"raw\">\n_";
     let start = bytes
         .windows(marker.len())

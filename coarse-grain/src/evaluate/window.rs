@@ -44,7 +44,7 @@ const ROUND: f64 = 6_755_399_441_055_744.0;
 /// Added before rounding it rounds up: points may lie outside by 1e-11 of their distance.
 const NEARLY_HALF: f64 = 0.5 - 1e-11;
 
-/// The larger of two numbers; unlike `f64::max` one instruction, since it says nothing of what is no number.
+/// The larger of two numbers; unlike `f64::max` one instruction, since its result for NaN is not specified.
 #[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }

@@ -173,8 +173,8 @@ impl RunSource {
         Box::new(states.take_while(move |item| !std::mem::replace(&mut stopped, item.is_err())))
     }
 
-    /// The chosen states as they come, until the file `end` says that the run is over, or no process has written into its folder for ten seconds
-    /// ([`Self::broke_off`]), and all that is there has been given. After an error nothing follows.
+    /// The chosen states as they come, until the file `end` marks the run as over, or no process has written into its folder for
+    /// ten seconds ([`Self::broke_off`]), and all that is there has been given. After an error nothing follows.
     pub fn follow(
         &mut self,
         choice: FrameChoice,

@@ -368,7 +368,8 @@ mod tests {
         }
     }
 
-    /// One particle in a box three times as high as wide: the air has no velocity and no say in the colours, but a density of zero.
+    /// One particle in a box three times as high as wide: the air has no velocity and no part in the colours, but a density of
+    /// zero.
     #[test]
     fn maps_leave_the_air_blank_and_are_to_scale() {
         use crate::analysis::{Analysis, Part, Reference};

@@ -312,7 +312,7 @@ impl FromItem for Psd {
 /// `inherited`: the weighting of the mixture that this is a part of.
 fn read_fields(fields: &Fields<'_>, inherited: Option<Weighting>) -> Option<Psd> {
     let kind = fields.variant()?;
-    // With one size there is nothing to weight, and a measured table says in its header what it
+    // With one size there is nothing to weight, and a measured table gives in its header what it
     // counts; everywhere else a silent choice would be wrong for half the users.
     let weighting = match (kind, inherited) {
         ("monodisperse", _) => Some(fields.read("weighting")),

@@ -2,7 +2,7 @@
 //!
 //! New particles get the default, the sort moves values along, and checkpoints hold them. A column that scenes give and frames
 //! write is a [property](mercury_common::particle_properties), whose column is there where the [`Inputs`](crate::physics::Inputs)
-//! say so; a part of the step may add others for itself (`docs/how-to/add-a-column.md`).
+//! name it; a part of the step may add others for itself (`docs/how-to/add-a-column.md`).
 
 use mercury_common::particle_properties::{OfClump, ParticleProperty};
 

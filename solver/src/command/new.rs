@@ -22,7 +22,7 @@ pub(crate) struct New {
     folder: PathBuf,
 }
 
-/// Writes the scene, and says what to run next.
+/// Writes the scene, and prints the next command.
 pub(crate) fn execute(new: &New) -> Outcome {
     let starter = (STARTERS.iter().find(|starter| starter.name == new.which))
         .ok_or_else(|| Failure::input(format!("there is no scene `{}`", new.which)))?;

@@ -60,7 +60,7 @@ impl Requests {
 /// The options of the command line on how a scene is run.
 #[derive(Debug, Clone)]
 pub(crate) struct How {
-    /// Where to; by the scene's name if nothing is said.
+    /// Where to; by the scene's name by default.
     pub(crate) folder: Option<PathBuf>,
     /// Outside of it nothing is read or written.
     pub(crate) within: Option<Arc<Within>>,
@@ -80,7 +80,7 @@ pub(crate) struct How {
     pub(crate) time_limit: Option<Duration>,
     /// Wall-clock time between checkpoints; `None`: only when the run is stopped.
     pub(crate) checkpoint_every: Option<Duration>,
-    /// Nothing is said but errors.
+    /// Only errors are printed.
     pub(crate) quiet: bool,
 }
 

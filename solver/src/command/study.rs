@@ -565,7 +565,7 @@ fn conclude(
             .collect(),
         false => study.plots.clone(),
     };
-    // Without a finished run there are no columns to draw; the report of the runs says so.
+    // Without a finished run there are no columns to draw; the report of the runs shows it.
     let drawn = if table.has_finished() {
         columns
     } else {

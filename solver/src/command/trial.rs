@@ -10,7 +10,7 @@ use mercury_solver::run::{RunOptions, Trial, trial};
 use super::run::{How, Requests};
 use super::waiting::Waiting;
 
-/// How long it lasts if nothing is said.
+/// Default duration of a trial.
 pub(crate) const LASTS: &str = "5s";
 
 /// How long a trial lasts, for `value_parser`.

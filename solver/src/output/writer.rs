@@ -237,14 +237,14 @@ impl Writer {
     }
 
     /// Passes a state to the writer; waits only while the queue is full. False if the writer has given up: [`Writer::finish`]
-    /// says why.
+    /// gives the reason.
     #[must_use]
     pub fn send(&self, moment: FrameCopy) -> bool {
         self.sender.send(Message::Write(Box::new(moment))).is_ok()
     }
 
     /// The positions of the files once everything passed on is written; `None` if the writer has given up: [`Writer::finish`]
-    /// says why.
+    /// gives the reason.
     #[must_use]
     pub fn positions(&self) -> Option<Positions> {
         self.reported().map(|(positions, _)| positions)

@@ -218,7 +218,7 @@ struct Insertion<'a> {
     /// `quota`; random else.
     #[serde(skip_serializing_if = "Option::is_none")]
     method: Option<&'static str>,
-    /// As the scene says it: `number`, `mass` or `volume`.
+    /// As in the scene: `number`, `mass` or `volume`.
     #[serde(skip_serializing_if = "Option::is_none")]
     total: Option<BTreeMap<&'static str, f64>>,
     mixture: Vec<Ingredient<'a>>,

@@ -405,7 +405,7 @@ fn no_room(lattice: &Lattice, count: u64) -> SceneError {
     error.with_help("fewer sites: a larger `spacing`, or a smaller box")
 }
 
-/// A particle at a place, as its entry says.
+/// A particle at a place, by its entry.
 fn one(values: &ParticleValues, position: DVec3) -> NewParticle {
     let motion = Motion::of(&values.start);
     NewParticle {
@@ -424,7 +424,7 @@ fn one(values: &ParticleValues, position: DVec3) -> NewParticle {
     }
 }
 
-/// A body of a clump that moves as its entry says, at the origin.
+/// A body of a clump at the origin, with the motion of its entry.
 fn moving_body(start: &Start, clump: u32) -> NewBody {
     let motion = Motion::of(start);
     NewBody {

@@ -130,7 +130,7 @@ impl Frames {
         self.path.with_file_name(format!("{prefix}.{ending}"))
     }
 
-    /// Where the walls stood in a step; `None` where no frame says so.
+    /// Placements of the walls in a step; `None` where no frame has them.
     pub(super) fn walls(
         &self,
         folder: &Located<PathBuf>,
@@ -330,7 +330,7 @@ fn body(
     })
 }
 
-/// Which components of a motion are prescribed, no frame says.
+/// No frame holds which components of a motion are prescribed.
 fn refuse_prescribed(folder: &Located<PathBuf>, flags: u8) -> Result<(), SceneError> {
     if flags & FLAG_PRESCRIBED == 0 {
         return Ok(());

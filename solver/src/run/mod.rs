@@ -89,7 +89,7 @@ pub struct RunOptions {
     pub results: Vec<NamedResult>,
 }
 
-/// When a run writes checkpoints; in addition it writes one when it is stopped, and where the plan says so.
+/// When a run writes checkpoints; in addition it writes one when it is stopped, and where the plan requests one.
 #[derive(Debug, Clone, Default)]
 pub struct Checkpoints {
     /// By the clock.

@@ -1,6 +1,6 @@
 //! Studies: one scene at many values of its keys, a run for each, and one table of what came out.
 //!
-//! This module says which runs there are and what is read from each; it starts none. A [`Study`] comes from the command line or
+//! This module lists the runs and the values that are read from each; it starts none. A [`Study`] comes from the command line or
 //! [from a file](mod@file), [`earlier`] ones left their tables; results are read from the folders of the runs, [`table`] puts
 //! them together and [`plot`] draws one of its columns.
 
@@ -193,7 +193,7 @@ fn summary_unit(column: &str) -> &'static str {
 /// The runs of a grid: every value of each key with every value of the others, the last key fastest.
 ///
 /// # Errors
-/// For no value, a key or a value that is given twice, and more than [`MOST_RUNS`] runs. `place` says where the sweeps are given.
+/// For no value, a key or a value that is given twice, and more than [`MOST_RUNS`] runs. `place`: where the sweeps are given.
 pub fn grid(sweeps: &[Sweep], place: &str) -> Result<(Vec<String>, Vec<StudyRun>), StudyError> {
     let keys: Vec<String> = sweeps.iter().map(|sweep| dotted(&sweep.key)).collect();
     let count = (sweeps.iter()).fold(1usize, |n, sweep| n.saturating_mul(sweep.values.len()));

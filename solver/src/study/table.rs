@@ -208,7 +208,7 @@ impl StudyTable {
     }
 }
 
-/// The number in a cell of this column, in SI (degrees where the key says so).
+/// The number in a cell of this column, in SI (degrees where the key has degrees).
 pub(super) fn number(column: &str, cell: &str) -> Option<f64> {
     if let Ok(number) = cell.parse() {
         return Some(number);

@@ -37,7 +37,7 @@ fn warnings(text: &str) -> [Vec<String>; 2] {
     })
 }
 
-/// All of a hundred grains fell out of a domain without walls, and nothing was said.
+/// All of a hundred grains fell out of a domain without walls, and there was no message.
 #[test]
 fn that_nothing_holds_the_particles_is_said_before_and_after() {
     let [before, after] = warnings(SCENE);
@@ -81,7 +81,7 @@ fn an_insertion_into_which_gravity_was_forgotten_is_reported() {
     assert_eq!(warnings(&format!("{without}{stirred}"))[0], [""; 0]);
 }
 
-/// A lid whose force has the wrong sign flew out of the domain, and the run said at its end that the target was not reached.
+/// A lid whose force has the wrong sign flew out of the domain, and the run reported at its end that the target was not reached.
 #[test]
 fn a_servo_that_drives_its_wall_away_is_reported() {
     let lid = |servos: &str| {

@@ -302,7 +302,7 @@ fn split_keys(keys: &str) -> String {
     keys.chars().map(split).collect()
 }
 
-/// Surfaces that move fast in themselves, that leave, or that pass beside a ball: nothing comes near, and nothing is said.
+/// Surfaces that move fast in themselves, that leave, or that pass beside a ball: nothing comes near, and there is no message.
 #[test]
 fn fast_walls_that_do_not_come_near_are_no_alarm() {
     let folder = tempfile::tempdir().unwrap();

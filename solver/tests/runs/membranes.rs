@@ -266,7 +266,7 @@ fn a_servo_on_a_wall_that_a_sheet_alone_loads_settles() {
     );
 }
 
-/// The closing report and `summary.json` say of each sheet what its last row does.
+/// The closing report and `summary.json` give the last row of each sheet.
 #[test]
 fn the_summary_has_the_sheets() {
     let folder = folder_with("run.toml", &balloon("[[0.0, 0.0], [0.01, 2000.0]]"));
@@ -312,7 +312,7 @@ fn the_help_names_the_lanes_that_there_are() {
     assert!(line.contains("1, 2 or 4"), "{line}");
 }
 
-/// A sheet of 3 mm triangles that falls from `height` (m) onto what `walls` say, for `end` (s).
+/// A sheet of 3 mm triangles that falls from `height` (m) onto `walls`, for `end` (s).
 fn falling(walls: &str, keys: &str, (height, end): (f64, f64)) -> String {
     let head = HEAD.replace("end = 0.02", &format!("end = {end:?}"));
     format!(

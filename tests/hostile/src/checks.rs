@@ -53,7 +53,8 @@ pub fn longest(size: u64) -> Duration {
     Duration::from_millis(2000) + Duration::from_micros(6) * u32::try_from(size).unwrap_or(u32::MAX)
 }
 
-/// Time that this thread has computed, so that what else the machine does counts little; by the clock where the system does not say.
+/// Time that this thread has computed, so that what else the machine does counts little; by the clock where the system does not
+/// report it.
 pub struct Stopwatch {
     clock: Instant,
     computed: Option<u64>,

@@ -100,7 +100,7 @@ fn fault(reader: &Reader, place: &Place, bytes: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// Runs inside the process that is watched. It says after each file how far it is.
+/// Runs inside the process that is watched. It reports its progress after each file.
 #[test]
 #[ignore = "the tests below start it"]
 fn worker() {

@@ -158,7 +158,7 @@ impl Page {
         text
     }
 
-    /// The validation page with the long scenes as they are here, in place of what it said of them.
+    /// The validation page with the long scenes as they are here, in place of its section about them.
     #[must_use]
     pub fn put_into(&self, validation: &str) -> String {
         let heading = format!("\n{HEADING}\n");
@@ -271,8 +271,8 @@ mod tests {
         }
     }
 
-    /// The validation page shows what the page of the long scenes says, as both are committed: the plot of the hopper's discharge and its
-    /// rate beside Beverloo's law among them.
+    /// The validation page shows the content of the page of the long scenes, as both are committed: the plot of the hopper's
+    /// discharge and its rate beside Beverloo's law among them.
     #[test]
     fn the_validation_page_shows_the_long_scenes_as_they_are() {
         let docs = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");

@@ -10,7 +10,7 @@ use super::runs::{Run, finished, numbers};
 use super::{Reported, outcome};
 use crate::cases::Outcome;
 
-/// Height of the intruder by LIGGGHTS; the file says how it was made.
+/// Height of the intruder by LIGGGHTS; the file describes how it was made.
 const LIGGGHTS: &str = include_str!("penetration-25k.liggghts.csv");
 /// End of the run, s: after the impact at 0.0207 s, the dive, and the rebound from the floor. The scene's is 0.1 s.
 pub(super) const END: f64 = 0.045;
@@ -31,7 +31,7 @@ pub(super) const SHIFTS: [[f64; 2]; 9] = [
     [0.0, 1e-5],
     [0.0, -1e-5],
 ];
-/// Heights of the shots by LIGGGHTS; the file says how they were made.
+/// Heights of the shots by LIGGGHTS; the file describes how they were made.
 const LIGGGHTS_SHOTS: &str = include_str!("penetration-shots.liggghts.csv");
 /// When the shots begin in the scene's time, and how long they last, s: the sphere has left the floor.
 pub(super) const SHOT: [f64; 2] = [0.0202, 0.014];
@@ -334,7 +334,7 @@ pub(super) fn tell(runs: &Path) -> Result<Reported> {
 mod tests {
     use super::*;
 
-    /// The shots begin where the table of LIGGGHTS says that they do, and every one is in it.
+    /// The shots begin where they do in the table of LIGGGHTS, and every one is in it.
     #[test]
     fn shots_are_those_of_the_table() {
         // Where free fall has brought the sphere.

@@ -170,7 +170,8 @@ impl Simulation {
         self.place_pebbles(&spins, 0.0);
     }
 
-    /// Places the pebbles, with the angular velocities that the bodies had `lag` (s) ago, when the pebbles were where these say.
+    /// Places the pebbles, with the angular velocities that the bodies had `lag` (s) ago, when the pebbles were where these place
+    /// them.
     fn place_pebbles(&mut self, spins: &[DVec3], lag: f64) {
         for (body, &spin) in self.bodies.iter().zip(spins) {
             for (k, &(index, _)) in body.pebbles.iter().enumerate() {

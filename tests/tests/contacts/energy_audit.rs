@@ -444,7 +444,7 @@ fn of_grains_that_come_and_go() {
     assert!(one < 1e-4 / 4.0 && half < 0.3 * one, "{one:e}, {half:e}");
 }
 
-/// Runs a scene, and gives what `.budget.csv` says, column by column, beside the summary.
+/// Runs a scene, and gives the columns of `.budget.csv` beside the summary.
 fn budget_file(text: &str) -> (BTreeMap<String, Vec<Option<f64>>>, EnergySummary) {
     let scene = parse_scene(Path::new("scene.toml"), text, &[], Files::Unchecked).unwrap();
     let folder = tempfile::tempdir().unwrap();
@@ -471,7 +471,7 @@ fn budget_file(text: &str) -> (BTreeMap<String, Vec<Option<f64>>>, EnergySummary
 }
 
 /// Grains fall onto a floor that vibrates, roll and leave through a hole in it, while a lid is pressed down: at every output time the row has all terms,
-/// and they close. The last row is what the summary says.
+/// and they close. The last row is that of the summary.
 #[test]
 fn every_row_of_the_file_closes() {
     let text = r#"

@@ -121,7 +121,8 @@ pictures = false
     )
 }
 
-/// Friction-work and the sum of `slip_power` over what the audit says of the same run, and the time step; `part` of the automatic step.
+/// Friction-work and the sum of `slip_power` over the energy in the audit of the same run, and the time step; `part` of the
+/// automatic step.
 fn friction_work(folder: &Path, part: f64) -> ([f64; 2], f64) {
     let planned = |changes: &[String]| {
         let scene = read_scene(&folder.join("bounce.toml"), changes);

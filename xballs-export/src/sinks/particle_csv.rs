@@ -70,8 +70,8 @@ pub fn particle_rows(snapshot: &Snapshot) -> Result<Vec<ParticleRow>, ExportErro
     Ok((0..radius.len()).map(row).collect())
 }
 
-/// `<prefix>.0000.csv`, ...: the table of every selected frame, and what a scene says to start from the last of them. A frame without
-/// positions or radii, or with clumps, is refused.
+/// `<prefix>.0000.csv`, ...: the table of every selected frame, and the lines of a scene that starts from the last of them. A
+/// frame without positions or radii, or with clumps, is refused.
 pub fn particle_tables(output: &Output) -> impl Sink + '_ {
     ParticleTables {
         tables: tables(output),

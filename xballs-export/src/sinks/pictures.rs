@@ -1,7 +1,7 @@
 //! Pictures and films of a run: PNG, SVG, film strips, GIF and APNG.
 //!
-//! The input is read twice: once to find one camera and one range of colours for all frames, once to draw. `quantity` says
-//! what colours show, `scene` makes a frame of `mercury_pictures` from a snapshot and what the run has beside it.
+//! The input is read twice: once to find one camera and one range of colours for all frames, once to draw. `quantity` decides
+//! the meaning of colours, `scene` makes a frame of `mercury_pictures` from a snapshot and what the run has beside it.
 
 mod quantity;
 mod scene;
@@ -21,7 +21,7 @@ use scene::Scenery;
 /// Content and look of a picture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PictureChoice {
-    /// Size, camera, background, what stands around the scene. Its `colour` is replaced by what `quantity` says.
+    /// Size, camera, background, surroundings of the scene. Its `colour` is replaced by that of `quantity`.
     pub options: Options,
     /// Quantity that the colours of the particles show: `auto` (speed; height where nothing moves), `none`, `speed`, `height`,
     /// `diameter`, `material`, `body`, `clump`, `depth` (of worn walls), `film` (`film_volume`), `liquid` (`liquid_volume`), or

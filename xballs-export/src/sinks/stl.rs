@@ -47,7 +47,7 @@ impl Placed {
         offset: DVec3::ZERO,
     };
 
-    /// As `plan.toml` says of a wall; none if it says nothing of it.
+    /// Placement of a wall by `plan.toml`; none if it has none.
     fn of(wall: &Value) -> Option<Self> {
         let file = wall.get("file")?;
         let vector = |value: &Value| {
@@ -129,7 +129,8 @@ impl<'a> Stl<'a> {
     }
 }
 
-/// How the scene placed the file of each wall, by `plan.toml`. A wall of which it says nothing stays in the frame of the scene, with a warning.
+/// How the scene placed the file of each wall, by `plan.toml`. A wall that is not in it stays in the frame of the scene, with a
+/// warning.
 fn placed(
     job: &Job,
     walls: &[String],

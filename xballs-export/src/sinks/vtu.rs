@@ -413,7 +413,8 @@ impl Sink for Vtu<'_> {
     }
 
     fn finish(mut self: Box<Self>, outcome: &mut Outcome) -> Result<Vec<PathBuf>, ExportError> {
-        // Where surfaces stand for all particles there is nothing to list. Without particles in any frame the list says when there were none.
+        // Where surfaces stand for all particles there is nothing to list. Without particles in any frame the list holds the
+        // times without any.
         if self.choice.clumps != ClumpsAs::Surface || self.clumps.is_none() {
             self.write_empty()?;
         }

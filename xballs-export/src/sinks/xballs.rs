@@ -95,7 +95,7 @@ pub fn data_frame(
 /// How `.data` is written.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct XballsChoice {
-    /// 2 or 3; what the input says if not given.
+    /// 2 or 3; that of the input if not given.
     pub dimensions: Option<u8>,
     /// The last column.
     pub info: Info,

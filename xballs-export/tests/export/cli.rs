@@ -480,7 +480,7 @@ fn a_scene_can_read_the_particles_of_a_run() {
     );
 }
 
-/// The laws that are printed are placeholders: of a run of our own the lines say how to go on with what it had.
+/// The laws that are printed are placeholders: of a run of our own the lines describe how to go on with its own.
 #[test]
 fn lines_for_a_scene_name_the_other_way_from_a_run() {
     let place = folder_with_run();

@@ -119,7 +119,7 @@ impl Mesh {
                 minima.push(minimum);
             }
         }
-        // It is a minimum whatever round-off says; for a surface that acts on one side it shows on which side the centre is.
+        // It is a minimum whatever the round-off; for a surface that acts on one side it shows on which side the centre is.
         if let Some((nearest, facet, feature)) = nearest_of_all {
             *last = facet;
             let facet = &self.facet(facet as usize);

@@ -1,5 +1,5 @@
-//! From a scene to its plan, in stages, each of which is a value: the parts of the scene, the laws of its pairs, what their places say,
-//! the time step, and all of it as one plan. Problems of all stages are collected.
+//! From a scene to its plan, in stages, each of which is a value: the parts of the scene, the laws of its pairs, the checks of
+//! their places, the time step, and all of it as one plan. Problems of all stages are collected.
 
 mod assemble;
 mod laws;

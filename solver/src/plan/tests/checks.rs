@@ -668,7 +668,8 @@ fn rain(lines: &str) -> String {
     )
 }
 
-/// A quota rounds: half of a particle of 0.1 m weighs 1.90986 pi/6 1e-3 / 2 = 5e-4 kg; less than that is nothing, and it is said.
+/// A quota rounds: half of a particle of 0.1 m weighs 1.90986 pi/6 1e-3 / 2 = 5e-4 kg; less than that is nothing, and there is a
+/// warning.
 #[test]
 fn requests_that_bring_nothing_are_reported() {
     let about = |lines: &str| -> Vec<String> {

@@ -1,4 +1,4 @@
-//! Mesh walls: which go on for ever, and what is said of their triangles.
+//! Mesh walls: which go on for ever, and the warnings of their triangles.
 
 use super::super::passes;
 use super::*;

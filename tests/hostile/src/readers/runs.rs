@@ -120,7 +120,7 @@ fn resumed(bytes: &[u8], place: &Place) {
 }
 
 thread_local! {
-    /// The plan of the run with a later end, and what its scene says then.
+    /// The plan of the run with a later end, and the statement of its scene then.
     static LONGER: RefCell<Option<(Plan, BTreeMap<String, String>)>> = const { RefCell::new(None) };
 }
 
