@@ -29,7 +29,7 @@ pub enum TimeMode {
 /// Where a Gaussian in time is cut, in widths.
 pub const TIME_CUTOFF: f64 = 3.0;
 
-/// Since when displacements are counted.
+/// State from which displacements are counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Reference {
     /// The frame before.
@@ -64,15 +64,15 @@ impl Part {
 pub struct Analysis {
     /// Where and how.
     pub evaluator: Evaluator,
-    /// Which fields.
+    /// Fields to compute.
     pub fields: Vec<&'static Field>,
-    /// Of what.
+    /// Parts to sum separately.
     pub parts: Vec<Part>,
     /// How frames are put together.
     pub time: TimeMode,
     /// Whether means come with standard errors.
     pub errors: bool,
-    /// Since when displacements are counted.
+    /// State from which displacements are counted.
     pub reference: Reference,
     /// Whether the sums of MercuryCG's files are kept beside the fields.
     pub keep_sums: bool,
@@ -83,11 +83,11 @@ pub struct Analysis {
 /// The values of one component of a field at all points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
-    /// Which field.
+    /// Field of the column.
     pub field: &'static Field,
     /// In front of the name: the material.
     pub part: Option<String>,
-    /// Which component.
+    /// Component of the field.
     pub component: usize,
     /// Name in tables.
     pub name: String,
@@ -95,7 +95,8 @@ pub struct Column {
     pub values: Vec<f64>,
     /// Standard errors of the mean.
     pub errors: Option<Vec<f64>>,
-    /// Of a quotient, whether there is enough at each point to divide by: at least [`SPARSE`] of the most; empty of other fields.
+    /// Density of a quotient: whether there is enough at each point to divide by, at least [`SPARSE`] of the most; empty of other
+    /// fields.
     pub dense: Vec<bool>,
 }
 
@@ -184,7 +185,7 @@ impl Analysis {
     /// Computes the blocks of all states and gives each to `write` as soon as it is complete; returns the number of frames.
     ///
     /// # Errors
-    /// Those of the states and of `write`; blocks that are complete before are written. An error at the end of the states is
+    /// Errors of the states and of `write`; blocks that are complete before are written. An error at the end of the states is
     /// returned after the frames before it have been used.
     pub fn run(
         &self,

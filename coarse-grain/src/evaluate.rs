@@ -42,7 +42,7 @@ pub struct Evaluator {
     pub place: Place,
     /// The kernel.
     pub kernel: KernelChoice,
-    /// Of cylindrical coordinates.
+    /// Axis of cylindrical coordinates.
     pub axis: CylinderAxis,
     /// Faces of the domain at which particles and contacts are mirrored.
     pub mirrors: Mirrors,

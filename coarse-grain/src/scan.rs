@@ -16,7 +16,8 @@ use crate::output::{Format, chart, csv};
 /// returns the number of frames and what is wrong with the rest of them.
 ///
 /// # Errors
-/// Those of the input; when there is no frame, a path has another ending, a picture cannot show so much, or a file cannot be written.
+/// Errors of the input; when there is no frame, a path has another ending, a picture cannot show so much, or a file cannot be
+/// written.
 pub fn write<'a>(
     analysis: &Analysis,
     widths: &[f64],

@@ -39,7 +39,7 @@ pub struct Wanted {
     pub cutoff: Option<f64>,
     /// Error of line integrals on grids.
     pub tolerance: Option<f64>,
-    /// As MercuryCG does it.
+    /// Whether to compute as MercuryCG does.
     pub compat: bool,
     /// Faces that mirror.
     pub mirrors: Mirrors,
@@ -55,7 +55,7 @@ pub struct Wanted {
     pub time: Option<TimeMode>,
     /// Whether means have standard errors.
     pub errors: bool,
-    /// Since when displacements are counted.
+    /// State from which displacements are counted.
     pub reference: Reference,
     /// Whether the sums of MercuryCG's files are requested.
     pub stat: bool,

@@ -112,7 +112,7 @@ pub fn say(text: &str) -> Outcome {
 /// Prints the completions of a program for a shell.
 ///
 /// # Errors
-/// Those of [`say`].
+/// Errors of [`say`].
 pub fn say_completions<A: CommandFactory>(shell: Shell) -> Outcome {
     let mut command = A::command();
     let name = command.get_name().to_owned();

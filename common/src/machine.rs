@@ -11,7 +11,7 @@ use crate::readable::bytes;
 pub struct MachineMemory {
     /// In all, bytes: of the machine, or of the control group that the program was put into, if that is less.
     pub total: f64,
-    /// Of that, what is free now or easily freed, bytes.
+    /// Part of it that is free now or easily freed, bytes.
     pub free: f64,
 }
 

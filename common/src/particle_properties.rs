@@ -80,7 +80,7 @@ impl ParticleProperty {
         PARTICLE_PROPERTIES.iter().find(|known| known.name == name)
     }
 
-    /// Those that scenes and tables give.
+    /// Properties that scenes and tables give.
     pub fn given() -> impl Iterator<Item = &'static Self> {
         PARTICLE_PROPERTIES
             .iter()

@@ -34,7 +34,7 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// Of a message for people, whose advice stands in a line that begins with `help: `.
+    /// Problem in a message for people, whose advice stands in a line that begins with `help: `.
     #[must_use]
     pub fn of_text(text: &str) -> Self {
         let (message, help) = match text.split_once("\nhelp: ") {

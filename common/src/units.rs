@@ -31,7 +31,7 @@ macro_rules! dimensions {
             $(#[doc = concat!("Of ", $words, ": ", $units, ".")]
             pub const $name: Self = Self { powers: [$($power),*], in_degrees: false };)*
 
-            /// Those that have a name, with it and with units of theirs, the SI unit first.
+            /// Dimensions that have a name, with it and with units of theirs, the SI unit first.
             const NAMED: &'static [(Self, &'static str, &'static str)] = &[
                 $((Self::$name, $words, $units),)*
             ];
@@ -63,13 +63,13 @@ dimensions! {
 }
 
 impl Dimension {
-    /// Of a pure number, whose only unit is per cent.
+    /// Dimension of a pure number, whose only unit is per cent.
     pub const NUMBER: Self = Self {
         powers: [0; 5],
         in_degrees: false,
     };
 
-    /// Of an angle that is counted in degrees.
+    /// Dimension of an angle that is counted in degrees.
     pub const DEGREES: Self = Self {
         in_degrees: true,
         ..Self::ANGLE

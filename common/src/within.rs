@@ -12,7 +12,7 @@ use std::path::{Component, Path, PathBuf};
 /// A folder outside of which nothing is read or written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Within {
-    /// As it was named, from the root.
+    /// Folder as it was named, from the root.
     named: PathBuf,
     /// Without links.
     real: PathBuf,
@@ -21,10 +21,10 @@ pub struct Within {
 /// A name leads outside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Outside {
-    /// By its text.
+    /// The text of the name leads outside.
     #[error("leads out of the folder that --within names")]
     Name,
-    /// By a link.
+    /// A link leads outside.
     #[error("leads over a link out of the folder that --within names, or nowhere")]
     Link,
 }

@@ -60,7 +60,7 @@ impl Frame {
     }
 }
 
-/// Which principal moments are equal within their accuracy.
+/// Principal moments that are equal within their accuracy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Equal {
     /// All differ.
@@ -80,9 +80,9 @@ pub struct Alignment {
     pub frame: Frame,
     /// Principal moments per unit density in m5, ascending; equal ones are set to their mean.
     pub moments: DVec3,
-    /// Which are equal.
+    /// Moments that are equal.
     pub equal: Equal,
-    /// Which axes got their direction from a third moment; the others from the input's axes, or from being right-handed.
+    /// Axes whose direction follows from a third moment; the others follow from the input's axes, or from being right-handed.
     pub skewed: [bool; 3],
 }
 

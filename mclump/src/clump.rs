@@ -89,7 +89,7 @@ pub enum BuildError {
     /// A pebble is not a sphere.
     #[error("pebble {index}: {problem}")]
     BadPebble {
-        /// Which, counted from 1.
+        /// Index of the pebble, counted from 1.
         index: usize,
         /// Description of the problem.
         problem: String,

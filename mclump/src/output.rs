@@ -32,7 +32,7 @@ pub struct OutputFile {
 /// Why a file was not written.
 #[derive(Debug, Error)]
 pub enum OutputError {
-    /// It is there already.
+    /// The file is there already.
     #[error("{} is there already: add --force to replace it, or -o to write elsewhere", .0.display())]
     Exists(PathBuf),
     /// The folder is not there.

@@ -1,4 +1,4 @@
-//! Which lengths can be computed with.
+//! Lengths that can be computed with.
 //!
 //! Moments of inertia are fifth powers of lengths, and their squares are needed for the principal axes: a length of 1e30 m gives 1e300, near the
 //! end of double precision (1.8e308). Larger values would end as infinities, zeros and searches without end.

@@ -27,7 +27,7 @@ impl Stroke {
     }
 }
 
-/// Which part of a text stands at its spot.
+/// Part of a text that stands at its spot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Anchor {
     Start,

@@ -17,7 +17,7 @@ pub enum PictureError {
     /// An option has a value that cannot be drawn.
     #[error("the picture's {option} {problem}")]
     Option {
-        /// Which.
+        /// Name of the option.
         option: &'static str,
         /// Description of the problem, with the expected value.
         problem: String,

@@ -66,7 +66,7 @@ pub struct Grain {
     pub value: f64,
     /// Fixed and driven particles are drawn in a grey of their own.
     pub fixed: bool,
-    /// It is a part of a wall that is coloured by a value, and not counted as a particle.
+    /// Whether it is a part of a wall that is coloured by a value, and not counted as a particle.
     pub of_wall: bool,
 }
 

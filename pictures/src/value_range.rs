@@ -1,4 +1,4 @@
-//! Which values a colour bar covers.
+//! Range of values of a colour bar.
 
 use crate::colour_map::ColourMap;
 

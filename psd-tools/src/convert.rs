@@ -13,7 +13,7 @@ use crate::statistics::Unit;
 pub struct Form {
     /// Meaning of the values.
     pub kind: ValueKind,
-    /// Of what.
+    /// Quantity that is counted.
     pub weighting: Weighting,
     /// Meaning of the sizes.
     pub size: SizeKind,
@@ -21,7 +21,7 @@ pub struct Form {
     pub unit: Unit,
     /// In percent.
     pub percent: bool,
-    /// Into how many classes a law or sample is divided.
+    /// Number of classes into which a law or sample is divided.
     pub classes: usize,
 }
 

@@ -47,15 +47,15 @@ pub struct Residual {
     pub low: f64,
     /// Bounds of a class, m.
     pub high: f64,
-    /// Of a class: (observed - expected) over the binomial standard deviation. Of a single size: the distance of the cumulative
-    /// shares, sample less law, times the root of the number.
+    /// Residual of a class: (observed - expected) over the binomial standard deviation. Of a single size: the distance of the
+    /// cumulative shares, sample less law, times the root of the number.
     pub value: f64,
 }
 
 /// A fitted law.
 #[derive(Debug, Clone)]
 pub struct Fitted {
-    /// Which.
+    /// Family of the law.
     pub family: Family,
     /// Quantity that was measured.
     pub weighting: Weighting,

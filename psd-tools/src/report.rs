@@ -148,8 +148,8 @@ impl Check<'_> {
 
     /// Whether these are all sizes of a quota, or of several.
     ///
-    /// They come in random order: what came first is like a random sample. Of n that are whole the curve of the n_i sizes of each
-    /// keeps within 1/n_i of the target, so that of all N within n/N; and the mass of each misses its target by half of the
+    /// Sizes come in random order: the first ones are like a random sample. Of n that are whole the curve of the n_i sizes of
+    /// each keeps within 1/n_i of the target, so that of all N within n/N; and the mass of each misses its target by half of the
     /// largest particle at most, and by one more where a total by number is shared out by rounding.
     #[must_use]
     pub fn is_whole_quota(&self) -> bool {

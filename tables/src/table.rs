@@ -242,7 +242,7 @@ fn numbers(cells: &[String]) -> Option<Values> {
     numbers.map(Values::F64)
 }
 
-/// That the system refuses a file.
+/// Error of a file that the system refuses.
 pub(crate) fn unreadable(path: &Path, error: &std::io::Error) -> FormatError {
     FormatError::of_file(path, format!("the file cannot be read: {error}"))
 }

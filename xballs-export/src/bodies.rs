@@ -24,7 +24,7 @@ pub enum ClumpsAs {
 /// The bodies of one instant that are selected: by their centres of mass and their materials.
 #[derive(Debug)]
 pub(crate) struct Shown {
-    /// As a table.
+    /// Bodies as a table.
     pub(crate) table: Snapshot,
     /// Frame of the same bodies.
     pub(crate) frame: BodyFrame,
@@ -69,7 +69,7 @@ pub(crate) fn reader_for(
     }
 }
 
-/// That there is no table of bodies.
+/// Error of a missing table of bodies.
 pub(crate) fn missing(source: &Source, help: &str) -> ExportError {
     let why = ": the run has no clumps, or is of an earlier version";
     beside::missing(source, "bodies", why, help)

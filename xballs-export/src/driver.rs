@@ -17,7 +17,7 @@ use crate::{ExportError, Selection, Snapshot, Source, Table};
 pub struct Job {
     /// The input.
     pub source: Source,
-    /// Which frames, and which of their rows.
+    /// Frames and rows that are exported.
     pub selection: Selection,
     /// The folder for the files.
     pub output: Output,

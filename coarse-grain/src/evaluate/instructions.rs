@@ -16,7 +16,7 @@ pub(crate) struct Instructions(Kind);
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
-    /// Those that every processor of its kind has.
+    /// Instructions that every processor of its kind has.
     Common,
     /// Registers of four numbers.
     #[cfg(target_arch = "x86_64")]
@@ -24,7 +24,7 @@ enum Kind {
 }
 
 impl Instructions {
-    /// Those that every processor has.
+    /// Instructions that every processor has.
     #[cfg(test)]
     pub(crate) const COMMON: Self = Self(Kind::Common);
 

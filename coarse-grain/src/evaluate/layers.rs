@@ -69,7 +69,7 @@ struct Part<'a> {
 }
 
 impl<'a> Part<'a> {
-    /// So many rows of so many numbers from the front.
+    /// Splits off so many rows of so many numbers from the front.
     fn split_off(&mut self, rows: usize, width: usize) -> Part<'a> {
         let (values, rest) = std::mem::take(&mut self.values).split_at_mut(rows * width);
         self.values = rest;

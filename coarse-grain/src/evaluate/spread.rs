@@ -33,7 +33,7 @@ pub(crate) struct Layer {
     pub spread: Spread,
     /// Numbers per row.
     pub width: usize,
-    /// Of each number the axes whose mirroring turns its sign.
+    /// Axes whose mirroring turns the sign, of each number.
     pub parity: Vec<u8>,
     /// Rows of numbers.
     pub values: Vec<f64>,

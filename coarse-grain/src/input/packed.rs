@@ -26,7 +26,7 @@ fn buffered(reader: impl Read + Send + 'static) -> Box<dyn BufRead + Send> {
     Box::new(BufReader::with_capacity(BUFFER, reader))
 }
 
-/// Of programs that were built without these.
+/// Refuses the file in programs that were built without these.
 #[cfg(not(feature = "packed"))]
 fn unpacked(
     _: BufReader<File>,

@@ -141,7 +141,7 @@ pub fn refuse_widths(evaluator: &Evaluator, columns: usize) -> Result<(), CgErro
     Ok(())
 }
 
-/// Which frames a mean is of.
+/// Frames of a mean, in words.
 fn mean_of(block: &Block) -> String {
     format!(
         "Mean of {} frames, t = {} to {} s",

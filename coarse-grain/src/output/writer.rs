@@ -74,9 +74,9 @@ pub struct Writer {
 /// The file of a series of blocks.
 #[derive(Debug)]
 enum Growing {
-    /// It has its name from the beginning.
+    /// The file has its name from the beginning.
     Live(File),
-    /// It gets its name when it is complete.
+    /// The file gets its name when it is complete.
     Whole(WholeFile),
 }
 

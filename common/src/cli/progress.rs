@@ -141,7 +141,7 @@ impl<W: Write> Drop for Progress<W> {
     }
 }
 
-/// Of work that goes on as it has since its beginning, of which nothing was done.
+/// Progress line of work that goes on as it has since its beginning, of which nothing was done.
 fn line(share: f64, seconds: f64, text: &str, with_bar: bool) -> String {
     let done = share.clamp(0.0, 1.0);
     line_left(

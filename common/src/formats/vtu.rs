@@ -81,7 +81,7 @@ pub enum VtuPrecision {
 /// How blocks are stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum VtuCompression {
-    /// As they are.
+    /// Without compression.
     None,
     /// Deflate (zlib) at its fastest level where a sample of the block shrinks by a tenth, else stored inside zlib's frame:
     /// the digits of measured quantities hardly shrink, and trying costs more time than a disk does.
@@ -94,9 +94,9 @@ pub enum VtuCompression {
 /// How a grid is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct VtuOptions {
-    /// Of floating point numbers.
+    /// Precision of floating point numbers.
     pub precision: VtuPrecision,
-    /// Of blocks.
+    /// Compression of blocks.
     pub compression: VtuCompression,
     /// Compress blocks in the current rayon pool; else on the calling thread. The bytes are the same.
     pub parallel: bool,

@@ -20,7 +20,7 @@ pub trait ColumnVisitor {
         description: &str,
     );
 
-    /// As many columns of numbers as the file has.
+    /// Columns of numbers, as many as the file has.
     fn numbers(&mut self, lists: &mut Vec<Vec<f64>>, in_file: &[ColumnSpec]);
 }
 
@@ -229,7 +229,7 @@ impl Values for Vec<bool> {
     }
 }
 
-/// Also from a column that might miss values (other programs call all columns nullable) but misses none.
+/// Read also from a column that might miss values (other programs call all columns nullable) but misses none.
 impl Values for Vec<u32> {
     const KIND: ColumnKind = ColumnKind::U32;
 

@@ -17,7 +17,7 @@ pub struct HistoryColumn {
     pub description: String,
 }
 
-/// Which optional columns a file of contacts has; fixed for the file.
+/// Optional columns of a file of contacts; fixed for the file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ContactColumns {
     /// Couple on particle i beyond the lever arm of the force.

@@ -15,7 +15,7 @@ const ANGULAR_VELOCITY: [&str; 3] = ["wx", "wy", "wz"];
 const FORCE: [&str; 3] = ["fx", "fy", "fz"];
 const TORQUE: [&str; 3] = ["tx", "ty", "tz"];
 
-/// Which optional columns a file of particles has; fixed for the file.
+/// Optional columns of a file of particles; fixed for the file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ParticleColumns {
     /// The body that a sphere belongs to.

@@ -27,7 +27,7 @@ use crate::within::Within;
 /// Up to this many allowed keys are listed when one is not known.
 const SHORT_LIST: usize = 12;
 
-/// Which files a scene may name.
+/// Files that a scene may name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Files {
     /// A file that is missing is an error.
@@ -207,7 +207,7 @@ impl<'a> Fields<'a> {
         variant.map(|variant| variant.name)
     }
 
-    /// Of the keys that exclude each other the one that is given, if it is the only one.
+    /// The one key that is given, of those that exclude each other; none if there are more.
     pub(super) fn chosen(&self, choice: usize) -> Option<&'static str> {
         let mut given = self.keys?.choices[choice]
             .keys
@@ -393,8 +393,8 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// Of keys that exclude each other: reports when more than one is there, or, where one is
-    /// `needed`, none. True when exactly one is there.
+    /// Check of keys that exclude each other: reports when more than one is there, or, where one is `needed`, none. True when
+    /// exactly one is there.
     pub(super) fn exactly_one(&self, keys: &[&'static str], needed: bool) -> bool {
         let given: Vec<&str> = keys.iter().copied().filter(|key| self.has(key)).collect();
         match given.as_slice() {

@@ -20,9 +20,9 @@ pub struct Guard {
 pub enum GuardPolicy {
     /// The run stops.
     Strict,
-    /// It goes on; how often it happened, and the worst case, are reported at the end.
+    /// The run goes on; the number of cases, and the worst case, are reported at the end.
     Warn,
-    /// It goes on without a message.
+    /// The run goes on without a message.
     Off,
 }
 

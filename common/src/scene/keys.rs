@@ -35,12 +35,12 @@ pub enum Variants {
         text: &'static str,
         /// Variant that holds where the key is left out and that of the variant's name is there; none: the key must be given.
         absent: Option<&'static Variant>,
-        /// By its words.
+        /// Variants by their words.
         of: &'static [Variant],
     },
     /// On the first of these keys that is there.
     Key {
-        /// By their first keys.
+        /// Variants by their first keys.
         of: &'static [Variant],
         /// Whether exactly one of them must be there.
         alone: bool,
@@ -97,7 +97,7 @@ pub enum Kind {
     Keyword(&'static str),
     /// A number of mean diameters, as in `"1.5d"`.
     Diameters,
-    /// So many numbers of a unit and range.
+    /// A fixed count of numbers of a unit and range.
     Numbers(&'static str, usize, Range),
     /// Numbers with a unit each.
     Row(&'static [&'static str]),
@@ -136,7 +136,7 @@ pub enum Kind {
 /// Value where a key is left out.
 #[derive(Debug, Clone, Copy)]
 pub enum Absent {
-    /// It must be given.
+    /// The key must be given.
     Needed,
     /// This number.
     Number(f64),
@@ -152,7 +152,7 @@ pub enum Absent {
     EmptyTable,
     /// Description in words; empty where there is nothing to describe.
     Open(&'static str),
-    /// It must be given in the case that the text states, and means nothing in others.
+    /// The key must be given in the case that the text states, and means nothing in others.
     When(&'static str),
 }
 
@@ -309,12 +309,12 @@ impl SceneKey {
         self.absent(Absent::Word(word))
     }
 
-    /// It may be left out; `then` describes the value then.
+    /// Makes the key optional; `then` describes the value where it is left out.
     pub(super) const fn or_open(self, then: &'static str) -> Self {
         self.absent(Absent::Open(then))
     }
 
-    /// It must be given in a case, as "with ..." or "without ...".
+    /// Makes the key needed in a case, as "with ..." or "without ...".
     pub(super) const fn needed(self, case: &'static str) -> Self {
         self.absent(Absent::When(case))
     }
@@ -427,7 +427,7 @@ impl Kind {
         }
     }
 
-    /// Of alternatives the one that a value of the document is meant for.
+    /// The alternative that a value of the document is meant for.
     pub(super) fn pick(&'static self, node: &Node) -> &'static Self {
         let Self::OneOf(all) = self else {
             return self;

@@ -60,7 +60,7 @@ pub struct LawKeys {
 }
 
 impl LawKeys {
-    /// Of no law.
+    /// Keys of no law.
     pub const NONE: Self = Self {
         parts: &[],
         name: "none",
@@ -128,7 +128,7 @@ impl Key {
         }
     }
 
-    /// It may be left out; `then` describes the value then.
+    /// Makes the key optional; `then` describes the value where it is left out.
     #[must_use]
     pub const fn or_open(self, then: &'static str) -> Self {
         Self {
@@ -239,7 +239,7 @@ impl Range {
 /// Value where a key is left out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum KeyDefault {
-    /// It must be given, or is one of a choice.
+    /// The key must be given, or is one of a choice.
     Needed,
     /// This number.
     Number(f64),
@@ -256,7 +256,7 @@ pub enum Mixing {
     HarmonicMean,
     /// Both must have one value.
     Same,
-    /// By the law's own function, which the text describes.
+    /// Value by the law's own function, which the text describes.
     Derived(&'static str),
 }
 

@@ -61,7 +61,7 @@ pub enum ParticleSource {
     Table {
         /// Resolved against the folder of the scene.
         file: Located<PathBuf>,
-        /// Of rows without one.
+        /// Material of rows without one.
         material: Option<Located<MaterialIndex>>,
         /// Whether they never move; default false.
         fixed: bool,

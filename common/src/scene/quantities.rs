@@ -27,7 +27,7 @@ enum Scope {
 }
 
 impl Scope {
-    /// Of the value at a key of a table.
+    /// Scope of the value at a key of a table.
     fn at_key(&self, table: &Table, key: &str, laws: Option<&[&'static LawKeys]>) -> Option<Self> {
         let of_kind = |kind: &'static Kind| match kind {
             Kind::Law(part, _) => Self::Law(*part),
@@ -60,7 +60,7 @@ impl Scope {
         }
     }
 
-    /// Of an item of a list.
+    /// Scope of an item of a list.
     fn at_index(&self, index: usize) -> Option<Self> {
         let Self::Value(kind) = self else {
             return None;

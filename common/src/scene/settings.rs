@@ -27,7 +27,7 @@ pub struct Time {
 pub enum TimeStep {
     /// A fraction of the shortest contact.
     Auto,
-    /// As given, s.
+    /// Step as given, s.
     Seconds(f64),
 }
 
@@ -40,7 +40,7 @@ pub struct Domain {
     pub min: Located<DVec3>,
     /// Highest corner, m.
     pub max: Located<DVec3>,
-    /// Which of x, y, z are periodic; default none.
+    /// Periodic directions of x, y, z; default none.
     pub periodic: [bool; 3],
     /// Default 3.
     pub dimensions: Dimensions,
@@ -139,7 +139,7 @@ pub struct Conventions {
 /// Mass of a clump in the effective mass of its contacts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ClumpMass {
-    /// That of the whole body.
+    /// Mass of the whole body.
     Body,
     /// The mass that resists a push along the normal at the contact point: less than the body's where the push also turns it.
     ContactPoint,

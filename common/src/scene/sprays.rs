@@ -118,12 +118,12 @@ pub struct SprayDrag {
 /// Effect of walls on droplets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum AtWalls {
-    /// They are lost.
+    /// Droplets are lost.
     #[default]
     Lost,
     /// A wall with `film` keeps them; elsewhere they are lost.
     Film,
-    /// They bounce.
+    /// Droplets bounce.
     Bounce,
 }
 

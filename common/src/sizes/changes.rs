@@ -19,7 +19,7 @@ pub struct Effect {
     pub before: [f64; 3],
     /// These three diameters after the change.
     pub after: [f64; 3],
-    /// Into how many classes a law was divided, where it had to be.
+    /// Number of classes into which a law was divided, where it had to be.
     pub classes: Option<usize>,
 }
 

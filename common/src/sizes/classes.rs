@@ -71,7 +71,7 @@ impl ClassModel {
 /// Why classes make no distribution.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ClassProblem {
-    /// Not one more edge than shares, or no class.
+    /// The numbers of edges and shares do not match, or there is no class.
     #[error(
         "{edges} diameters bound no {shares} classes: one more diameter than shares is needed, and at least one class"
     )]

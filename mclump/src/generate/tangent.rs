@@ -13,7 +13,7 @@ use super::body::{Body, Face};
 use super::cover::Lattice;
 use super::{Limits, Tangent};
 
-/// So many of the largest tangent balls are also moved to a local maximum of the distance to the surface.
+/// Number of the largest tangent balls that are also moved to a local maximum of the distance to the surface.
 const CLIMBERS: usize = 16;
 
 /// Balls in order of their making: each adds, of all tangent balls, the most volume to those before.

@@ -48,7 +48,7 @@ impl fmt::Display for Route {
 /// Result of one route, for unit density.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
-    /// Which route.
+    /// Route to the mass properties.
     pub route: Route,
     /// Mass properties that it found.
     pub properties: MassProperties,

@@ -10,7 +10,7 @@ use super::tetrahedron;
 
 /// Point-triangle tests that are spent on finding which shell lies in which.
 const MOST_TESTS: usize = 200_000_000;
-/// Of more shells not even the boxes are compared: a broken surface may have as many as triangles.
+/// Number of shells beyond which not even the boxes are compared: a broken surface may have as many as triangles.
 const MOST_SHELLS: usize = 3000;
 const NONE: u32 = u32::MAX;
 

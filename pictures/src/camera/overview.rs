@@ -57,7 +57,7 @@ impl Default for Overview {
 }
 
 impl Overview {
-    /// Of one frame.
+    /// Overview of one frame.
     #[must_use]
     pub fn of(frame: &Frame, options: &Options) -> Self {
         let mut overview = Self::default();

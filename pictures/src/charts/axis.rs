@@ -7,7 +7,7 @@ use mercury_common::normal::normal_quantile;
 pub enum Scale {
     /// Evenly.
     Linear,
-    /// By their logarithm; zero and negative values have no place.
+    /// Scale by the logarithm; zero and negative values have no place.
     Log,
     /// Shares between 0 and 1 by the quantile of the normal distribution, labelled in per cent: a normal distribution is a straight
     /// line, over a logarithmic axis a log-normal one.

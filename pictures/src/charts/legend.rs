@@ -1,4 +1,4 @@
-//! Which series is which.
+//! Legend of a chart: the names of its series.
 
 use super::chart::{Chart, Legend, Shape};
 use super::elements::mark;

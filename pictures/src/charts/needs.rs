@@ -7,7 +7,7 @@ use super::ruler::Need;
 /// Points that have no place on a chart, by the reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Lost {
-    /// Not numbers, or infinite.
+    /// Values that are not numbers, or infinite.
     no_value: usize,
     /// Zero or negative on a logarithmic axis.
     no_logarithm: usize,

@@ -9,7 +9,7 @@ use crate::scale::{Unit, decimal_exponent, power_of_ten};
 
 /// Units that take prefixes; a quotient that begins with one of them too.
 const PREFIXABLE: [&str; 7] = ["s", "m", "J", "N", "Pa", "W", "Hz"];
-/// Of these, the units that are not used with kilo.
+/// Units that are not used with kilo.
 const NEVER_LARGER: [&str; 2] = ["s", "m"];
 /// Free space beyond the series, as a share of the axis.
 const ROOM: f64 = 0.04;
@@ -85,7 +85,8 @@ impl Span {
         share.is_finite().then_some(share)
     }
 
-    /// As [`Span::share`]; what lies infinitely far on the axis, as zero on a logarithmic one, is beyond its end.
+    /// Share of a value as by [`Span::share`]; a value infinitely far on the axis, as zero on a logarithmic one, is beyond its
+    /// end.
     pub(super) fn reach(&self, value: f64) -> Option<f64> {
         let beyond = match self.scale {
             Scale::Linear => None,

@@ -36,10 +36,10 @@ pub enum RunError {
     Sizes(#[from] SizeError),
 }
 
-/// Which particles of a run.
+/// Selection of particles of a run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Selection {
-    /// Those that were there at this time (s), the nearest frame; none: all that were ever inserted.
+    /// Time (s) of the particles, by the nearest frame; none: all that were ever inserted.
     pub at: Option<f64>,
     /// Only where all of these hold when they are looked at (all that were ever inserted: when they first appear).
     pub place: Vec<Condition>,

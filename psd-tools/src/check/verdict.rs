@@ -51,9 +51,9 @@ pub struct Verdict {
 impl Verdict {
     /// Judges a sample against its target.
     ///
-    /// By level: the smallest p of the tests is compared with the level over their number (Bonferroni), so that asking several
-    /// does not fail more good samples. Where none rejects but there are [`fewest`] particles or less, they prove nothing; but for
-    /// targets of one size, of which each particle is right or wrong.
+    /// Verdict by level: the smallest p of the tests is compared with the level over their number (Bonferroni), so that several
+    /// tests do not fail more good samples. Where none rejects but there are [`fewest`] particles or less, they prove nothing;
+    /// but for targets of one size, of which each particle is right or wrong.
     #[must_use]
     pub fn of(
         goodness: &Goodness,

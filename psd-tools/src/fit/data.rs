@@ -55,7 +55,7 @@ pub struct Data {
     weighting: Weighting,
     /// Mean and standard deviation of ln d.
     logs: [f64; 2],
-    /// Into how many classes single sizes were gathered.
+    /// Number of classes into which single sizes were gathered.
     gathered: Option<usize>,
 }
 
@@ -208,7 +208,7 @@ impl Data {
         }
     }
 
-    /// Into how many classes single sizes were gathered, as there are so many.
+    /// Number of classes into which single sizes were gathered, as there are so many.
     #[must_use]
     pub fn gathered(&self) -> Option<usize> {
         self.gathered

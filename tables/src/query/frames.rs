@@ -118,7 +118,7 @@ impl Frames {
         passing().unwrap_or(all)
     }
 
-    /// Of the conditions that must all hold, those that know nothing but time, step and number of a frame.
+    /// Part of the conditions that must all hold: those on time, step and number of a frame alone.
     fn about_frames(&self, condition: Expr) -> Option<Expr> {
         match condition {
             Expr::BinaryExpr {
@@ -299,7 +299,7 @@ fn series(name: &str, values: Column, labels: Option<&[String]>) -> Series {
     }
 }
 
-/// Which rows of a table of frames a query needs; all where there is no condition.
+/// Filter of the rows of a table of frames that a query needs; all where there is no condition.
 pub(super) struct Filter {
     table: Arc<Frames>,
     condition: Option<Expr>,

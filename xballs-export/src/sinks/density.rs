@@ -18,7 +18,7 @@ const LEAST: i32 = 6;
 pub(super) struct Digits(i32);
 
 impl Digits {
-    /// Of a frame. Programs write all columns alike, so the most that any number has is what the others have, too.
+    /// Digits of a frame. Programs write all columns alike, so the most that any number has is what the others have, too.
     pub(super) fn of(snapshot: &Snapshot) -> Self {
         let of = |name: &str| snapshot.numbers(name).map_or(MOST, most);
         Self(of("mass").max(of("radius")))

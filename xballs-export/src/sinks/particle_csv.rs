@@ -81,7 +81,7 @@ pub fn particle_tables(output: &Output) -> impl Sink + '_ {
 
 struct ParticleTables<S> {
     tables: S,
-    /// Of the last frame, all but the name of its table.
+    /// Scene of the last frame, all but the name of its table.
     scene: String,
 }
 

@@ -22,7 +22,7 @@ pub struct Stl<'a> {
     wear: Option<&'a WearReader>,
     /// Names of the walls that are meshes as parts of file names, by index.
     names: Vec<Option<String>>,
-    /// Of each wall how the scene placed its file.
+    /// Placement of each wall's file by the scene.
     placed: Vec<Placed>,
     files: Vec<PathBuf>,
     last: Option<f64>,
@@ -40,7 +40,7 @@ struct Placed {
 }
 
 impl Placed {
-    /// As the scene has it.
+    /// Placement of a file that lies as the scene has it.
     const SCENE: Self = Self {
         scale: 1.0,
         turn: None,

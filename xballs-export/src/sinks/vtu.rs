@@ -48,7 +48,7 @@ pub struct Vtu<'a> {
     clumps: Option<Series>,
     /// Times of the first and the last frame, s.
     span: Option<(f64, f64)>,
-    /// Of each step the number of its frame, and the ids that are selected if not all are.
+    /// Number of the frame of each step, and the ids that are selected if not all are.
     steps: HashMap<u64, (usize, Option<Vec<u32>>)>,
 }
 
@@ -346,7 +346,7 @@ impl<'a> Vtu<'a> {
         Ok(list.is_some())
     }
 
-    /// Which tables end before the frames do.
+    /// Warnings of tables that end before the frames do.
     fn cut(&self) -> Vec<String> {
         let last = self.span.map(|(_, last)| last);
         let cut = |table: &FrameReader, what, lost| beside::cut(table, what, lost, last);

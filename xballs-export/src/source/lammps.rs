@@ -176,7 +176,7 @@ struct Grains {
 }
 
 impl Grains {
-    /// As native frames name the columns.
+    /// Snapshot with the names of columns in native frames.
     fn snapshot(self, path: &Path, number: usize) -> Snapshot {
         let types = self.types.iter().copied().max().unwrap_or(0);
         let mut specs = Vec::new();

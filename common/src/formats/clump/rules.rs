@@ -12,7 +12,7 @@ use crate::readable::significant;
 const MASS_TOLERANCE: f64 = 1e-3;
 /// Largest deviation of the rotation's columns from unit length and right angles.
 const ROTATION_TOLERANCE: f64 = 1e-6;
-/// By how much (relative) the largest moment may exceed the sum of the others: round-off of a flat body.
+/// Relative excess of the largest moment over the sum of the others that counts as round-off of a flat body.
 const TRIANGLE_TOLERANCE: f64 = 1e-9;
 
 /// A value that cannot belong to a rigid body.

@@ -115,7 +115,7 @@ pub(crate) struct Arguments {
 pub(crate) enum Protrusion {
     /// So far, m.
     Length(f64),
-    /// As far as makes the volume of their union that of the surface.
+    /// Protrusion at which the volume of the union is that of the surface.
     Auto,
 }
 

@@ -186,7 +186,7 @@ pub(crate) struct ConvertArguments {
     #[arg(long)]
     pub(crate) percent: bool,
 
-    /// Into how many classes a law or list is divided
+    /// Number of classes into which a law or list is divided
     #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub(crate) classes: u32,
 
@@ -449,7 +449,7 @@ fn words<T: Copy + Send + Sync>(
 #[derive(Debug, Clone)]
 pub(crate) struct Conditions {
     pub(crate) all: Vec<Condition>,
-    /// As typed.
+    /// Conditions as typed.
     pub(crate) text: String,
 }
 

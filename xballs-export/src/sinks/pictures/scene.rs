@@ -156,7 +156,7 @@ impl<'a> Scenery<'a> {
         self.without_contacts = 0;
     }
 
-    /// That contacts were written at other times than some of the frames drawn.
+    /// Note that contacts were written at other times than some of the frames drawn.
     pub(super) fn note(&self) -> Option<String> {
         let table = self.contacts?.frames();
         (self.without_contacts > 0 && table.damage().is_none()).then(|| {
@@ -166,7 +166,7 @@ impl<'a> Scenery<'a> {
         })
     }
 
-    /// Which of the tables end before the time `last` (s).
+    /// Warnings of tables that end before the time `last` (s).
     pub(super) fn cut(&self, last: Option<f64>) -> Vec<String> {
         let contacts = self.contacts.and_then(|table| {
             let lost = "later pictures are without them";

@@ -272,7 +272,7 @@ impl<R: BufRead> Iterator for Frames<R> {
 struct Places {
     id: Option<usize>,
     kind: Option<usize>,
-    /// And the factor to the radius.
+    /// Column of the radius, and the factor to it.
     radius: (usize, f64),
     position: [usize; 3],
     /// Positions from 0 to 1 within the box.
