@@ -73,7 +73,7 @@ pub struct TaskProgress {
 }
 
 impl TaskProgress {
-    /// Of a run that this flag stops.
+    /// Progress of a run that this flag stops.
     #[must_use]
     pub fn new(stop: Arc<AtomicBool>) -> Self {
         Self {

@@ -158,7 +158,7 @@ pub struct Outcome {
     pub what: &'static str,
     /// Results of the case.
     pub found: Found,
-    /// By the clock, s.
+    /// Time by the clock, s.
     pub seconds: f64,
 }
 

@@ -19,7 +19,7 @@ use mercury_engine::state::{MaterialIndex, volume};
 use mercury_engine::walls::{Component, Mesh, Motion, Shape, Side, SphereShell};
 use mercury_solver::plan::Draft;
 
-/// Of the beads, m.
+/// Radius of the beads, m.
 const BEAD: f64 = 5e-3;
 const DENSITY: f64 = 2500.0;
 const GRAVITY: f64 = 9.81;
@@ -45,7 +45,7 @@ pub struct Groove {
     pub beads: Beads,
     /// Radius of a bead over that of the grain.
     pub ratio: f64,
-    /// Of all contacts.
+    /// Law of all contacts.
     pub law: AnyPairLaw,
     /// Time step, s.
     pub step: f64,

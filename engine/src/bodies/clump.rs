@@ -34,7 +34,7 @@ pub enum ClumpError {
     /// Mass, volume, a moment or a radius is not above 0.
     #[error("{what} must be a number above 0, got {value}")]
     NotPositive {
-        /// Which.
+        /// Name of the quantity.
         what: &'static str,
         /// Value that was given.
         value: f64,

@@ -18,7 +18,7 @@ use crate::walls::WallNow;
 /// Why an insertion did not insert more in the last step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Limit {
-    /// It has not begun.
+    /// The insertion has not begun.
     #[default]
     NotBegun,
     /// Its rate does not allow more yet.

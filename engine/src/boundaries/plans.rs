@@ -79,7 +79,7 @@ pub enum Rate {
 pub struct DeletionPlan {
     /// Unique among deletions.
     pub name: String,
-    /// By particle centre.
+    /// Region; a particle is in it by its centre.
     pub region: Region,
 }
 
@@ -88,7 +88,7 @@ pub struct DeletionPlan {
 pub struct CountedRegion {
     /// Unique among counted regions.
     pub name: String,
-    /// By centres.
+    /// Region; particles are counted by their centres.
     pub region: Region,
     /// Volume of its part within the domain, m^3; per metre of depth in two dimensions. Above 0.
     pub volume: f64,

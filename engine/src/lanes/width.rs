@@ -43,7 +43,7 @@ impl Width {
         all.filter_map(Self::of).collect()
     }
 
-    /// That of so many lanes, if this processor can.
+    /// Width of so many lanes, if this processor can.
     #[must_use]
     pub fn of(lanes: usize) -> Option<Self> {
         match lanes {

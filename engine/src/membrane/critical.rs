@@ -10,9 +10,9 @@ use super::topology::NONE;
 /// Upper bounds of the eigenvalues of a sheet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rates {
-    /// Of stiffness over mass, 1/s^2: omega^2.
+    /// Rate of stiffness over mass, 1/s^2: omega^2.
     pub stiffness: f64,
-    /// Of damping over mass, 1/s: 2 z omega.
+    /// Rate of damping over mass, 1/s: 2 z omega.
     pub damping: f64,
 }
 

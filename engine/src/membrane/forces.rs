@@ -28,7 +28,8 @@ const CHUNK: usize = 1024;
 /// Memory of the passes; nothing in it outlives an evaluation but the areas.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Workspace {
-    /// Of each triangle normal times area, m^2, as of the last evaluation, and behind it, of sheets with hinges, the inverse of the area, 1/m^2.
+    /// Normal times area of each triangle, m^2, as of the last evaluation, and behind it, of sheets with hinges, the inverse of
+    /// the area, 1/m^2.
     faces: Vec<Quad>,
     /// Positions of the vertices, m.
     places: Vec<Quad>,
@@ -76,9 +77,9 @@ impl Workspace {
 /// Results of an evaluation beside the forces: the loss of the dashpots, and the stretch of the edges.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Powers {
-    /// Of dashpots along edges, W.
+    /// Power of dashpots along edges, W.
     pub edges: f64,
-    /// Of dashpots of hinges, W.
+    /// Power of dashpots of hinges, W.
     pub hinges: f64,
     /// Least and largest length of an edge over its length without force; not numbers where a vertex has no place.
     pub stretches: [f64; 2],
@@ -117,7 +118,7 @@ pub struct Evaluation<'a> {
     pub positions: &'a [DVec3],
     /// In m/s.
     pub velocities: &'a [DVec3],
-    /// Of [`Sheet::dashpots`].
+    /// Coefficients of [`Sheet::dashpots`].
     pub dashpots: &'a [f64],
     /// Pressure on the back of the triangles, Pa: it pushes along the normals.
     pub pressure: f64,
@@ -506,11 +507,11 @@ struct Pulls<'a> {
     ends: &'a [[u32; 2]],
     /// Where they are among the sides of the triangles, as [`one_of`] has it.
     sides_of: &'a [[u32; 2]],
-    /// Of springs: stiffness times length without force, N.
+    /// Stiffness of springs times length without force, N.
     pull: &'a [f64],
     /// Over the length without force, 1/m.
     inverse: &'a [f64],
-    /// Of the hinges, which are the first of the edges: Ke e0^2/(A1 + A2), N m.
+    /// Factors of the hinges, which are the first of the edges: Ke e0^2/(A1 + A2), N m.
     factor: &'a [f64],
     half_sine: &'a [f64],
     is_continuum: bool,
@@ -526,7 +527,7 @@ struct Pulls<'a> {
     moments: &'a mut [f64],
     /// The first edge of those that are done now.
     begin: usize,
-    /// By edges and by hinges, W.
+    /// Lost power by edges and by hinges, W.
     lost: [Columns; 2],
     least: Columns,
     largest: Columns,
@@ -582,7 +583,7 @@ impl InLanes for Hinges<'_, '_> {
 }
 
 impl Pulls<'_> {
-    /// Of the edges from `at` on behind the first of these: tensions. Returns their branches, lengths and the inverse of these.
+    /// Tensions of the edges from `at` on behind the first of these. Returns their branches, lengths and the inverse of these.
     #[inline(always)]
     fn stretch<L: Real>(&mut self, at: usize) -> (Vector<L>, L, L) {
         let range = self.begin + at..self.begin + at + L::LANES;

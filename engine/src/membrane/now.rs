@@ -36,7 +36,7 @@ pub struct MembranePlan {
 pub struct HoldPlan {
     /// Name as in the scene.
     pub name: String,
-    /// Which.
+    /// Vertices that are held.
     pub vertices: Vec<u32>,
     /// How they move.
     pub ramp: HoldCourse,
@@ -51,14 +51,14 @@ pub struct HoldPlan {
 pub enum HoldCourse {
     /// With these components of the velocity, m/s; those without one are free.
     Velocity([Option<f64>; 3]),
-    /// As a rigid body.
+    /// Motion of a rigid body.
     Motion(Box<Motion>),
     /// With the wall of this index.
     Wall(usize),
 }
 
 impl HoldCourse {
-    /// Which components are held.
+    /// Components that are held.
     fn axes(&self) -> [bool; 3] {
         match self {
             Self::Velocity(components) => components.map(|component| component.is_some()),
@@ -83,7 +83,7 @@ pub struct HoldLoad {
     pub force: DVec3,
     /// Its torque about the origin, N m.
     pub torque: DVec3,
-    /// Of the hold on the sheet, W.
+    /// Power of the hold on the sheet, W.
     pub power: f64,
 }
 
@@ -138,7 +138,7 @@ pub struct MembraneNow {
     /// Where a held vertex is in the frame of its hold, m.
     place: Vec<DVec3>,
     is_active: Vec<bool>,
-    /// Of the last evaluation, Pa.
+    /// Pressure of the last evaluation, Pa.
     pub pressure: f64,
     /// Works since the start.
     pub works: Works,
@@ -149,7 +149,7 @@ pub struct MembraneNow {
     /// Holds on walls that began farther from the wall than an edge is long.
     pub gaps: Vec<Gap>,
     dashpots: Vec<f64>,
-    /// Of the vertices that each wall holds, by the number of the wall.
+    /// Borders of the vertices that each wall holds, by the number of the wall.
     borders: Vec<(usize, Border)>,
     powers: Powers,
     workspace: Workspace,
@@ -172,7 +172,7 @@ pub struct SavedMembrane {
     pub hold_loads: Vec<HoldLoad>,
     /// Steps beyond the limits of the guard.
     pub faults: u64,
-    /// As of [`MembraneNow`].
+    /// Gaps of [`MembraneNow`].
     pub gaps: Vec<Gap>,
 }
 
@@ -190,7 +190,7 @@ crate::state::plain!(SavedMembrane {
 /// When an evaluation or a motion happens, and what it depends on.
 #[derive(Debug, Clone, Copy)]
 pub struct Moment<'a> {
-    /// Of the positions at the end, s.
+    /// Time of the positions at the end, s.
     pub time: f64,
     /// Time step, s.
     pub dt: f64,
@@ -595,7 +595,7 @@ impl MembraneNow {
         }
     }
 
-    /// As saved; the surface is restored already.
+    /// Restores the saved state; the surface is restored already.
     ///
     /// # Errors
     /// If it was another sheet.

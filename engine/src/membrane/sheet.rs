@@ -109,7 +109,7 @@ pub(super) struct RestTriangle {
     pub lengths: [f64; 3],
 }
 
-/// Of all edges at rest what each step reads.
+/// Values of all edges at rest that each step reads.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct RestEdges {
     /// Stiffness times length without force, N.
@@ -118,7 +118,7 @@ pub(super) struct RestEdges {
     pub inverse: Vec<f64>,
 }
 
-/// Of all hinges at rest what each step reads, as [`RestHinge`] has it.
+/// Values of all hinges at rest that each step reads, as in [`RestHinge`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct RestHinges {
     /// N m
@@ -173,9 +173,9 @@ pub struct Sheet {
     pub(super) hinges: Vec<RestHinge>,
     pub(super) triangles: Vec<RestTriangle>,
     masses: Vec<f64>,
-    /// Of all edges, component by component.
+    /// Values of all edges, component by component.
     pub(super) rest: RestEdges,
-    /// Of all hinges, component by component.
+    /// Values of all hinges, component by component.
     pub(super) bends: RestHinges,
     /// Ends of all edges.
     pub(super) ends: Vec<[u32; 2]>,
@@ -183,7 +183,7 @@ pub struct Sheet {
     gathers: Gathers,
     /// The edges of each triangle, from its first, second and third corner on.
     pub(super) edges_of: Vec<[u32; 3]>,
-    /// Of which triangles and which of their sides each edge is: four times the triangle, plus the side. On a rim the second triangle is one
+    /// Triangles and sides that each edge belongs to: four times the triangle, plus the side. On a rim the second triangle is one
     /// behind the last.
     pub(super) sides_of: Vec<[u32; 2]>,
 }

@@ -93,7 +93,7 @@ struct Class {
 
 /// The quantities on which the cost depends.
 struct Classes {
-    /// By size, ascending; each holds a particle.
+    /// Classes by size, ascending; each holds a particle.
     classes: Vec<Class>,
     /// Extent of the particles' centres, m.
     extent: DVec3,

@@ -28,7 +28,7 @@ pub enum InputError {
     /// A number that cannot be computed with.
     #[error("{what} must be {expected}, got {found}")]
     Number {
-        /// Which.
+        /// Name of the number.
         what: String,
         /// Range of permitted values.
         expected: &'static str,
@@ -65,7 +65,7 @@ pub struct Inputs {
     pub time_step: f64,
     /// Steps to make.
     pub steps: u64,
-    /// Also ends when the particles are at rest.
+    /// Whether the run also ends when the particles are at rest.
     pub until_at_rest: bool,
     /// The periodic box at the start.
     pub cell: Cell,

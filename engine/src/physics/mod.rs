@@ -21,9 +21,9 @@ use crate::forces::SavedSlots;
 /// Contacts that continue from other runs, by rows in the order of the ids of the start.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Carried {
-    /// Those of pairs.
+    /// Histories of pairs.
     pub pairs: SavedSlots,
-    /// Those with walls.
+    /// Histories of contacts with walls.
     pub near_walls: SavedSlots,
 }
 

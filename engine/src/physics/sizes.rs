@@ -21,7 +21,7 @@ pub struct Sizes {
 }
 
 impl Sizes {
-    /// Of all particles, of the start and of insertions; `densities` of all materials, kg/m^3.
+    /// Sizes of all particles, of the start and of insertions; `densities` of all materials, kg/m^3.
     #[must_use]
     pub fn of(
         densities: &[f64],

@@ -52,11 +52,11 @@ pub struct Watched {
     pub triangle_loads: bool,
     /// Whether sums of them over time are read for frames, and for the files for ParaView.
     pub load_sums: [bool; 2],
-    /// Which particles are followed.
+    /// Particles that are followed.
     pub tracking: Tracking,
 }
 
-/// Which particles and bodies are followed. Track 1 is the first of the particles; those of insertions come behind.
+/// Particles and bodies that are followed. Track 1 is the first of the particles; those of insertions come behind.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Tracking {
     /// Particles and bodies of the start, by id.

@@ -92,7 +92,7 @@ pub struct SprayBalance {
     pub emitted: Sum,
     /// Caught by particles.
     pub absorbed: Sum,
-    /// Into films of walls.
+    /// Volume into films of walls.
     pub to_walls: Sum,
     /// Lost at walls.
     pub lost: Sum,

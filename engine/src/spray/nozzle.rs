@@ -28,7 +28,7 @@ pub struct NozzlePlan {
     pub restitution: f64,
     /// Whether particles get the momentum of what they catch.
     pub momentum: bool,
-    /// And its mass.
+    /// Whether particles get the mass of what they catch.
     pub mass: bool,
     /// Most droplets in flight.
     pub max_droplets: u64,

@@ -130,7 +130,7 @@ impl Plain for Columns {
 /// Values of a property at the start that are not the default.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StartValues {
-    /// Of what.
+    /// Property of the values.
     pub property: &'static ParticleProperty,
     /// Number of the particle, in the order of the start, and value, SI.
     pub particles: Vec<(usize, f64)>,
@@ -211,7 +211,7 @@ mod tests {
     use crate::state::{Material, MaterialIndex, NewParticle};
 
     proptest! {
-        /// Of an amount the sum is kept to round-off, and no share is negative; of other numbers each row has the value.
+        /// Sums of an amount are kept to round-off, and no share is negative; of other numbers each row has the value.
         #[test]
         fn values_of_a_grain_of_several_rows(
             radii in prop::collection::vec(1e-4..1e-2_f64, 1..20),

@@ -104,7 +104,7 @@ macro_rules! number {
                 Self(number)
             }
 
-            /// As files and columns hold it.
+            /// The id as a number, as files and columns hold it.
             #[inline]
             #[must_use]
             pub const fn number(self) -> $number {

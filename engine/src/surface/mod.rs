@@ -146,7 +146,7 @@ impl Surface {
         }
     }
 
-    /// By how much the present forces and `gravity` (m/s^2) change the velocity of a vertex in `time` (s), m/s.
+    /// Change of the velocity of a vertex by the present forces and `gravity` (m/s^2) in `time` (s), m/s.
     #[inline]
     #[must_use]
     pub fn kick(&self, vertex: usize, time: f64, gravity: DVec3) -> DVec3 {

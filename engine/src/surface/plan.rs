@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::state::MaterialIndex;
 
-/// Which faces of a sheet touch particles.
+/// Faces of a sheet that touch particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Faces {
     /// Both.
@@ -24,7 +24,7 @@ pub struct SurfacePlan {
     /// Thickness, m. Particles touch the triangles themselves, which are the middle of the sheet; vertices touch walls as spheres of half
     /// the thickness.
     pub thickness: f64,
-    /// Which faces touch particles.
+    /// Faces that touch particles.
     pub faces: Faces,
     /// Whether its vertices touch walls.
     pub touches_walls: bool,

@@ -33,7 +33,7 @@ pub struct WallFilms {
 /// A place that holds liquid: the wall, and the triangle.
 pub type WallPlace = (usize, usize);
 
-/// Which of the films of a shape holds the liquid at a feature: of an edge or a corner of a mesh that of the first of its triangles.
+/// Film of a shape that holds the liquid at a feature: of an edge or a corner of a mesh that of the first of its triangles.
 #[must_use]
 pub fn film_at(shape: &Shape, feature: u32) -> Option<usize> {
     let Shape::Mesh(mesh) = shape else {
@@ -45,7 +45,7 @@ pub fn film_at(shape: &Shape, feature: u32) -> Option<usize> {
 }
 
 impl WallFilms {
-    /// As they are at the start.
+    /// Films at the start.
     #[must_use]
     pub fn start(plan: &[Option<WallFilmPlan>]) -> Self {
         let film = |plan: &WallFilmPlan| WallFilm {

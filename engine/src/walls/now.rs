@@ -23,7 +23,7 @@ pub struct WallNow {
     /// How far each of its servos has come, in the order of the motions.
     pub servos: Vec<ServoState>,
     shape: Shape,
-    /// By which images it is met.
+    /// Images that meet the wall.
     met_by: MetBy,
     /// Whole periods that were taken off its way, m: now, and when the candidate list was built.
     taken_off: [DVec3; 2],
@@ -102,7 +102,7 @@ impl WallNow {
         self.wears
     }
 
-    /// It borrows the shape of a sheet of this `thickness` (m) from now on.
+    /// Borrows the shape of a sheet of this `thickness` (m) from now on.
     pub fn set_surface(&mut self, number: u16, thickness: f64) {
         self.surface = Some(number);
         self.half_thickness = 0.5 * thickness;

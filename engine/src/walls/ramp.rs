@@ -143,7 +143,7 @@ impl Ramp {
 pub enum Area {
     /// This one, m^2.
     Given(f64),
-    /// That of the wall, of planes the part within the domain that no other plane cuts off (`walls/section.rs`).
+    /// Area of the wall, of planes the part within the domain that no other plane cuts off (`walls/section.rs`).
     OfWall,
 }
 

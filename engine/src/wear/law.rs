@@ -15,7 +15,7 @@ pub struct WearPlan {
     pub acceleration: f64,
     /// Whether the surface follows.
     pub moves: bool,
-    /// It follows when a vertex would move by more than this part of its shortest edge.
+    /// Part of its shortest edge by which a vertex may be due to move before the surface follows.
     pub step: f64,
     /// Part of its volume that a vertex shares with its neighbours at each move.
     pub smoothing: f64,

@@ -25,7 +25,7 @@ use crate::walls::WallNow;
 pub struct Wear {
     /// The walls that wear, in the order of the plan.
     pub walls: Vec<Worn>,
-    /// Of each wall of the plan its place in `walls`, if it wears.
+    /// Place in `walls` of each wall of the plan, if it wears.
     place_of: Vec<Option<usize>>,
     /// Contacts of the last evaluation; kept for its memory.
     rubs: Vec<Rub>,

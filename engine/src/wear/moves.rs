@@ -11,7 +11,7 @@ use crate::walls::{Mesh, Scratch};
 const MOST_TURNED: f64 = 0.5;
 /// A triangle keeps at least this part of its first area.
 const LEAST_AREA: f64 = 0.01;
-/// And this many times the height below which a mesh takes triangles for lines.
+/// Least height of a triangle, over the height below which a mesh takes triangles for lines.
 const LEAST_HEIGHTS: f64 = 4.0;
 /// Share of the space along a periodic axis that is used.
 const ROOM_USED: f64 = 0.9;

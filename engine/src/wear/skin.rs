@@ -13,7 +13,7 @@ use crate::walls::Mesh;
 pub(super) struct Skin {
     /// Places of the corners, m.
     pub(super) first: Vec<DVec3>,
-    /// Of each corner.
+    /// Node of each corner.
     pub(super) node_of: Vec<u32>,
     /// Corners of the file in the order of their first appearance.
     pub(super) vertices: Vec<u32>,
@@ -178,7 +178,7 @@ impl Skin {
     }
 }
 
-/// Of each corner the one that stands for all that move like it.
+/// Leader of each corner: the one that stands for all that move like it.
 fn leaders(mesh: &Mesh, places: &[DVec3]) -> Vec<u32> {
     let mut leader: Vec<u32> = (0..places.len() as u32).collect();
     fn find(leader: &mut [u32], mut corner: u32) -> u32 {

@@ -14,7 +14,8 @@ use crate::walls::Mesh;
 pub struct Worn {
     pub(super) plan: WearPlan,
     pub(super) skin: Skin,
-    /// Of the nodes from their first places, m: apart from the coordinates, so that none is lost to round-off far from the origin.
+    /// Displacements of the nodes from their first places, m: apart from the coordinates, so that none is lost to round-off far
+    /// from the origin.
     pub(super) displacement: Vec<DVec3>,
     /// Volume that each node owes and has not placed, m^3.
     pub(super) waiting: Vec<f64>,
@@ -49,7 +50,7 @@ pub struct Worn {
     pub(super) limits: Vec<f64>,
     /// A node has reached its limit.
     pub(super) is_due: bool,
-    /// Of each triangle how near others came when that was looked at last (m), plus twice `travelled` then.
+    /// Distance of others from each triangle when that was looked at last (m), plus twice `travelled` then.
     pub(super) clear: Vec<f64>,
     /// How far nodes have moved in all moves together, at most, and in the last one, m.
     pub(super) travelled: f64,
@@ -72,7 +73,7 @@ pub struct WornThrough {
 /// A worn wall in numbers: a row of `.wear.csv`. Volumes in m^3.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct WearRow {
-    /// By the law, of all contacts.
+    /// Volume by the law, of all contacts.
     pub owed: f64,
     /// Signed volume between the first surface and the present one, positive on the side that owes more.
     pub removed: f64,
@@ -82,7 +83,7 @@ pub struct WearRow {
     pub front: f64,
     /// Owed by contacts on the other side.
     pub back: f64,
-    /// Of the deepest vertex, m.
+    /// Depth of the deepest vertex, m.
     pub max_depth: f64,
     /// Its first place, own frame, m.
     pub place: DVec3,
@@ -155,7 +156,8 @@ impl Worn {
         worn
     }
 
-    /// By what part of its limit a volume (m^3) that one contact wears at once moves a vertex, at most: at the vertex with the lowest limit.
+    /// Largest part of its limit by which a volume (m^3) that one contact wears at once moves a vertex: at the vertex with the
+    /// lowest limit.
     #[must_use]
     pub fn part_of_step(&self, volume: f64) -> f64 {
         let least = self.limits.iter().copied().fold(f64::INFINITY, f64::min);

@@ -114,9 +114,9 @@ pub(crate) struct Stated<'a> {
 /// The outcome of a run.
 #[derive(Debug)]
 pub(crate) enum Ran {
-    /// It was made, at least until it was stopped.
+    /// The run was made, at least until it was stopped.
     Now(Box<Report>),
-    /// It was to be resumed, but had already reached its end.
+    /// The run was to be resumed, but had already reached its end.
     Before {
         /// Where it lies.
         folder: PathBuf,

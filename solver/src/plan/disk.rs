@@ -58,7 +58,7 @@ pub struct Disk {
 }
 
 impl Disk {
-    /// Of the run of a plan.
+    /// Space for the run of a plan.
     #[must_use]
     pub fn of(plan: &Plan) -> Self {
         let (physics, files) = (plan.physics(), plan.outputs().files());

@@ -57,7 +57,7 @@ impl Outputs {
 /// Output files, and the times at which they are written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutputPlan {
-    /// Which files are written, with what has nothing to write switched off. `plan.frames` is `plan.switches.frames`.
+    /// Files that are written; those that would stay empty are switched off. `plan.frames` is `plan.switches.frames`.
     pub switches: Switches,
     /// Time between frames, s.
     pub interval: f64,
@@ -98,7 +98,7 @@ impl OutputPlan {
         singles.chain(insertions).cloned().collect()
     }
 
-    /// Which particles an engine has to follow for it.
+    /// Particles that an engine has to follow for it.
     #[must_use]
     pub fn tracking(&self) -> Tracking {
         Tracking {

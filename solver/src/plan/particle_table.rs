@@ -18,7 +18,7 @@ pub(super) struct Table<'a> {
     /// Row in [`Scene::particles`].
     pub entry: usize,
     pub file: &'a Located<PathBuf>,
-    /// Of rows without one.
+    /// Material of rows without one.
     pub material: Option<&'a Located<MaterialIndex>>,
     pub fixed: bool,
     /// Length of one unit of its lengths, m.

@@ -31,9 +31,9 @@ pub(super) struct Typed {
 /// The particles of the start, the place of each, and the ids of the tracked ones.
 #[derive(Default)]
 pub(super) struct StartingParticles {
-    /// By id.
+    /// Particles by id.
     pub particles: Vec<NewParticle>,
-    /// By id.
+    /// Sources by id.
     pub typed: Vec<Typed>,
     /// Bodies, in the order of their ids, which follow those of the particles.
     pub bodies: Vec<NewBody>,

@@ -179,7 +179,7 @@ impl Schema {
     }
 }
 
-/// So many of an item.
+/// List of so many of an item.
 fn list(item: Value, count: usize) -> Value {
     json!({ "type": "array", "items": item, "minItems": count, "maxItems": count })
 }

@@ -30,7 +30,7 @@ pub(super) struct Grains {
     /// s
     pub(super) time: f64,
     pub(super) step: u64,
-    /// Of all numbers that were taken.
+    /// Checksum of all numbers that were taken.
     pub(super) checksum: u32,
     /// Particles, in the order of their ids there, with the properties that are not the default.
     pub(super) particles: Vec<(NewParticle, Vec<PropertyValue>)>,
@@ -98,7 +98,7 @@ pub(super) struct Frames {
 }
 
 impl Frames {
-    /// Of the run in a folder; `None` if it has no native frames.
+    /// Frames of the run in a folder; `None` if it has no native frames.
     pub(super) fn nearest(folder: &Located<PathBuf>, at: f64) -> Result<Option<Self>, SceneError> {
         let is_native = |path: &PathBuf| path.to_string_lossy().ends_with(FRAMES);
         let Some(path) = particles_in(&folder.value).ok().filter(is_native) else {

@@ -1,4 +1,4 @@
-//! Which materials occur in a scene, how large their particles are, and which can meet.
+//! Materials that occur in a scene, the sizes of their particles, and the pairs that can meet.
 
 use mercury_common::scene::Scene;
 

@@ -118,7 +118,7 @@ impl Ahead {
 const LATE: f64 = 0.99;
 
 impl Workload {
-    /// Of a plan.
+    /// Workload of a plan.
     #[must_use]
     pub fn of(plan: &Plan) -> Self {
         let physics = plan.physics();

@@ -51,7 +51,7 @@ pub enum CheckpointError {
     /// There are checkpoints, and none of them is whole.
     #[error("no checkpoint can be used:\n  {}\nhelp: begin anew with --force", .0.join("\n  "))]
     AllDamaged(Vec<String>),
-    /// It is of another scene.
+    /// The checkpoint is of another scene.
     #[error(
         "{}: the checkpoint is of another scene:\n  {}\nhelp: only {} may change before a run goes on; begin anew with --force, or write elsewhere with --output DIR; another scene starts from a state of this run with [[particles]] run = \"FOLDER\", at = TIME",
         path.display(), lines.join("\n  "), MAY_CHANGE.join(", ")
@@ -62,7 +62,7 @@ pub enum CheckpointError {
         /// Differences, a line each.
         lines: Vec<String>,
     },
-    /// It is behind the end of the run.
+    /// The checkpoint is behind the end of the run.
     #[error(
         "{}: the checkpoint is at t = {} s, behind time.end = {} s\nhelp: raise time.end, or begin anew with --force; another run starts from a state in between with [[particles]] run = \"FOLDER\", at = TIME",
         path.display(), rounded(*time, 12), rounded(*end, 12)
@@ -70,9 +70,9 @@ pub enum CheckpointError {
     BehindEnd {
         /// The file.
         path: PathBuf,
-        /// Of the checkpoint, s.
+        /// Time of the checkpoint, s.
         time: f64,
-        /// Of the plan, s.
+        /// End of the plan, s.
         end: f64,
     },
 }
@@ -98,7 +98,7 @@ mercury_engine::state::plain!(Known {
 pub struct Checkpoint {
     /// The file.
     pub path: PathBuf,
-    /// Of which run.
+    /// Identity of its run.
     pub head: Head,
     pub(super) known: Known,
     /// The state of the engine.

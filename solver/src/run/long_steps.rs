@@ -22,7 +22,7 @@ pub(super) struct LongStep {
     pub(super) expected: u64,
 }
 
-/// Those of a plan, by their steps. An insertion at a rate places few at a time, whatever its total.
+/// Long steps of a plan. An insertion at a rate places few at a time, whatever its total.
 pub(super) fn long_steps(plan: &Plan) -> Vec<LongStep> {
     let physics = plan.physics();
     let densities: Vec<f64> = (physics.materials.iter())

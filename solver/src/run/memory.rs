@@ -75,7 +75,7 @@ const LEAST_EACH: f64 = 1e3;
 /// refused before they are made; inserted particles are left to [`check_fit`]. Without `machine` there is no limit.
 ///
 /// # Errors
-/// Those of [`plan`](crate::plan::plan), and of [`check_fit`].
+/// Errors of [`plan`](crate::plan::plan), and of [`check_fit`].
 pub fn plan_within(
     scene: &Scene,
     machine: Option<MachineMemory>,

@@ -92,7 +92,7 @@ pub struct RunOptions {
 /// When a run writes checkpoints; in addition it writes one when it is stopped, and where the plan requests one.
 #[derive(Debug, Clone, Default)]
 pub struct Checkpoints {
-    /// By the clock.
+    /// Interval by the clock.
     pub every: Option<Duration>,
     /// At the end, for a later run that starts from there.
     pub at_end: bool,
@@ -285,7 +285,7 @@ pub struct Run {
     resumed_at: Option<u64>,
     /// The time of the last checkpoint, or of the start.
     last_checkpoint: Instant,
-    /// Which of the two files is written next.
+    /// Number of the file, of two, that is written next.
     next_file: usize,
     /// Their number, and the time that the steps had to wait for them.
     checkpoints_made: (u32, Duration),
@@ -297,9 +297,9 @@ pub struct Run {
     /// The cost of the steps, and the planned grains: for the remaining time.
     cost: Cost,
     workload: Workload,
-    /// Of a run that has come to its end: the checkpoint from which it can continue.
+    /// Checkpoint from which a run that has come to its end can continue.
     at_end: Option<(ToWrite, Vec<OutputFile>)>,
-    /// Of the time loop, without output.
+    /// Time of the time loop, without output.
     stepping: Duration,
     particle_steps: u64,
     /// When `observe` was called.
@@ -310,13 +310,13 @@ pub struct Run {
 /// Why a run is over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ending {
-    /// It came to its end in time.
+    /// The run came to its end in time.
     Planned,
     /// Nothing moves any more.
     AtRest,
     /// A wall is worn to its `until_depth`.
     Worn,
-    /// It was stopped before.
+    /// The run was stopped before.
     Stopped(StopReason),
 }
 

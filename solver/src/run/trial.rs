@@ -64,7 +64,7 @@ pub struct Trial {
     pub threads: usize,
     /// The run may end before its time, at rest.
     pub until_at_rest: bool,
-    /// It was ended before its time.
+    /// Whether the trial was ended before its time.
     pub is_cut_short: bool,
 }
 

@@ -280,7 +280,7 @@ fn named(
     Ok(found)
 }
 
-/// As much of the end of each key as distinguishes it from the others.
+/// Ends of the keys, as long as they must be to distinguish the keys.
 fn short_names(keys: &[String]) -> Vec<String> {
     let parts = |key: &String| -> Vec<String> {
         key.split(['.', '[', ']'])

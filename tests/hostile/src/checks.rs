@@ -70,7 +70,7 @@ impl Stopwatch {
         }
     }
 
-    /// Since the start.
+    /// Time since the start.
     #[must_use]
     pub fn elapsed(&self) -> Duration {
         match (self.computed, computed()) {

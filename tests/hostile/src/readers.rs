@@ -24,7 +24,7 @@ pub type Wrap = fn(&mut Random, Vec<u8>) -> Vec<u8>;
 /// A reader.
 #[derive(Debug, Clone, Copy)]
 pub struct Reader {
-    /// As in `tests/corpus/NAME` and the targets of cargo-fuzz.
+    /// Name in `tests/corpus/NAME` and in the targets of cargo-fuzz.
     pub name: &'static str,
     /// Make of its files.
     pub make: Make,

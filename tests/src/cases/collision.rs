@@ -43,7 +43,7 @@ pub(super) struct HeadOn {
 }
 
 impl HeadOn {
-    /// Of two equal spheres under a normal law.
+    /// Collision of two equal spheres under a normal law.
     pub(super) fn equal(
         normal: AnyNormal,
         radius: f64,
@@ -60,7 +60,7 @@ impl HeadOn {
         }
     }
 
-    /// Of a sphere with a wall.
+    /// Collision of a sphere with a wall.
     pub(super) fn on_wall(self) -> Self {
         Self {
             masses: [self.masses[0], f64::INFINITY],

@@ -28,7 +28,7 @@ pub(crate) struct Impact {
     /// Young's modulus, Pa, and Poisson's ratio of the partner.
     pub(crate) partner: (f64, f64),
     pub(crate) friction: f64,
-    /// As measured after the impact: where tension is cut off the damping is that which gives it.
+    /// Restitution as measured after the impact: where tension is cut off the damping is that which gives it.
     pub(crate) restitution: f64,
     pub(crate) cut_tension: bool,
     /// Onto the wall, along it, m/s, and spin, rad/s.

@@ -147,7 +147,7 @@ struct BallOnSheet {
     rim: f64,
 }
 
-/// It is computed once for all that is measured of it.
+/// The result is computed once for all that is measured of it.
 fn ball_on_a_sheet() -> &'static BallOnSheet {
     static RESULT: OnceLock<BallOnSheet> = OnceLock::new();
     RESULT.get_or_init(ball_at_rest)

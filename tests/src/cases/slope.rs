@@ -36,13 +36,13 @@ pub(super) fn cases() -> Vec<Case> {
 /// The inputs of a sphere on a plane.
 #[derive(Clone, Copy)]
 pub(super) struct OnPlane {
-    /// Of sliding.
+    /// Coefficient of sliding friction.
     pub(super) friction: f64,
     /// Slope, degrees.
     pub(super) angle: f64,
     pub(super) rolling: f64,
     pub(super) torsion: f64,
-    /// Of rolling and torsion, over R*.
+    /// Lever of rolling and torsion, over R*.
     pub(super) lever: f64,
     /// Damping of the sliding and rolling springs, relative to critical damping. The more of it, the sooner they settle; the
     /// less, the more sharply sliding ends: a sliding spring begins to hold when k u < γ |du/dt|.

@@ -448,7 +448,7 @@ fn overlap() -> f64 {
     (0.75 * weight() / (effective_modulus() * RADIUS.sqrt())).powf(2.0 / 3.0)
 }
 
-/// By how much Mindlin's spring is stretched before it slides, m.
+/// Stretch of Mindlin's spring before it slides, m.
 fn first_stretch() -> f64 {
     let shear_modulus = 1e7 / (2.0 * (1.0 + 0.3)) / (2.0 * (2.0 - 0.3));
     let stiffness = 8.0 * shear_modulus * (RADIUS * overlap()).sqrt();

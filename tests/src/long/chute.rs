@@ -38,7 +38,7 @@ struct Row {
     normal_error: f64,
     /// Along the slope, Pa.
     shear: f64,
-    /// Of what is above, into the slope, Pa.
+    /// Weight of the layers above, into the slope, Pa.
     weight: f64,
 }
 

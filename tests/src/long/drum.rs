@@ -26,7 +26,7 @@ pub(super) const QUARTERS: [&str; 4] = ["+x +z", "-x +z", "-x -z", "+x -z"];
 pub(super) struct Counts {
     /// s.
     pub(super) time: f64,
-    /// By quarter ([`QUARTERS`]) and material (small, large).
+    /// Numbers by quarter ([`QUARTERS`]) and material (small, large).
     pub(super) number: [[u64; 2]; 4],
 }
 

@@ -29,7 +29,7 @@ const CORE: [f64; 3] = [0.018, 0.02, 0.045];
 struct Hopper {
     checks: Vec<Outcome>,
     size: (u64, u64),
-    /// Of the two materials: time (s), and mass that has passed (kg).
+    /// Discharge of the two materials: time (s), and mass that has passed (kg).
     passed: [Vec<[f64; 2]>; 2],
     /// Time, and D[3,2] of what passed since the row before, m; both materials.
     sizes: Vec<[f64; 2]>,

@@ -315,7 +315,7 @@ fn stacked(published: &Published) -> Result<Vec<Case>> {
 
 /// DEM04: radius (m), density (kg/m³), speed (m/s).
 const SLIDER: [f64; 3] = [0.0005, 1e4, 0.1];
-/// Of the contact with the floor, N/m; not stated. Stiff: the overlap at rest is 1e-5 radii.
+/// Stiffness of the contact with the floor, N/m; not stated. Stiff: the overlap at rest is 1e-5 radii.
 const FLOOR: f64 = 1e4;
 
 /// 1/200 of a contact, s.

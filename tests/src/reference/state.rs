@@ -88,7 +88,7 @@ impl Particle {
     }
 }
 
-/// Which axes are periodic, and with what period.
+/// Periodic axes, with their periods.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct PeriodicBox {
     /// Lower corner \[m\].
@@ -120,7 +120,7 @@ impl PeriodicBox {
     }
 }
 
-/// Which particles touch. The first partner is always A of the contact laws, the second B.
+/// Partners of a contact. The first partner is always A of the contact laws, the second B.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ContactKey {
     /// Two particles, the lower index first.

@@ -61,7 +61,7 @@ impl Stage {
         Ok(Self { engine })
     }
 
-    /// So many steps on, completed, energies of contacts and loads of walls noted.
+    /// Makes so many steps, and completes them, with energies of contacts and loads of walls noted.
     pub(super) fn go(&mut self, steps: u64) -> Result<(), RunError> {
         self.engine.steps_at_once(steps, Some(Watch::default()))?;
         self.engine.complete_step()

@@ -33,7 +33,7 @@ struct Bridge {
 struct Bond<L> {
     /// 1 once the two have touched.
     formed: L,
-    /// Since then, s.
+    /// Time since then, s.
     age: L,
 }
 

@@ -20,7 +20,7 @@ const RADIUS: f64 = 0.05;
 const DENSITY: f64 = 2500.0;
 const STIFFNESS: f64 = 1e3;
 const GRAVITY: f64 = 1.0;
-/// Of the table, rad/s.
+/// Angular velocity of the table, rad/s.
 const SPIN: f64 = 0.1;
 
 /// Resistance to sliding, rolling and torsion, each with a coefficient of `friction`.
@@ -194,7 +194,7 @@ fn torsion_spins_up_a_ball_as_fast_as_its_limit_says() {
     }
 }
 
-/// Of the walls below, rad/s, about an axis through their reference point.
+/// Angular velocity of the walls below, rad/s, about an axis through their reference point.
 const TURN: DVec3 = dvec3(3.0, -2.0, 5.0);
 
 /// Three balls, some spinning, that come to a wall which turns about `origin`.

@@ -22,7 +22,7 @@ pub(super) struct Facet {
     pub skew: f32,
 }
 
-/// Which part of a triangle is nearest.
+/// Part of a triangle that is nearest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum FacetPart {
     Face,

@@ -24,7 +24,7 @@ pub(super) struct Leaf {
     /// Origin of the corners, m.
     origin: DVec3,
     corners: [[Lanes; 3]; 3],
-    /// Of the corners' planes.
+    /// Normals of the corners' planes.
     normals: [Lanes; 3],
     patches: [Membership; LANES],
     /// Largest coordinate of a corner, m.
@@ -72,7 +72,7 @@ fn put(lanes: &mut [Lanes; 3], k: usize, x: Vec3) {
 }
 
 impl Leaf {
-    /// Of at least one facet.
+    /// Leaf of at least one facet.
     pub(super) fn new(facets: &[Facet]) -> Self {
         let corners = || facets.iter().flat_map(|facet| facet.corners);
         let low = corners().fold(DVec3::INFINITY, DVec3::min);

@@ -68,7 +68,7 @@ pub struct Mesh {
     /// The facets by the leaves of the tree.
     leaves: Vec<Leaf>,
     extent: Extent,
-    /// Of a triangle, m^2.
+    /// Mean area of a triangle, m^2.
     mean_area: f64,
     /// How far corners have moved in all changes together, at most, m.
     travelled: f64,
@@ -121,7 +121,7 @@ struct Extent {
 }
 
 impl Extent {
-    /// Of those vertices that count.
+    /// Extent of those vertices that count.
     fn of(vertices: &[DVec3], counts: impl Fn(u32) -> bool) -> Self {
         let numbered = || (0u32..).zip(vertices);
         let all = || numbered().filter(|(k, _)| counts(*k)).map(|(_, &x)| x);
@@ -242,7 +242,7 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// Of these triangles, each with its place in the file. Also returns the number that each vertex has now; `u32::MAX` for
+    /// Mesh of these triangles, each with its place in the file. Also returns the number that each vertex has now; `u32::MAX` for
     /// those that no triangle uses.
     fn assembled(
         vertices: Vec<DVec3>,

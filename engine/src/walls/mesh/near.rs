@@ -40,7 +40,7 @@ pub(super) struct Pack {
     facets: [u32; PACK],
     /// Patch and side, if the sphere cannot change sides within the skin.
     groups: [u32; PACK],
-    /// Of the nearest one, m; rounded down.
+    /// Distance of the nearest one, m; rounded down.
     distance: f32,
 }
 
@@ -257,7 +257,7 @@ struct List {
     nearest: u32,
     /// How far the corners of the mesh had moved in all when the list was made, m.
     travelled: f64,
-    /// By how much its facets were behind the corners then, m.
+    /// Distance by which its facets were behind the corners then, m.
     late: f64,
 }
 

@@ -134,7 +134,7 @@ impl Continuation {
 struct Parts {
     vertices: Vec<DVec3>,
     triangles: Vec<(u32, [u32; 3])>,
-    /// Of each corner: the one of the file, and how far it is from there, m.
+    /// Origin of each corner: the one of the file, and how far it is from there, m.
     origins: Vec<(u32, DVec3)>,
     /// Corners at the upper face of a period with those that are the same at the lower one, and the axis.
     seams: Vec<(u32, u32, usize)>,

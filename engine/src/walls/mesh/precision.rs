@@ -33,7 +33,7 @@ enum Cause {
 }
 
 impl Precision {
-    /// Of triangles whose corners come to stand at `placed` (m) by `place`, a similarity.
+    /// Precision of triangles whose corners come to stand at `placed` (m) by `place`, a similarity.
     pub(super) fn of(
         triangles: &TriangleMesh,
         placed: &[DVec3],

@@ -80,7 +80,7 @@ impl Node {
         (self.low.map(least), self.high.map(most))
     }
 
-    /// Which children's boxes a ball reaches.
+    /// Children whose boxes a ball reaches.
     #[inline]
     fn near(&self, ball: &Ball) -> [bool; WIDE] {
         let mut squares = [0.0f32; WIDE];

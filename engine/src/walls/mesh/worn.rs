@@ -25,7 +25,7 @@ pub struct Base {
 pub struct TurnedPair {
     /// Place in the file of the one with more such neighbours, where those without area are not counted.
     pub triangle: u32,
-    /// Of the other one.
+    /// Number of the other one.
     pub neighbour: u32,
     /// How many pairs of the mesh are so.
     pub pairs: usize,

@@ -93,7 +93,7 @@ impl Parts {
     }
 }
 
-/// Of the materials, kg/m^3.
+/// Densities of the materials, kg/m^3.
 pub(super) fn densities(scene: &Scene) -> Vec<f64> {
     scene
         .materials

@@ -253,7 +253,7 @@ fn states(place: &Place, name: &str, needs: Needs) {
     }
 }
 
-/// As `mercury-cg --points` does.
+/// Reads points as `mercury-cg --points` does.
 fn points(bytes: &[u8], place: &Place) {
     let wanted = Wanted {
         width: Some(Width::Metres(0.1)),
@@ -263,7 +263,7 @@ fn points(bytes: &[u8], place: &Place) {
     said(wanted.analysis(&[], &State::default(), Vec::new()));
 }
 
-/// As `mercury-cg` does, on a small grid.
+/// Computes fields as `mercury-cg` does, on a small grid.
 fn fields(path: &Path) {
     let wanted = Wanted {
         grid: Some(Cells(vec![3, 3, 3])),
