@@ -26,7 +26,7 @@ pub enum CgError {
     /// A picture could not be made.
     #[error(transparent)]
     Picture(#[from] PictureError),
-    /// A table of a format that the library does not know could not be written.
+    /// A table of a format that the library does not have could not be written.
     #[error(transparent)]
     Table(Box<dyn std::error::Error + Send + Sync>),
     /// The operating system refused.

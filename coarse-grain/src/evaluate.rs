@@ -1,7 +1,7 @@
 //! From a state to sums at points.
 //!
-//! [`Evaluator`] knows where and with which kernel; it takes plain lists ([`State`]) and nothing of files, so that a program that has
-//! particles in memory gets the same fields from the same code.
+//! [`Evaluator`] holds the points and the kernel; it takes plain lists ([`State`]) and nothing of files, so that a program that
+//! has particles in memory gets the same fields from the same code.
 
 mod gather;
 mod grid;
@@ -76,7 +76,7 @@ impl Evaluator {
 
     /// The sums of a layout over the flowing particles (of one material, if one is given) and their contacts.
     ///
-    /// Contacts that the state does not know add nothing.
+    /// Contacts that are not in the state add nothing.
     #[must_use]
     pub fn sums(&self, state: &State, layout: &Layout, material: Option<u32>) -> Sums {
         self.sums_with(state, layout, material, &mut Scratch::default())

@@ -1,6 +1,6 @@
 //! The fields: names, units, definitions, and how each is computed from sums.
 //!
-//! This table is the only place that knows them: help, documentation, tables and pictures follow from it.
+//! This table is the only list of them: help, documentation, tables and pictures follow from it.
 
 mod compute;
 

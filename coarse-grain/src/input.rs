@@ -161,7 +161,7 @@ impl Source {
         run_files::prefix(self.path())
     }
 
-    /// Names of materials by index, as far as the input knows any.
+    /// Names of materials by index, as far as the input has any.
     #[must_use]
     pub fn materials(&self) -> &[String] {
         match self {

@@ -465,7 +465,7 @@ impl Wanted {
                     names.join(", ")
                 };
                 return Err(CgError::Input(format!(
-                    "--material: there is no material {wanted}; the input knows {known}"
+                    "--material: there is no material {wanted}; the input has {known}"
                 )));
             };
             let part = Part {

@@ -29,7 +29,7 @@ pub enum ColourMap {
 }
 
 impl ColourMap {
-    /// The names that [`ColourMap::from_str`] knows.
+    /// The names that [`ColourMap::from_str`] takes.
     pub const NAMES: [(&'static str, Self); 9] = [
         ("viridis", Self::Viridis),
         ("magma", Self::Magma),

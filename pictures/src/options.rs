@@ -174,7 +174,7 @@ impl View {
     pub const ISO: Self = Self::new(45.0, 35.264_389_682_754_654);
     /// The default: nearly from the front, so that x stays long, yet a box shows three of its faces.
     pub const OBLIQUE: Self = Self::new(24.0, 20.0);
-    /// The names that [`View::from_str`] knows.
+    /// The names that [`View::from_str`] takes.
     pub const NAMES: [(&'static str, Self); 9] = [
         ("front", Self::FRONT),
         ("back", Self::BACK),

@@ -92,7 +92,7 @@ impl Table {
         self.columns.first().map_or(0, |column| column.values.len())
     }
 
-    /// The values of a column as a type: `f64` takes every number, whole or not, whole types what fits, `Option<u32>` knows
+    /// The values of a column as a type: `f64` takes every number, whole or not, whole types what fits, `Option<u32>` has
     /// missing values. A column of a text file is converted to the requested type.
     ///
     /// # Errors

@@ -220,7 +220,7 @@ fn succession(arguments: &Arguments, analysis: &Analysis) -> Succession {
     }
 }
 
-/// Prints the notes on the input that the user has to know.
+/// Prints the notes on the input.
 fn warn(source: &Source, empty: bool, damage: Option<CgError>, frames: usize) {
     let say = |text: String| {
         // A closed standard error is not an error here.

@@ -201,7 +201,7 @@ impl Scene {
     }
 }
 
-/// Reads a scene file with the `KEY=VALUE` of the command line put on top, in their order; for programs that know nothing of
+/// Reads a scene file with the `KEY=VALUE` of the command line put on top, in their order; for programs without
 /// contact laws: the tables of laws are taken as they stand.
 ///
 /// # Errors

@@ -11,7 +11,7 @@
 //! ```
 //!
 //! Their columns are [`Bodies`](crate::state::Bodies). Why columns of their own? A scene without clumps has none of them ([`Particles::bodies`](crate::state::Particles) is
-//! `None`), and its passes over particles know nothing of bodies.
+//! `None`), and its passes over particles have no code of bodies.
 //!
 //! A body takes as many ids as it has pebbles. The first is the id of the body and of its first pebble.
 

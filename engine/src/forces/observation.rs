@@ -156,7 +156,7 @@ pub struct Observation {
     pub wall_contacts: u64,
     /// Energy stored in the contacts, J; bonds by adhesion count negative.
     pub elastic_energy: f64,
-    /// Audited steps: dissipated in this step as bonds form and break, J; nothing of it is viscous.
+    /// Audited steps: dissipated in this step as bonds form and break, J; none of it is viscous.
     pub dissipated_by_bonds: f64,
     /// Audited steps: the elastic energy by the springs that store it.
     pub stored: SpringEnergy,

@@ -45,7 +45,7 @@ pub(super) struct Margins {
     pub(super) bottom: f64,
 }
 
-/// A chart whose axes know their ends.
+/// A chart whose axes have known ends.
 pub(super) struct Panel<'a> {
     outline: Outline<'a>,
     looks: Vec<Look>,

@@ -1,4 +1,4 @@
-//! The number of grains of a run over time, as far as its plan knows, and the remaining work.
+//! The number of grains of a run over time, as far as its plan determines it, and the remaining work.
 //!
 //! A run's work is counted in particle-steps, the sum of the grains over all steps. Grains that leave are not foreseen, and
 //! neither is when an insertion whose region is full finds space again: it is given as a range, from never to at once.
@@ -97,7 +97,7 @@ pub struct Here<'a> {
     pub brought: &'a [(u64, bool)],
 }
 
-/// The remaining work of a run, lower and upper bound. Equal where the plan knows.
+/// The remaining work of a run, lower and upper bound. Equal where the plan determines it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ahead {
     /// Particle-steps.

@@ -32,7 +32,7 @@ const DROPLET: f64 = 0.3;
 /// Findings of a trial.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Trial {
-    /// The wall-clock time of the run, lower and upper bound as far as the plan knows the insertions, s.
+    /// The wall-clock time of the run, lower and upper bound as far as the plan determines the insertions, s.
     pub seconds: [f64; 2],
     /// From the beginning of the trial to its first step: the first insertion, lists and forces, s.
     pub starting: f64,

@@ -25,7 +25,7 @@ const OF_FRAMES: [(&str, DataType); 3] = [
     ("step", DataType::UInt64),
     ("frame", DataType::UInt64),
 ];
-/// The number of a row among all that are read; no query sees it.
+/// The number of a row among all that are read; it is in no query.
 const ROW: &str = "row of all frames";
 
 /// Frames that are read when a query needs them.

@@ -40,7 +40,7 @@ pub struct Reader {
     pub size: fn(&[u8]) -> u64,
     /// Last change of a mutated file: compression, for example.
     pub wrap: Option<Wrap>,
-    /// Mutations that know the format.
+    /// Mutations by the format.
     pub own: Option<Own>,
 }
 

@@ -1,4 +1,4 @@
-//! Single collisions that theory knows: unequal partners, deep starts, grazes.
+//! Single collisions with a theory: unequal partners, deep starts, grazes.
 
 use std::f64::consts::PI;
 

@@ -1,4 +1,4 @@
-//! Adhesion: what acts beyond contact, and is remembered there. The laws are this file's own; the plan knows none.
+//! Adhesion: forces beyond contact, with memory there. The laws are this file's own; the plan has none.
 
 use std::collections::HashMap;
 use std::sync::Arc;
