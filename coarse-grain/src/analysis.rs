@@ -111,7 +111,7 @@ pub struct Block {
     pub time: f64,
     /// Times of the first and last frame in it, s.
     pub span: (f64, f64),
-    /// How many frames are in it.
+    /// Number of frames in it.
     pub frames: usize,
     /// Where the particles of the last frame live.
     pub space: Space,

@@ -233,7 +233,8 @@ impl Evaluator {
         found
     }
 
-    /// How many images, itself among them, a particle has at most in the mean: as many as the kernel sees through periodic faces and mirrors.
+    /// Largest mean number of images of a particle, itself among them: as many as the kernel sees through periodic faces and
+    /// mirrors.
     #[must_use]
     pub fn images_of_each(&self, space: &Space) -> f64 {
         let mut space = self.turned_space(space);

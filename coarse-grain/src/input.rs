@@ -75,7 +75,7 @@ impl Skipped {
         });
     }
 
-    /// How many there were, and the times of the first.
+    /// Number of skipped frames, and the times of the first.
     #[must_use]
     pub fn found(&self) -> (usize, Option<String>) {
         let found = self.0.lock().unwrap_or_else(PoisonError::into_inner);
@@ -190,7 +190,7 @@ impl Source {
         }
     }
 
-    /// How many frames were left out so far for want of contacts of their time, and the times of the first.
+    /// Number of frames that were left out so far because there are no contacts of their time, and the times of the first.
     #[must_use]
     pub fn skipped(&self) -> (usize, Option<String>) {
         match self {

@@ -64,7 +64,7 @@ pub struct Scan {
     pub from: Width,
     /// The largest.
     pub to: Width,
-    /// How many, ends included.
+    /// Number of widths, ends included.
     pub count: usize,
 }
 

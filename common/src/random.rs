@@ -64,7 +64,7 @@ impl Stream {
         }
     }
 
-    /// How many 64-bit words have been drawn: all that must be stored to go on later.
+    /// Number of 64-bit words that have been drawn: all that must be stored to go on later.
     #[must_use]
     pub fn position(&self) -> u64 {
         self.position

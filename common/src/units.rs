@@ -141,7 +141,7 @@ fn words_of(powers: [i32; 5]) -> &'static str {
     }
 }
 
-/// How many SI units a unit has: `num / den`, times powers of ten and of pi.
+/// SI units in a unit: `num / den`, times powers of ten and of pi.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Scale {
     powers: [i32; 5],
@@ -288,7 +288,7 @@ impl Quantity {
     }
 }
 
-/// How many bytes a number takes at the start of a text: sign, digits with a point, an exponent.
+/// Bytes of a number at the start of a text: sign, digits with a point, an exponent.
 fn number_length(text: &str) -> usize {
     let bytes = text.as_bytes();
     let sign = |at: usize| usize::from(matches!(bytes.get(at), Some(b'+' | b'-')));

@@ -109,9 +109,9 @@ pub enum BuildError {
         spans(pebbles_box)
     )]
     Apart {
-        /// How many lie outside.
+        /// Number of pebbles that lie outside.
         outside: usize,
-        /// How many there are.
+        /// Number of pebbles.
         pebbles: usize,
         /// The first that lies outside, counted from 1.
         first: usize,

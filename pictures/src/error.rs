@@ -44,9 +44,9 @@ pub enum PictureError {
     /// A film without pictures, or other than the number announced.
     #[error("the film has {got} pictures, expected {expected}")]
     Number {
-        /// How many there are.
+        /// Number of values.
         got: usize,
-        /// How many there should be.
+        /// Expected number of values.
         expected: String,
     },
 }

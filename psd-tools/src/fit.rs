@@ -61,7 +61,7 @@ pub struct Fitted {
     pub weighting: Weighting,
     /// The parameters, in the order of the scene's keys.
     pub parameters: Vec<Parameter>,
-    /// How many particles the likelihood counts.
+    /// Number of particles in the likelihood.
     pub number: f64,
     /// The logarithm of the likelihood, without the constant that depends on the data alone.
     pub log_likelihood: f64,
@@ -71,7 +71,7 @@ pub struct Fitted {
     pub bic: f64,
     /// A^2 for single sizes, the deviance for classes: how far the data are from the law.
     pub distance: f64,
-    /// How often data drawn from the fitted law, and fitted again, are farther; `None` if it was not requested.
+    /// Share of data drawn from the fitted law, and fitted again, that are farther; `None` if it was not requested.
     pub p: Option<f64>,
     /// Class by class or size by size.
     pub residuals: Vec<Residual>,

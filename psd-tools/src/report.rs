@@ -31,7 +31,7 @@ pub struct Check<'a> {
     pub level: f64,
     /// Mass present and mass set by the scene, kg.
     pub masses: Option<[f64; 2]>,
-    /// How many quotas the sizes come by; 0: at random, some or all.
+    /// Number of quotas that the sizes come by; 0: at random, some or all.
     pub quotas: usize,
 }
 

@@ -274,7 +274,7 @@ pub fn linear_quantile(classes: &Classes, weighting: Weighting, u: f64) -> f64 {
 pub struct Unit {
     /// Name as files write it.
     pub name: &'static str,
-    /// How many make a metre.
+    /// Number of units in a metre.
     pub per_metre: f64,
 }
 

@@ -1,4 +1,4 @@
-//! How long a mesh takes to take new places of its corners, and how long to be made of the same triangles.
+//! Time in which a mesh takes new places of its corners, and time in which it is made of the same triangles.
 //!
 //!     cargo run --release -p solver --example reshape_speed
 

@@ -176,7 +176,7 @@ fn lanes(text: &str) -> Result<Width, String> {
         .ok_or_else(|| format!("this processor can do {}", all.join(", ")))
 }
 
-/// How often checkpoints are written by the clock.
+/// Interval of checkpoints by the clock.
 #[derive(Debug, Clone, Copy)]
 struct Every(Option<Duration>);
 

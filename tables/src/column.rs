@@ -100,7 +100,7 @@ impl Values {
         }
     }
 
-    /// How many there are, missing ones included.
+    /// Number of values, missing ones included.
     #[must_use]
     pub fn len(&self) -> usize {
         match self {

@@ -25,7 +25,7 @@ use crate::validation::compare_names;
 /// Names of all checks, one in each line.
 const FROZEN: &str = include_str!("stress/checks.txt");
 
-/// How long the cases run.
+/// Length of the cases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Length {
     /// For tests.

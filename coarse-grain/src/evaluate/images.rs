@@ -95,7 +95,7 @@ impl Imager<'_> {
         }
     }
 
-    /// How many images something has in the mean, at most.
+    /// Largest mean number of images.
     pub(crate) fn count(&self) -> f64 {
         let along = |axis: usize| {
             let seen = self.high[axis] - self.low[axis] + 2.0 * self.reach;

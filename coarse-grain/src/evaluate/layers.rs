@@ -410,7 +410,7 @@ fn known(state: &State, row: usize) -> Option<DVec3> {
     Some(all[row]).filter(|displacement| displacement.is_finite())
 }
 
-/// How many particles each particle touches; walls do not count.
+/// Number of particles that each particle touches; walls do not count.
 fn touching(state: &State) -> Vec<u32> {
     let mut counts = vec![0; state.particles.len()];
     if let Some(contacts) = &state.contacts {

@@ -18,7 +18,7 @@ use super::{FrameChoice, Needs, PAUSE, Skipped, States, check, spin_of_ball};
 use crate::CgError;
 use crate::state::{Contacts, Particles, Partner, Space, State};
 
-/// How long a followed run may go without a process that writes it: a run that is resumed has none for a moment.
+/// Time for which a followed run may be without a process that writes it: a run that is resumed has none for a moment.
 const PATIENCE: Duration = Duration::from_secs(if cfg!(test) { 1 } else { 10 });
 
 /// A run: particles, and contacts and bodies beside them.

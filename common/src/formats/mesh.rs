@@ -27,7 +27,7 @@ pub struct TriangleMesh {
     /// Three indices into `vertices` per triangle, in the order of the file. Triangles whose corners
     /// coincide are kept: see [`degenerate_triangles`](Self::degenerate_triangles).
     pub triangles: Vec<[u32; 3]>,
-    /// How many corners of the file were merged into another one.
+    /// Number of corners of the file that were merged into another one.
     pub welded: usize,
     /// The coordinates are known in single precision only, as those of a binary STL.
     pub is_single_precision: bool,

@@ -65,7 +65,7 @@ const RADIUS: usize = 3;
 /// Position of `clump` in [`COLUMNS`], which is no number either; what only clumps have stands behind it.
 const CLUMP: usize = 11;
 
-/// How many of [`COLUMNS`] must be there.
+/// Number of [`COLUMNS`], from the first, that must be there.
 const REQUIRED: usize = 4;
 
 /// Position of `material` in [`COLUMNS`], which is no number.

@@ -22,7 +22,7 @@ pub struct Time {
     pub v_ref: Option<Located<f64>>,
 }
 
-/// How long a step is.
+/// Length of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TimeStep {
     /// A fraction of the shortest contact.

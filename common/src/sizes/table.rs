@@ -22,7 +22,7 @@ pub use lines::{BY_QUOTA, Row};
 pub struct Options {
     /// Meaning of the sizes.
     pub size: Option<SizeKind>,
-    /// How many of its units make a metre.
+    /// Number of its units in a metre.
     pub per_metre: Option<f64>,
     /// Meaning of the values.
     pub values: Option<(ValueKind, Weighting)>,
@@ -65,7 +65,7 @@ pub struct SizeTable {
     pub edges: Vec<f64>,
     /// Measured share of each class, scaled to the sum 1.
     pub shares: Vec<f64>,
-    /// How many particles were counted, where the table counts particles.
+    /// Number of counted particles, where the table counts particles.
     pub counted: Option<f64>,
     /// Notes of what was repaired or left out while reading.
     pub notes: Vec<String>,

@@ -43,7 +43,7 @@ pub enum TopologyError {
         triangle: usize,
         /// Corners as given.
         corners: [u32; 3],
-        /// How many there are.
+        /// Number of vertices.
         vertices: usize,
     },
     /// More than two triangles at an edge.
@@ -246,7 +246,7 @@ impl Topology {
         rims
     }
 
-    /// How many vertices.
+    /// Number of vertices.
     #[must_use]
     pub fn vertices(&self) -> usize {
         self.vertices

@@ -1,4 +1,4 @@
-//! How long a candidate list stays valid.
+//! Validity of a candidate list over time.
 
 use rayon::prelude::*;
 

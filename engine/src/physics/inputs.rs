@@ -44,7 +44,7 @@ pub enum InputError {
         kind: &'static str,
         /// Its index.
         index: u32,
-        /// How many there are.
+        /// Number of such objects.
         count: usize,
     },
 }

@@ -156,7 +156,7 @@ pub struct SprayContext<'a> {
     pub cell: &'a Cell,
     /// Largest speed of a particle in this step, m/s.
     pub fastest: f64,
-    /// How often lists were built: rows have not changed since the last call if it is the same.
+    /// Number of lists built so far: rows have not changed since the last call if it is the same.
     pub rebuilds: u64,
 }
 

@@ -187,7 +187,7 @@ pub(super) struct Released {
     pub(super) velocity: DVec3,
     pub(super) radius: f64,
     pub(super) volume: f64,
-    /// How long before the end of the step, s.
+    /// Time before the end of the step, s.
     pub(super) age: f64,
 }
 

@@ -84,7 +84,7 @@ impl Columns {
         ))
     }
 
-    /// How many there are.
+    /// Number of columns.
     #[must_use]
     pub fn len(&self) -> usize {
         self.0.len()

@@ -50,7 +50,7 @@ pub struct Surface {
     pub forces: Vec<DVec3>,
     /// Largest v^2 of a vertex when they were last kicked, m^2/s^2.
     pub squared_speed: f64,
-    /// How much farther than particles it may go before the candidate list is built anew, m: nothing is near.
+    /// Distance beyond that of particles that it may go before the candidate list is built anew, m: nothing is near.
     pub room: f64,
     triangles: Vec<[u32; 3]>,
     /// Positions when the candidate list was built, m.

@@ -21,7 +21,7 @@ pub struct SavedSurface {
     pub forces: Vec<DVec3>,
     /// Positions when the candidate list was built, m.
     pub listed: Vec<DVec3>,
-    /// How much farther than particles it may go before the next list, m.
+    /// Distance beyond that of particles that it may go before the next list, m.
     pub room: f64,
 }
 

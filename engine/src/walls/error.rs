@@ -69,7 +69,7 @@ pub enum WallError {
     /// A profile that is no line.
     #[error("profile: must have at least 2 points, got {count}")]
     TooFewPoints {
-        /// How many points there are.
+        /// Number of points.
         count: usize,
     },
     /// A piece of a profile without length.
@@ -97,9 +97,9 @@ pub enum WallError {
     /// Places for another number of corners than the mesh has.
     #[error("corners: the mesh has {corners}, {given} places were given")]
     Corners {
-        /// How many the mesh has.
+        /// Number of corners of the mesh.
         corners: usize,
-        /// How many there are.
+        /// Number of places that were given.
         given: usize,
     },
     /// A triangle that has become a line or a point.
@@ -134,7 +134,7 @@ pub enum WallError {
     /// A mesh whose triangles are all lines or points.
     #[error("file: none of the {count} triangles has an area: they are thinner than {precision}")]
     NoTriangle {
-        /// How many triangles there are.
+        /// Number of triangles.
         count: usize,
         /// Precision below which thinner triangles have no area.
         precision: Precision,

@@ -124,7 +124,7 @@ impl Touches {
         }
     }
 
-    /// How many touches there are.
+    /// Number of touches.
     #[must_use]
     pub const fn len(&self) -> usize {
         self.len

@@ -1,4 +1,4 @@
-//! How much a contact wears.
+//! Wear of a contact.
 
 use crate::forces::{Impact, Rub};
 

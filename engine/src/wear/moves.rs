@@ -15,9 +15,9 @@ const LEAST_AREA: f64 = 0.01;
 const LEAST_HEIGHTS: f64 = 4.0;
 /// Share of the space along a periodic axis that is used.
 const ROOM_USED: f64 = 0.9;
-/// How often a move is shortened by half before its vertices stay where they are.
+/// Number of times that a move is shortened by half before its vertices stay where they are.
 const HALVINGS: u32 = 8;
-/// How often what could not be placed is offered to the neighbours.
+/// Number of times that a rest is offered to the neighbours.
 const OFFERS: usize = 2;
 /// Faces of a thin body that come closer than this part of an edge are worn through.
 const THIN: f64 = 1e-3;

@@ -17,7 +17,7 @@ pub(super) struct Skin {
     pub(super) node_of: Vec<u32>,
     /// Corners of the file in the order of their first appearance.
     pub(super) vertices: Vec<u32>,
-    /// How many of `vertices` each node has.
+    /// Number of `vertices` of each node.
     pub(super) members: Vec<u32>,
     /// Corners of the triangles, in the order of the file.
     pub(super) triangles: Vec<[u32; 3]>,
@@ -131,7 +131,7 @@ impl Skin {
         }
     }
 
-    /// How many nodes there are.
+    /// Number of nodes.
     pub(super) fn nodes(&self) -> usize {
         self.members.len()
     }

@@ -164,8 +164,8 @@ impl Body {
         }
     }
 
-    /// How often the surface winds around a point: 1 inside, 0 outside, by the solid angles of all triangles (van
-    /// Oosterom and Strackee 1983, doi:10.1109/TBME.1983.325207). Slow, and right for every closed surface.
+    /// Winding number of the surface around a point: 1 inside, 0 outside, by the solid angles of all triangles (van Oosterom and
+    /// Strackee 1983, doi:10.1109/TBME.1983.325207). Slow, and right for every closed surface.
     pub(crate) fn winding_number(&self, point: DVec3) -> f64 {
         let angle = |face: &Face| {
             let [a, b, c] = face.corners.map(|corner| corner - point);

@@ -74,7 +74,7 @@ pub enum GenerateError {
         target: f64,
         /// Value that the pebbles reach.
         reached: f64,
-        /// How many there are.
+        /// Number of pebbles.
         pebbles: usize,
     },
     /// The axis of Favier's method leaves the body.

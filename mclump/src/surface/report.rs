@@ -7,7 +7,7 @@ use mercury_common::formats::mesh::TriangleMesh;
 use super::edges::{Edges, Use, is_collapsed};
 use super::shells::{Shell, shells};
 
-/// How many edges or triangles a message names.
+/// Number of edges or triangles that a message names.
 const NAMED: usize = 4;
 
 /// Report of [`inspect`]. Edges are pairs of vertices, triangles count from 0 here and from 1 in messages.
@@ -31,7 +31,7 @@ pub struct Report {
     pub inconsistent_edges: Vec<[u32; 2]>,
     /// Edges of more than two triangles.
     pub crowded_edges: Vec<[u32; 2]>,
-    /// How many of those are not passed equally in both directions.
+    /// Number of those that are not passed equally in both directions.
     pub uneven_edges: usize,
     /// Number of edges.
     pub edges: usize,

@@ -21,7 +21,7 @@ pub struct Shell {
     pub triangles: usize,
     /// Signed volume in m3: negative if turned inward. Only means something if the shell is closed.
     pub volume: f64,
-    /// How many closed shells it lies in: 0 outside, 1 a cavity, 2 a body in a cavity, ...
+    /// Number of closed shells in which it lies: 0 outside, 1 a cavity, 2 a body in a cavity, ...
     pub depth: u32,
     /// One of its triangles.
     pub first_triangle: u32,
@@ -134,7 +134,7 @@ fn nest(mesh: &TriangleMesh, labels: &[u32], shells: &mut [Shell]) -> bool {
     true
 }
 
-/// How often a shell winds around a point, by the solid angles of its triangles (van Oosterom and Strackee 1983,
+/// Winding number of a shell around a point, by the solid angles of its triangles (van Oosterom and Strackee 1983,
 /// doi:10.1109/TBME.1983.325207).
 fn winding_number(mesh: &TriangleMesh, labels: &[u32], shell: usize, point: DVec3) -> f64 {
     let angles: Vec<f64> = labels

@@ -30,7 +30,7 @@ const SMALL: f64 = 10.0;
 const SMALLEST_PRINT: f64 = 7.0;
 /// Length of a tick.
 const TICK: f64 = 4.0;
-/// How much of what lies below shows through a band and a bar (1: nothing).
+/// Part of the lines below that shows through a band and a bar (1: nothing).
 pub(super) const BAND: f64 = 0.2;
 pub(super) const BARS: f64 = 0.35;
 /// No chart is smaller than this between its axes (points).

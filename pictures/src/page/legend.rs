@@ -285,7 +285,7 @@ fn logarithmic_ticks(low: f64, high: f64, count: usize) -> Vec<f64> {
     }
 }
 
-/// How many powers of ten lie from one number to the next.
+/// Powers of ten from one number to the next.
 fn powers_apart(powers: usize, most: usize) -> usize {
     powers.div_ceil(most.max(1)).max(1)
 }

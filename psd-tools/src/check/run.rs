@@ -110,7 +110,7 @@ pub struct Target {
     pub sizes: SizeDistribution,
     /// The mass that the scene sets, kg, if it does.
     pub mass: Option<f64>,
-    /// How many quotas the sizes come by; 0: at random, some or all.
+    /// Number of quotas that the sizes come by; 0: at random, some or all.
     pub quotas: usize,
 }
 

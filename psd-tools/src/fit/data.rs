@@ -36,7 +36,7 @@ pub enum DataError {
     /// has no maximum elsewhere.
     #[error("{} is not determined by {number} particles: the likelihood grows without bound as one part of it closes in on a few of them", .family.word())]
     Unbounded {
-        /// How many there are.
+        /// Number of particles.
         number: f64,
         /// The family.
         family: Family,
@@ -199,7 +199,7 @@ impl Data {
         data
     }
 
-    /// How many particles the likelihood counts.
+    /// Number of particles in the likelihood.
     #[must_use]
     pub fn number(&self) -> f64 {
         match &self.kind {

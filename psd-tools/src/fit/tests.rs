@@ -46,7 +46,7 @@ fn truth(family: Family, theta: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// How often the 95 % intervals hold the truth, parameter by parameter.
+/// Share of the 95 % intervals that hold the truth, parameter by parameter.
 fn coverage(
     word: &str,
     trials: u64,

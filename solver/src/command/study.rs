@@ -375,7 +375,7 @@ pub(crate) fn check_results(results: &[NamedResult], plan: &Plan) -> Outcome {
 /// How far all runs are.
 struct Board {
     states: Vec<State>,
-    /// How much of each is done, from 0 to 1.
+    /// Share of each run that is done, from 0 to 1.
     shares: Vec<f64>,
     /// The finished share of each run when this process first read it.
     taken_up: Vec<Option<f64>>,

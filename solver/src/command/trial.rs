@@ -13,7 +13,7 @@ use super::waiting::Waiting;
 /// Default duration of a trial.
 pub(crate) const LASTS: &str = "5s";
 
-/// How long a trial lasts, for `value_parser`.
+/// Duration of a trial, for `value_parser`.
 pub(crate) fn lasts(text: &str) -> Result<Duration, String> {
     cli::duration(text).map_err(|problem| match text.ends_with(".toml") {
         true => {

@@ -13,7 +13,7 @@ pub struct Largest<'a> {
     pub place: &'a SourceSpan,
     /// Name of the part: `this lattice`.
     pub what: &'static str,
-    /// How many it brings, at most.
+    /// Number of spheres that it brings, at most.
     pub spheres: f64,
     /// Whether they come in any case, and not only if there are space and time for them.
     pub is_certain: bool,

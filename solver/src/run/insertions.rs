@@ -108,7 +108,7 @@ pub(super) fn behind(plan: &Plan, boundaries: &Boundaries) -> Vec<String> {
     .collect()
 }
 
-/// How many were placed behind walls; empty where no wall moves through a region.
+/// Number of grains that were placed behind walls; empty where no wall moves through a region.
 pub(super) fn number_behind(plan: &Plan, boundaries: &Boundaries) -> Option<u64> {
     let mut insertions = plan.physics().insertions.iter();
     let has_closing = insertions.any(|insertion| !insertion.closing.is_empty());

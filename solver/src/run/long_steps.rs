@@ -18,7 +18,7 @@ const MANY: f64 = 20_000.0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct LongStep {
     pub(super) step: u64,
-    /// How many, as far as that is known; else 0.
+    /// Expected number of particles, as far as that is known; else 0.
     pub(super) expected: u64,
 }
 

@@ -338,7 +338,7 @@ const PICTURES_LEFT_OUT: &str = "pictures of the end were left out, as the run w
 /// The file that stops a run when it appears in its folder.
 pub const STOP_FILE: &str = "STOP";
 
-/// How often a run looks for it.
+/// Interval at which a run looks for it.
 const LOOK_FOR_STOP_FILE: Duration = Duration::from_millis(500);
 
 impl Run {

@@ -46,7 +46,7 @@ const MOST_FOR_EACH: u64 = 1000;
 /// Memory of a value, in bytes: itself, whether it is there, and once more while it becomes a column.
 const VALUE: u64 = 16;
 
-/// How many bytes the rest of a table may take.
+/// Bytes that the rest of a table may take.
 struct ByteBudget(u64);
 
 impl ByteBudget {

@@ -36,7 +36,7 @@ pub struct Reader {
     pub bound: Bound,
     /// Why so much.
     pub because: &'static str,
-    /// How many bytes a file counts: its own, unless it is compressed.
+    /// Size of a file in bytes: its own, unless it is compressed.
     pub size: fn(&[u8]) -> u64,
     /// Last change of a mutated file: compression, for example.
     pub wrap: Option<Wrap>,

@@ -139,7 +139,7 @@ impl Simulation {
         self.move_pebbles();
     }
 
-    /// How much earlier than the positions the velocities are that contacts see \[s\].
+    /// Time by which the velocities that contacts see are earlier than the positions \[s\].
     fn lag(&self) -> f64 {
         if self.step > 0 {
             0.5 * self.time_step

@@ -399,7 +399,7 @@ region = { shape = "half-space", point = [0.0, 0.0, 0.002], normal = [0.0, 0.0, 
 interval = 0.01
 "#;
 
-/// How many grains of an ingredient have come.
+/// Number of grains of an ingredient that have come.
 fn brought(engine: &Engine, ingredient: usize) -> u64 {
     let mut insertions = engine.boundaries().insertions();
     let brought = &insertions.next().unwrap().brought;

@@ -13,7 +13,7 @@ const MOST: i32 = 12;
 /// Digits that programs write at least. Fewer are there where zeros at the end were left out.
 const LEAST: i32 = 6;
 
-/// How many digits the masses and radii of a frame have.
+/// Number of digits of the masses and radii of a frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Digits(i32);
 

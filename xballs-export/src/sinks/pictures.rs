@@ -125,7 +125,7 @@ struct Drawing {
     quantity: Quantity,
     painter: Painter,
     reel: Reel,
-    /// How long each frame is shown, s.
+    /// Time for which each frame is shown, s.
     delays: Vec<f64>,
     count: usize,
 }

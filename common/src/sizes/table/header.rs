@@ -53,7 +53,7 @@ pub enum ValueUnit {
 pub struct Columns {
     /// Meaning of the sizes.
     pub size: SizeKind,
-    /// How many of its units make a metre.
+    /// Number of its units in a metre.
     pub per_metre: f64,
     /// Meaning of the values; none for a list of sizes.
     pub values: Option<(ValueKind, Weighting)>,
@@ -78,7 +78,7 @@ const LENGTHS: [(&str, f64); 9] = [
     ("nm", 1e9),
 ];
 
-/// How many of a unit make a metre.
+/// Number of a unit's lengths in a metre.
 #[must_use]
 pub fn parse_size_unit(word: &str) -> Option<f64> {
     let word = word.trim();

@@ -55,7 +55,7 @@ struct Layout {
     separator: Option<char>,
     size: usize,
     value: Option<usize>,
-    /// How many cells a row may have.
+    /// Number of cells that a row may have.
     columns: usize,
 }
 

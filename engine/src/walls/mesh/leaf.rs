@@ -164,7 +164,7 @@ impl Bounds {
         (reach * (1.0 + 1e-7)) as f32 + self.slack
     }
 
-    /// How much nearer than they are facets may be thought to be from a place within `within` (m) of this one, m.
+    /// Largest underestimate of the distances of facets from a place within `within` (m) of this one, m.
     #[inline]
     pub(super) fn loose(&self, within: f64) -> f32 {
         let farthest = self.slack / SINGLE + within as f32;

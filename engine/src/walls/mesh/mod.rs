@@ -307,7 +307,7 @@ impl Mesh {
         self.front_only
     }
 
-    /// How many triangles act; what continues them along periodic axes does not count.
+    /// Number of triangles that act; continuations along periodic axes do not count.
     #[must_use]
     pub fn len(&self) -> usize {
         (0..self.facets.len())

@@ -15,7 +15,7 @@ const LEAST_SKIN: f64 = 0.02;
 const LARGEST_SKIN: f64 = 0.25;
 /// How far ahead of a moving sphere its next list is made, over the skin.
 const AHEAD: f64 = 0.7;
-/// How many spheres ahead lists and facets are prefetched: a few calls take as long as a memory access.
+/// Number of spheres ahead for which lists and facets are prefetched: a few calls take as long as a memory access.
 const LISTS_AHEAD: usize = 6;
 const FACETS_AHEAD: usize = 3;
 /// Largest error of single precision when a list is used, over the largest distance in it.

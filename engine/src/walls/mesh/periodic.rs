@@ -30,7 +30,7 @@ pub struct Period {
     pub low: f64,
     /// Length of the period, m.
     pub length: f64,
-    /// How many periods a copy may be away from its original.
+    /// Number of periods that a copy may be away from its original.
     farthest: u32,
     /// The displacement along the axis by which the mesh covers the domain best, m: whole periods.
     home: f64,

@@ -164,7 +164,7 @@ impl Topology {
         self.edges[edge as usize]
     }
 
-    /// How many edges there are.
+    /// Number of edges.
     #[inline]
     pub(super) fn edge_count(&self) -> usize {
         self.edges.len()

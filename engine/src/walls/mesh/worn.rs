@@ -27,7 +27,7 @@ pub struct TurnedPair {
     pub triangle: u32,
     /// Number of the other one.
     pub neighbour: u32,
-    /// How many pairs of the mesh are so.
+    /// Number of such pairs in the mesh.
     pub pairs: usize,
     /// The middle of the edge, m.
     pub place: DVec3,

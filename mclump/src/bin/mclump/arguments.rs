@@ -48,7 +48,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "METHOD")]
     pub(crate) generate: Option<MethodName>,
 
-    /// How many pebbles to make
+    /// Number of pebbles to make
     #[arg(long, value_name = "N", requires = "generate", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub(crate) pebbles: Option<u32>,
 

@@ -224,7 +224,7 @@ pub(crate) struct FitArguments {
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub(crate) family: Vec<Family>,
 
-    /// How many particles the shares of a table stand for [default: as many as make the best family just probable]
+    /// Number of particles in the shares of a table [default: as many as make the best family just probable]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = positive)]
     pub(crate) count: Option<f64>,
 
@@ -282,7 +282,7 @@ pub(crate) struct SampleArguments {
     #[arg(value_name = "FILE")]
     pub(crate) file: String,
 
-    /// How many diameters
+    /// Number of diameters
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
     pub(crate) number: u32,
 
