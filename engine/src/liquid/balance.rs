@@ -27,7 +27,7 @@ pub struct LiquidBalance {
     pub clamped: u64,
     /// Energy set free as bridges formed and took liquid, J, up to the last force evaluation.
     pub set_free: f64,
-    /// Energy that is set free after the step: the next evaluation is the first that sees these bridges.
+    /// Energy set free after the last force evaluation, J: the next one is the first that sees these bridges.
     pub next_set_free: f64,
 }
 
