@@ -29,7 +29,7 @@ pub enum TimeMode {
 /// Where a Gaussian in time is cut, in widths.
 pub const TIME_CUTOFF: f64 = 3.0;
 
-/// Since when displacements are counted.
+/// State from which displacements are counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Reference {
     /// The frame before.
@@ -39,7 +39,7 @@ pub enum Reference {
     First,
 }
 
-/// What is summed separately: everything, or one material.
+/// Part that is summed separately: everything, or one material.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Part {
     /// In front of the names of its columns; nothing for everything.
@@ -59,20 +59,20 @@ impl Part {
     }
 }
 
-/// What is computed.
+/// Analysis to compute: fields, and where and how they are evaluated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Analysis {
     /// Where and how.
     pub evaluator: Evaluator,
-    /// Which fields.
+    /// Fields to compute.
     pub fields: Vec<&'static Field>,
-    /// Of what.
+    /// Parts to sum separately.
     pub parts: Vec<Part>,
     /// How frames are put together.
     pub time: TimeMode,
     /// Whether means come with standard errors.
     pub errors: bool,
-    /// Since when displacements are counted.
+    /// State from which displacements are counted.
     pub reference: Reference,
     /// Whether the sums of MercuryCG's files are kept beside the fields.
     pub keep_sums: bool,
@@ -83,19 +83,20 @@ pub struct Analysis {
 /// The values of one component of a field at all points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
-    /// Which field.
+    /// Field of the column.
     pub field: &'static Field,
     /// In front of the name: the material.
     pub part: Option<String>,
-    /// Which component.
+    /// Component of the field.
     pub component: usize,
-    /// What tables call it.
+    /// Name in tables.
     pub name: String,
     /// The values.
     pub values: Vec<f64>,
     /// Standard errors of the mean.
     pub errors: Option<Vec<f64>>,
-    /// Of a quotient, whether there is enough at each point to divide by: at least [`SPARSE`] of the most; empty of other fields.
+    /// Density of a quotient: whether there is enough at each point to divide by, at least [`SPARSE`] of the most; empty of other
+    /// fields.
     pub dense: Vec<bool>,
 }
 
@@ -110,7 +111,7 @@ pub struct Block {
     pub time: f64,
     /// Times of the first and last frame in it, s.
     pub span: (f64, f64),
-    /// How many frames are in it.
+    /// Number of frames in it.
     pub frames: usize,
     /// Where the particles of the last frame live.
     pub space: Space,
@@ -154,7 +155,7 @@ impl Analysis {
         let strides = SPREADS.map(|spread| layout.stride(spread) as f64);
         let sums = points * strides.iter().sum::<f64>() * self.parts.len() as f64;
         let values = points * self.numbers() as f64;
-        // What is spread, row by row, and where each row is: six numbers as it stands, seven as the grid sees it, and as many while these are sorted.
+        // Memory of rows: six numbers of a row as it stands, seven as the grid sees it, and as many while these are sorted.
         let row = |stride: &f64| if *stride > 0.0 { stride + 20.0 } else { 0.0 };
         let of_particles: f64 = strides[..2].iter().map(row).sum();
         let of_contacts: f64 = strides[2..].iter().map(row).sum();
@@ -184,8 +185,8 @@ impl Analysis {
     /// Computes the blocks of all states and gives each to `write` as soon as it is complete; returns the number of frames.
     ///
     /// # Errors
-    /// Those of the states and of `write`; blocks that are complete before are written. What is wrong with the end of the states is returned
-    /// after the frames before it have been used.
+    /// Errors of the states and of `write`; blocks that are complete before are written. An error at the end of the states is
+    /// returned after the frames before it have been used.
     pub fn run(
         &self,
         states: impl Iterator<Item = Result<State, CgError>>,

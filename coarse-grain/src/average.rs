@@ -76,7 +76,7 @@ impl Blocking {
         }
     }
 
-    /// Of samples of so many numbers.
+    /// Reads the blocks of samples of so many numbers.
     pub(crate) fn take(words: &mut Reader<'_>, numbers: usize) -> Option<Self> {
         let levels = words.count()?;
         let level = |words: &mut Reader<'_>| {

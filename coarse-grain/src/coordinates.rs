@@ -1,4 +1,4 @@
-//! Which coordinates are resolved, and over which the fields are averages.
+//! Coordinates that are resolved, and those over which the fields are averages.
 
 use std::f64::consts::PI;
 use std::fmt;
@@ -55,7 +55,7 @@ impl Coordinates {
             .collect()
     }
 
-    /// Which of the Cartesian axes the kernel sees; cylindrical coordinates spread in the plane across the axis.
+    /// Cartesian axes that the kernel sees; cylindrical coordinates spread in the plane across the axis.
     #[must_use]
     pub fn kernel_axes(&self) -> [bool; 3] {
         match *self {
@@ -214,7 +214,7 @@ impl Place {
 /// The axis of cylindrical coordinates: through a point, along x, y or z.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CylinderAxis {
-    /// Which axis: 0, 1, 2.
+    /// Number of the axis: 0, 1, 2.
     pub along: usize,
     /// A point on it, m.
     pub through: DVec3,
@@ -238,7 +238,7 @@ impl CylinderAxis {
         self.turn(x - from)
     }
 
-    /// The same for a vector.
+    /// Components of a vector, permuted in this way.
     #[must_use]
     pub fn turn(&self, v: DVec3) -> DVec3 {
         let k = self.along;

@@ -26,7 +26,7 @@ pub enum CgError {
     /// A picture could not be made.
     #[error(transparent)]
     Picture(#[from] PictureError),
-    /// A table of a format that the library does not know could not be written.
+    /// A table of a format that the library does not have could not be written.
     #[error(transparent)]
     Table(Box<dyn std::error::Error + Send + Sync>),
     /// The operating system refused.
@@ -34,9 +34,9 @@ pub enum CgError {
     File {
         /// The file or folder.
         path: PathBuf,
-        /// What was tried, as `the file cannot be ...`.
+        /// Failed action, as `the file cannot be ...`.
         action: &'static str,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
 }

@@ -1,7 +1,7 @@
 //! From a state to sums at points.
 //!
-//! [`Evaluator`] knows where and with which kernel; it takes plain lists ([`State`]) and nothing of files, so that a program that has
-//! particles in memory gets the same fields from the same code.
+//! [`Evaluator`] holds the points and the kernel; it takes plain lists ([`State`]) and nothing of files, so that a program that
+//! has particles in memory gets the same fields from the same code.
 
 mod gather;
 mod grid;
@@ -42,7 +42,7 @@ pub struct Evaluator {
     pub place: Place,
     /// The kernel.
     pub kernel: KernelChoice,
-    /// Of cylindrical coordinates.
+    /// Axis of cylindrical coordinates.
     pub axis: CylinderAxis,
     /// Faces of the domain at which particles and contacts are mirrored.
     pub mirrors: Mirrors,
@@ -76,13 +76,13 @@ impl Evaluator {
 
     /// The sums of a layout over the flowing particles (of one material, if one is given) and their contacts.
     ///
-    /// Contacts that the state does not know add nothing.
+    /// Contacts that are not in the state add nothing.
     #[must_use]
     pub fn sums(&self, state: &State, layout: &Layout, material: Option<u32>) -> Sums {
         self.sums_with(state, layout, material, &mut Scratch::default())
     }
 
-    /// The same in memory that was used for another frame before.
+    /// The sums of [`Self::sums`], in memory that was used for another frame before.
     #[must_use]
     pub fn sums_with(
         &self,
@@ -233,7 +233,8 @@ impl Evaluator {
         found
     }
 
-    /// How many images, itself among them, a particle has at most in the mean: as many as the kernel sees through periodic faces and mirrors.
+    /// Largest mean number of images of a particle, itself among them: as many as the kernel sees through periodic faces and
+    /// mirrors.
     #[must_use]
     pub fn images_of_each(&self, space: &Space) -> f64 {
         let mut space = self.turned_space(space);
@@ -509,7 +510,7 @@ fn circle(radius: f64, smooth: f64) -> Vec<f64> {
     (0..count).map(|k| (k as f64 + 0.5) * step).collect()
 }
 
-/// What a gradient is the gradient of.
+/// Rank of the quantity whose gradient this is.
 fn differentiated(gradient: Sum) -> Rank {
     match gradient {
         Sum::MassGradient | Sum::DisplacedMassGradient => Rank::Scalars(1),

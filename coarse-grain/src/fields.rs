@@ -1,13 +1,13 @@
 //! The fields: names, units, definitions, and how each is computed from sums.
 //!
-//! This table is the only place that knows them: help, documentation, tables and pictures follow from it.
+//! This table is the only list of them: help, documentation, tables and pictures follow from it.
 
 mod compute;
 
 use crate::sums::{Spread, Sum};
 use compute::Point;
 
-/// What a field is made of, component by component.
+/// Components of a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Components {
     /// A number.
@@ -34,7 +34,7 @@ impl Components {
         }
     }
 
-    /// What is appended to the name of the field, for axes of these names.
+    /// Suffixes of the name of the field, for axes of these names.
     #[must_use]
     pub fn suffixes(self, axes: [&str; 3]) -> Vec<String> {
         let pair = |a: usize, b: usize| format!("_{}{}", axes[a], axes[b]);
@@ -58,9 +58,9 @@ pub struct Field {
     pub name: &'static str,
     /// The SI unit; the definition gives that of powers.
     pub unit: &'static str,
-    /// What it has.
+    /// Components of the field.
     pub components: Components,
-    /// What it is.
+    /// Definition of the field.
     pub definition: &'static str,
     /// The sums that it needs.
     pub sums: &'static [Sum],

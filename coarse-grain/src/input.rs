@@ -29,7 +29,7 @@ pub use run::{RunSource, equal_ball, state_of};
 /// From one look for new frames to the next.
 pub const PAUSE: Duration = Duration::from_millis(500);
 
-/// What the user says that files do not.
+/// Facts that the user gives and files lack.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Given {
     /// Density of all materials, kg/m^3 (2D: kg/m^2).
@@ -42,7 +42,7 @@ pub struct Given {
     pub fstat: Option<PathBuf>,
 }
 
-/// What of the input is needed.
+/// Parts of the input that are needed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Needs {
     /// Masses.
@@ -59,8 +59,8 @@ pub struct Needs {
     pub identity: bool,
 }
 
-/// Frames of particles of whose time there are no contacts: their times as bits, each once however often the input is read, and what is said of
-/// the first.
+/// Frames of particles of whose time there are no contacts: their times as bits, each once however often the input is read, and
+/// the note of the first.
 #[derive(Debug, Default)]
 pub struct Skipped(Mutex<(BTreeSet<u64>, Option<String>)>);
 
@@ -75,7 +75,7 @@ impl Skipped {
         });
     }
 
-    /// How many there were, and the times of the first.
+    /// Number of skipped frames, and the times of the first.
     #[must_use]
     pub fn found(&self) -> (usize, Option<String>) {
         let found = self.0.lock().unwrap_or_else(PoisonError::into_inner);
@@ -99,7 +99,7 @@ pub type States<'a> = Box<dyn Iterator<Item = Result<State, CgError>> + Send + '
 
 impl Source {
     /// Opens a run folder, `<prefix>.particles.arrow`, `.data` (also the first of a series, `.data.0000`) or a `.restart` of MercuryDPM; the text files may be packed as
-    /// [`Packing`](mercury_common::run_files::Packing) says.
+    /// [`Packing`](mercury_common::run_files::Packing) lists.
     ///
     /// # Errors
     /// When there is nothing of this kind, several runs lie in the folder, or the file lacks what is needed.
@@ -155,13 +155,13 @@ impl Source {
         }
     }
 
-    /// What the names of the run's files begin with.
+    /// Beginning of the names of the run's files.
     #[must_use]
     pub fn prefix(&self) -> String {
         run_files::prefix(self.path())
     }
 
-    /// Names of materials by index, as far as the input knows any.
+    /// Names of materials by index, as far as the input has any.
     #[must_use]
     pub fn materials(&self) -> &[String] {
         match self {
@@ -180,7 +180,7 @@ impl Source {
         }
     }
 
-    /// What the user should know of the input before anything is computed.
+    /// Notes on the input, for the user before anything is computed.
     #[must_use]
     pub fn notes(&self) -> &[String] {
         match self {
@@ -190,7 +190,7 @@ impl Source {
         }
     }
 
-    /// How many frames were left out so far for want of contacts of their time, and the times of the first.
+    /// Number of frames that were left out so far because there are no contacts of their time, and the times of the first.
     #[must_use]
     pub fn skipped(&self) -> (usize, Option<String>) {
         match self {

@@ -56,7 +56,7 @@ pub enum LineCut {
     Cylinder,
 }
 
-/// What defines a kernel.
+/// Definition of a kernel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KernelChoice {
     /// The function.
@@ -137,7 +137,7 @@ impl Kernel {
         }
     }
 
-    /// What defines the kernel.
+    /// Definition of the kernel.
     #[must_use]
     pub fn choice(&self) -> &KernelChoice {
         &self.choice

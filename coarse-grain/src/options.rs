@@ -1,4 +1,4 @@
-//! What is typed, as values.
+//! Values of options, read from text.
 
 use std::str::FromStr;
 
@@ -64,7 +64,7 @@ pub struct Scan {
     pub from: Width,
     /// The largest.
     pub to: Width,
-    /// How many, ends included.
+    /// Number of widths, ends included.
     pub count: usize,
 }
 
@@ -240,9 +240,9 @@ pub fn ids(text: &str) -> Result<Vec<(u32, u32)>, String> {
 /// A density for all materials, or for one by its index.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Density {
-    /// Of all, kg/m^3.
+    /// Density of all, kg/m^3.
     All(f64),
-    /// Of one.
+    /// Density of one.
     Of(u32, f64),
 }
 

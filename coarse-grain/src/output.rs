@@ -1,4 +1,4 @@
-//! What is written: `.stat`, CSV, VTI, pictures.
+//! Output: `.stat`, CSV, VTI, pictures.
 
 pub mod chart;
 pub mod csv;

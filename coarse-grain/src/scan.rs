@@ -11,12 +11,13 @@ use crate::analysis::{Analysis, TimeMode};
 use crate::input::States;
 use crate::output::{Format, chart, csv};
 
-/// Writes the mean fields at each width, to each path as its ending says: a table (`.csv`) with the width first, then coordinates and fields, or a picture
-/// (`.svg`, `.png`) of the fields over the width. The input is read once for each width; returns the number of frames and what is wrong with the rest
-/// of them.
+/// Writes the mean fields at each width, to each path in the format of its ending: a table (`.csv`) with the width first, then
+/// coordinates and fields, or a picture (`.svg`, `.png`) of the fields over the width. The input is read once for each width;
+/// returns the number of frames and what is wrong with the rest of them.
 ///
 /// # Errors
-/// Those of the input; when there is no frame, a path has another ending, a picture cannot show so much, or a file cannot be written.
+/// Errors of the input; when there is no frame, a path has another ending, a picture cannot show so much, or a file cannot be
+/// written.
 pub fn write<'a>(
     analysis: &Analysis,
     widths: &[f64],

@@ -1,4 +1,4 @@
-//! From what was typed to an analysis: the limits, grid, width and fields that the input suggests where nothing is said.
+//! From options to an analysis: the limits, grid, width and fields that the input suggests where no option is given.
 
 use std::path::{Path, PathBuf};
 
@@ -16,7 +16,7 @@ use crate::options::{Cells, Limits, Spacing, Width};
 use crate::state::{Space, State};
 use mercury_common::scene::nearest;
 
-/// What is wanted, as far as it was said.
+/// Options of an analysis, as far as they were given.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Wanted {
     /// Names of fields; `standard` and `all` stand for several. Empty: standard.
@@ -39,7 +39,7 @@ pub struct Wanted {
     pub cutoff: Option<f64>,
     /// Error of line integrals on grids.
     pub tolerance: Option<f64>,
-    /// As MercuryCG does it.
+    /// Whether to compute as MercuryCG does.
     pub compat: bool,
     /// Faces that mirror.
     pub mirrors: Mirrors,
@@ -55,9 +55,9 @@ pub struct Wanted {
     pub time: Option<TimeMode>,
     /// Whether means have standard errors.
     pub errors: bool,
-    /// Since when displacements are counted.
+    /// State from which displacements are counted.
     pub reference: Reference,
-    /// Whether the sums of MercuryCG's files are wanted.
+    /// Whether the sums of MercuryCG's files are requested.
     pub stat: bool,
 }
 
@@ -138,7 +138,7 @@ impl Wanted {
         Ok(fields)
     }
 
-    /// Opens the input for what is wanted of it.
+    /// Opens the input for the requested fields.
     ///
     /// # Errors
     /// When it lacks what fields need, or cannot be read.
@@ -465,7 +465,7 @@ impl Wanted {
                     names.join(", ")
                 };
                 return Err(CgError::Input(format!(
-                    "--material: there is no material {wanted}; the input knows {known}"
+                    "--material: there is no material {wanted}; the input has {known}"
                 )));
             };
             let part = Part {

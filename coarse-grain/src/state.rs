@@ -15,17 +15,17 @@ pub struct Particles {
     pub position: Vec<DVec3>,
     /// Velocity of the centre of mass, m/s.
     pub velocity: Vec<DVec3>,
-    /// Mass, kg; empty if the input knows none.
+    /// Mass, kg; empty if the input has none.
     pub mass: Vec<f64>,
     /// Volume, m^3.
     pub volume: Vec<f64>,
     /// Radius, m; of a body that of the sphere of its volume.
     pub radius: Vec<f64>,
-    /// Angular velocity, rad/s; empty if the input knows none.
+    /// Angular velocity, rad/s; empty if the input has none.
     pub angular_velocity: Vec<DVec3>,
     /// Angular momentum about the centre, kg m^2/s; empty without masses or angular velocities.
     pub spin: Vec<DVec3>,
-    /// Volume of the liquid that the particle holds, m^3; empty if the input knows none.
+    /// Volume of the liquid that the particle holds, m^3; empty if the input has none.
     pub liquid: Vec<f64>,
 }
 
@@ -69,7 +69,7 @@ pub struct Contacts {
     pub normal: Vec<DVec3>,
     /// Force on the particle, N.
     pub force: Vec<DVec3>,
-    /// Couple on the particle beyond the lever arm of the force, N m; empty if the input knows none.
+    /// Couple on the particle beyond the lever arm of the force, N m; empty if the input has none.
     pub couple: Vec<DVec3>,
 }
 
@@ -150,7 +150,7 @@ pub struct State {
     pub space: Space,
     /// The particles.
     pub particles: Particles,
-    /// The contacts, if the input knows them.
+    /// The contacts, if the input has them.
     pub contacts: Option<Contacts>,
     /// Displacement of each particle since an earlier instant, m; NaN for particles that were not there then.
     pub displacement: Option<Vec<DVec3>>,

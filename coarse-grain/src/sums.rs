@@ -3,7 +3,7 @@
 //! Sums are linear in the particles: they are what is averaged over frames, added over materials and summed in space. Everything
 //! else (velocity, temperature, pressure, ...) is computed from them at the end, see [`fields`](crate::fields).
 
-/// What is spread, and by which function.
+/// Source of the spread values, and the function that spreads them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Spread {
     /// Something of each particle, by the kernel at its centre.
@@ -14,7 +14,7 @@ pub enum Spread {
     Lines,
     /// Something of each contact, by the first moment of the line integral.
     Moments,
-    /// What boundaries exert, by the kernel at the contact point.
+    /// Forces of boundaries, by the kernel at the contact point.
     Boundary,
 }
 
@@ -30,7 +30,7 @@ pub const SPREADS: [Spread; 5] = [
 /// How numbers turn with the axes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rank {
-    /// So many numbers that do not.
+    /// Numbers that do not turn, of this count.
     Scalars(usize),
     /// A vector: x, y, z.
     Vector,
@@ -56,7 +56,7 @@ impl Rank {
         }
     }
 
-    /// Of each component the axes (as bits) whose mirroring turns its sign.
+    /// Axes (as bits) whose mirroring turns the sign, of each component.
     #[must_use]
     pub fn parity(self) -> Vec<u8> {
         let polar = |axis: usize| 1u8 << axis;
@@ -91,7 +91,7 @@ macro_rules! sums {
         pub const SUMS: &[Sum] = &[$(Sum::$name),*];
 
         impl Sum {
-            /// By which function it is spread.
+            /// Function by which the sum is spread.
             #[must_use]
             pub fn spread(self) -> Spread {
                 match self { $(Self::$name => Spread::$spread,)* }
@@ -159,7 +159,7 @@ sums! {
     BoundaryCouple: Boundary, Rank::Axial;
 }
 
-/// Which sums there are, and where.
+/// Sums that there are, and their places.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
     sums: Vec<Sum>,
@@ -221,11 +221,11 @@ impl Layout {
 /// Sums at all points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sums {
-    /// Which sums, and where.
+    /// Sums, and their places.
     pub layout: Layout,
     /// The number of points.
     pub points: usize,
-    /// Of each spread (in the order of [`SPREADS`]) the numbers, point by point.
+    /// Numbers of each spread (in the order of [`SPREADS`]), point by point.
     pub values: [Vec<f64>; 5],
 }
 

@@ -1,5 +1,5 @@
-//! What the command lines of all Mercury programs have in common: how a program ends and what it says then, completions,
-//! progress, Ctrl-C, and the values of options.
+//! Command-line conventions of all Mercury programs: exit codes and final messages, completions, progress, Ctrl-C, and the values
+//! of options.
 //!
 //! A program's `main.rs` holds its arguments and what they mean. The rest is in this module:
 //!
@@ -9,7 +9,7 @@
 //!
 //! const EXAMPLES: &str = "\
 //! Examples:
-//!   mercury-count sizes.csv        says how many lines there are
+//!   mercury-count sizes.csv        prints the number of lines
 //!
 //! Exit codes: 0 done, 2 wrong usage or input.";
 //!
@@ -39,7 +39,7 @@
 //! }
 //! ```
 //!
-//! Behind the feature `cli`, which is on unless a dependent says otherwise: libraries that only read and write files need no
+//! Behind the feature `cli`, which is on unless a dependent turns it off: libraries that only read and write files need no
 //! parser of command lines.
 
 mod failure;
@@ -58,14 +58,14 @@ pub use interrupt::{Temporary, end_at_once, note_on_request, stop_on_request};
 pub use progress::Progress;
 pub use values::{duration, positive, quantity};
 
-/// Reads the arguments, does what `execute` does with them, and says what went wrong.
+/// Reads the arguments, does what `execute` does with them, and reports what went wrong.
 ///
-/// Wrong usage ends with [`Exit::Input`], `--help` and `--version` with [`Exit::Done`], all else as `execute` says.
+/// Wrong usage ends with [`Exit::Input`], `--help` and `--version` with [`Exit::Done`], all else with the exit of `execute`.
 pub fn main<A: Parser>(execute: impl FnOnce(A) -> Outcome) -> ExitCode {
     main_observed(execute, |_| {})
 }
 
-/// As [`main`]; what went wrong is handed to `tell` before it is said, wrong usage included.
+/// As [`main`]; what went wrong is handed to `tell` before it is printed, wrong usage included.
 pub fn main_observed<A: Parser>(
     execute: impl FnOnce(A) -> Outcome,
     tell: impl FnOnce(&Failure),
@@ -89,7 +89,7 @@ pub fn main_observed<A: Parser>(
     }
 }
 
-/// What the parser of the command line says, without the usage that it adds, and its tip as all other advice.
+/// Message of the command-line parser without its usage text, with its tip in the form of all other advice.
 fn wrong_usage(text: &str) -> String {
     let text = text.strip_prefix("error: ").unwrap_or(text);
     let what = text.split("\n\nUsage:").next().unwrap_or_default();
@@ -112,7 +112,7 @@ pub fn say(text: &str) -> Outcome {
 /// Prints the completions of a program for a shell.
 ///
 /// # Errors
-/// Those of [`say`].
+/// Errors of [`say`].
 pub fn say_completions<A: CommandFactory>(shell: Shell) -> Outcome {
     let mut command = A::command();
     let name = command.get_name().to_owned();

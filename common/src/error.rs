@@ -11,7 +11,7 @@ const LONGEST: usize = 1000;
 /// Characters of a path that are printed, as many as any system takes.
 const LONGEST_PATH: usize = 4096;
 
-/// What is wrong with an input file, in words a user can act on.
+/// Problem of an input file, in words that a user can act on.
 ///
 /// Printed as `path:line:column: found ..., expected ...`, the form that editors make clickable.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -22,11 +22,11 @@ pub struct FormatError {
     pub line: Option<usize>,
     /// Column, counted in characters from 1, where the problem has one.
     pub column: Option<usize>,
-    /// What stands there (`"abc" in column radius`), or what happened (`the file cannot be opened: ...`).
+    /// Text that was found (`"abc" in column radius`), or the failure (`the file cannot be opened: ...`).
     pub found: String,
-    /// What should stand there; empty when `found` says all.
+    /// Text that was expected; empty when `found` is sufficient.
     pub expected: String,
-    /// What to do about it, if there is more to say than "correct it".
+    /// Advice, if there is more than "correct it".
     pub help: Option<Box<str>>,
 }
 
@@ -68,7 +68,7 @@ impl FormatError {
         self
     }
 
-    /// Adds a further thing to do about it, behind what is said already.
+    /// Adds a further thing to do about it, behind the present advice.
     #[must_use]
     pub fn with_more_help(self, help: &str) -> Self {
         let help = match &self.help {

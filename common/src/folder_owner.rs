@@ -1,4 +1,4 @@
-//! Which process writes into the folder of a run: a run holds a lock on a file there, which names its machine and process.
+//! Process that writes into the folder of a run: a run holds a lock on a file there, which names its machine and process.
 
 use std::fs::{self, File, TryLockError};
 use std::io::Read as _;

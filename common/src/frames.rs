@@ -4,15 +4,15 @@
 //! DuckDB open it as it is (`docs/formats/frames.md` holds the layout and the how-to). Two promises go beyond Arrow:
 //!
 //! * **Readable while it grows.** At every instant the file is a complete stream of whole frames, see [`FrameWriter`].
-//! * **Every frame knows its time**, the empty one too: time and step stand in the message of the batch, besides the
+//! * **Every frame has its time**, the empty one too: time and step stand in the message of the batch, besides the
 //!   column `time`.
 //!
-//! The modules: [`FrameSchema`], [`Frame`] and [`Column`] say what is stored; [`FrameWriter`] and [`FrameReader`] move it;
-//! a [`Table`] is a type whose rows a file of frames holds, and says its columns once. [`ParticleFrame`], [`ContactFrame`],
+//! The modules: [`FrameSchema`], [`Frame`] and [`Column`] describe the stored data; [`FrameWriter`] and [`FrameReader`] move it;
+//! a [`Table`] is a type whose rows a file of frames holds, and declares its columns once. [`ParticleFrame`], [`ContactFrame`],
 //! [`BodyFrame`], [`WallFrame`], [`TriangleLoadFrame`], [`WearFrame`], [`WearTriangleFrame`],
 //! [`MembraneFrame`] and [`MembraneTriangleFrame`] are the tables that the Mercury tools exchange.
 
-// A `FormatError` says where the error is, what is wrong and what to do about it. It is made once per file, never in a loop.
+// A `FormatError` gives the place of the error, a description and advice. It is made once per file, never in a loop.
 #![allow(clippy::result_large_err)]
 
 mod bodies;

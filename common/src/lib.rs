@@ -1,4 +1,4 @@
-//! What every Mercury tool shares: file formats, the scene format, size distributions, random numbers, command lines.
+//! Shared parts of all Mercury tools: file formats, the scene format, size distributions, random numbers, command lines.
 //!
 //! Nothing in here simulates anything. Errors are values, and nothing exits; only [`cli`] prints, for the programs.
 

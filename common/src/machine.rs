@@ -11,7 +11,7 @@ use crate::readable::bytes;
 pub struct MachineMemory {
     /// In all, bytes: of the machine, or of the control group that the program was put into, if that is less.
     pub total: f64,
-    /// Of that, what is free now or easily freed, bytes.
+    /// Part of it that is free now or easily freed, bytes.
     pub free: f64,
 }
 
@@ -27,7 +27,7 @@ impl std::fmt::Display for MachineMemory {
     }
 }
 
-/// The memory of this machine; none where the system does not say (it does on Linux).
+/// The memory of this machine; none where the system does not report it (Linux does).
 #[must_use]
 pub fn memory() -> Option<MachineMemory> {
     let machine = of_meminfo(&fs::read_to_string("/proc/meminfo").ok()?)?;
@@ -35,7 +35,7 @@ pub fn memory() -> Option<MachineMemory> {
     Some(within_groups(machine, &groups, Path::new("/sys/fs/cgroup")))
 }
 
-/// What is free for this user on the disk that holds `path`, or will hold it, bytes; none where the system does not say.
+/// Free space for this user on the disk that holds `path`, or will hold it, bytes; none where the system does not report it.
 #[must_use]
 pub fn free_disk(path: &Path) -> Option<f64> {
     let absolute = std::path::absolute(path).ok()?;
@@ -66,7 +66,7 @@ fn of_meminfo(text: &str) -> Option<MachineMemory> {
         number.trim().parse::<u64>().ok().map(|k| k as f64 * 1024.0)
     };
     let total = value("MemTotal")?;
-    // Before Linux 3.14 the system says only what is free.
+    // Before Linux 3.14 the system reports only free memory.
     let free = value("MemAvailable").or_else(|| value("MemFree"))?;
     Some(MachineMemory {
         total,
@@ -74,7 +74,8 @@ fn of_meminfo(text: &str) -> Option<MachineMemory> {
     })
 }
 
-/// What control groups leave of it: those of `/proc/self/cgroup` and all above them, which lie below `root`, in both versions.
+/// Memory that control groups leave of the machine's: those of `/proc/self/cgroup` and all above them, which lie below `root`, in
+/// both versions.
 fn within_groups(machine: MachineMemory, groups: &str, root: &Path) -> MachineMemory {
     let mut left = machine;
     for line in groups.lines() {
@@ -108,7 +109,7 @@ fn within_groups(machine: MachineMemory, groups: &str, root: &Path) -> MachineMe
                 let text = fs::read_to_string(group.join(name)).ok()?;
                 text.trim().parse::<u64>().ok().map(|number| number as f64)
             };
-            // `max`: none. Version 1 says a number beyond all memory.
+            // `max`: none. Version 1 has a number beyond all memory.
             let Some(limit) = number(limit) else { continue };
             // Files that were read and not used since are given back when memory is short.
             let stat = fs::read_to_string(group.join("memory.stat")).unwrap_or_default();
@@ -147,7 +148,7 @@ mod tests {
         assert!(is_full_disk(&of(io::ErrorKind::StorageFull)));
         assert!(is_full_disk(&of(io::ErrorKind::QuotaExceeded)));
         assert!(!is_full_disk(&of(io::ErrorKind::PermissionDenied)));
-        // What the system says on Linux: ENOSPC.
+        // Error of a full disk on Linux: ENOSPC.
         assert!(is_full_disk(&io::Error::from_raw_os_error(28)));
     }
 

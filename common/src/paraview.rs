@@ -1,6 +1,6 @@
 //! Frames as grids that ParaView shows, and series of them.
 //!
-//! Every column of a frame becomes an array, also those that this version does not know: three columns that end in x, y, z
+//! Every column of a frame becomes an array, also those that this version does not use: three columns that end in x, y, z
 //! become a vector, four in w, x, y, z a quaternion. [`particles`] adds what glyphs need, [`contacts`] joins centres by lines,
 //! [`walls`] and [`clumps`] put surfaces where they stand; [`membranes`] shows elastic sheets; a further kind (bridges, droplets) is a further function that
 //! returns a [`VtuGrid`](crate::formats::vtu::VtuGrid), and a further [`Series`].

@@ -1,7 +1,7 @@
 //! Numbers of particles beyond place, motion, size and material: the one table of them.
 //!
 //! Its entries are the keys of `[[particles]]` and `[[insertions]]`, the columns of particle tables and of frames, and the columns of the
-//! engine. `docs/how-to/add-a-column.md` says how to add one.
+//! engine. `docs/how-to/add-a-column.md` describes how to add one.
 
 use crate::scene::Range;
 
@@ -12,28 +12,28 @@ pub struct ParticleProperty {
     pub name: &'static str,
     /// SI unit as scenes write it: `m3`, `W/m2`.
     pub unit: &'static str,
-    /// What it is, as frames say it.
+    /// Meaning of the property, as frames describe it.
     pub meaning: &'static str,
     /// The value of a particle for which none is given.
     pub default: f64,
     /// How scenes and tables give it; `None`: it is computed.
     pub given: Option<GivenProperty>,
-    /// What a clump has of it.
+    /// Value of a clump, from those of its pebbles.
     pub of_clump: OfClump,
 }
 
 /// How a scene gives a property.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GivenProperty {
-    /// What may stand there.
+    /// Permitted values.
     pub range: Range,
     /// A value to copy.
     pub example: &'static str,
-    /// What the key means, for the users' page.
+    /// Meaning of the key, for the users' page.
     pub text: &'static str,
 }
 
-/// What the value of a clump is to its pebbles.
+/// Relation between the value of a clump and those of its pebbles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OfClump {
     /// Their sum, spread over them by their surfaces.
@@ -80,7 +80,7 @@ impl ParticleProperty {
         PARTICLE_PROPERTIES.iter().find(|known| known.name == name)
     }
 
-    /// Those that scenes and tables give.
+    /// Properties that scenes and tables give.
     pub fn given() -> impl Iterator<Item = &'static Self> {
         PARTICLE_PROPERTIES
             .iter()

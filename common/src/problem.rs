@@ -14,7 +14,7 @@ pub struct Spot {
     pub column: usize,
 }
 
-/// One thing that is wrong. What is not known is `None`.
+/// A problem. A field that is not known is `None`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Problem {
     /// The file, as the user named it.
@@ -27,14 +27,14 @@ pub struct Problem {
     pub key: Option<String>,
     /// The `KEY=VALUE` of the command line that it is in.
     pub set: Option<String>,
-    /// What is wrong.
+    /// Description of the problem.
     pub message: String,
-    /// What to do about it.
+    /// Advice on how to solve it.
     pub help: Option<String>,
 }
 
 impl Problem {
-    /// Of a message for people, whose advice stands in a line that begins with `help: `.
+    /// Problem in a message for people, whose advice stands in a line that begins with `help: `.
     #[must_use]
     pub fn of_text(text: &str) -> Self {
         let (message, help) = match text.split_once("\nhelp: ") {

@@ -64,13 +64,13 @@ impl Stream {
         }
     }
 
-    /// How many 64-bit words have been drawn: all that must be stored to go on later.
+    /// Number of 64-bit words that have been drawn: all that must be stored to go on later.
     #[must_use]
     pub fn position(&self) -> u64 {
         self.position
     }
 
-    /// The same stream at a position that [`position`](Self::position) gave.
+    /// This stream at a position that [`position`](Self::position) gave.
     #[must_use]
     pub fn at(mut self, position: u64) -> Self {
         self.position = position;

@@ -1,8 +1,8 @@
-//! Numbers for people: in reports, messages and progress lines. What programs read is written by [`formats`](crate::formats).
+//! Numbers for people: in reports, messages and progress lines. Numbers for programs are written by [`formats`](crate::formats).
 
 use std::borrow::Cow;
 
-/// A duration as people say it: `7.25 s`, `3 min 20 s`, `2 h 5 min`.
+/// A duration in everyday units: `7.25 s`, `3 min 20 s`, `2 h 5 min`.
 #[must_use]
 pub fn duration(seconds: f64) -> String {
     if !seconds.is_finite() || seconds >= 8.64e6 {
@@ -35,7 +35,7 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     without_controls(text, &['\t'])
 }
 
-/// The same of a text of several lines.
+/// Text of several lines without control characters, but for tabs and line ends.
 #[must_use]
 pub fn printable_lines(text: &str) -> Cow<'_, str> {
     without_controls(text, &['\t', '\n'])
@@ -57,7 +57,7 @@ pub fn bytes(number: f64) -> String {
         return format!("{number} B");
     }
     let (mut value, mut unit) = (number.abs().round(), 0);
-    // What rounds to 1000 belongs to the next unit.
+    // A number that rounds to 1000 belongs to the next unit.
     while value >= 999.5 && unit + 1 < UNITS.len() {
         (value, unit) = (value / 1000.0, unit + 1);
     }

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-/// A file or folder of the reference data; `None` (said aloud) where they are not installed, unless in continuous integration, where they
-/// must be.
+/// A file or folder of the reference data; `None` (with a message) where they are not installed, unless in continuous
+/// integration, where they must be.
 ///
 /// # Panics
 /// Where `CI` is set and there is no such file.

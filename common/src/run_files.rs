@@ -28,7 +28,7 @@ impl Packing {
     /// All of them, in the order in which files are looked for.
     pub const ALL: [Self; 4] = [Self::Gzip, Self::Zstd, Self::Xz, Self::Bzip2];
 
-    /// What is appended to the name of a file.
+    /// Ending that is appended to the name of a file.
     #[must_use]
     pub fn ending(self) -> &'static str {
         match self {
@@ -172,7 +172,7 @@ pub fn series_from(path: &Path) -> Vec<PathBuf> {
     files.take_while(|path| path.exists()).collect()
 }
 
-/// What the names of all files of a run begin with, by the name of its file of particles (or `.restart`).
+/// Common beginning of the names of all files of a run, from the name of its file of particles (or `.restart`).
 ///
 /// ```
 /// use std::path::Path;

@@ -1,8 +1,8 @@
 //! Surfaces of walls as they are seen: what a run stores of its walls, and as triangles at any time.
 //!
-//! The solver knows how a wall touches; this knows only where it is. A [`Surface`] stands in the frame in which the scene
-//! describes it, a [`Placement`] says where that frame is, [`Surface::triangles`] gives both together for ParaView and
-//! pictures. The text form of a surface stands in `<prefix>.walls.arrow` (`docs/formats/walls.md`).
+//! The solver computes how a wall touches; this module only describes where it is. A [`Surface`] lies in the frame in which the
+//! scene describes it, a [`Placement`] gives the place of that frame, [`Surface::triangles`] gives both together for ParaView and
+//! pictures. The text form of a surface is in `<prefix>.walls.arrow` (`docs/formats/walls.md`).
 
 mod clip;
 #[cfg(test)]
@@ -89,7 +89,7 @@ impl Surface {
     ///
     /// Planes are cut at the domain (lower and upper corner, m) and by `cuts`, given in the global frame too; endless
     /// cylinders end with the domain along their axis. Corners of triangles lie on the surface, curved ones are approximated
-    /// by 72 chords around. What lies outside the domain gives no triangles where it is a plane.
+    /// by 72 chords around. A surface outside the domain gives no triangles where it is a plane.
     #[must_use]
     pub fn triangles(
         &self,

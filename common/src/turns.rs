@@ -1,7 +1,7 @@
 //! Turns and angles, to the same bits on every processor.
 //!
-//! As glam makes them, but that sine, cosine and arc cosine come from `libm`, in Rust: those of a system's mathematics library differ in the last
-//! bit from system to system, and with it from processor to processor (`docs/theory/determinism.md`).
+//! Turns are those of glam, but that sine, cosine and arc cosine come from `libm`, in Rust: those of a system's mathematics
+//! library differ in the last bit from system to system, and with it from processor to processor (`docs/theory/determinism.md`).
 
 use glam::{DQuat, DVec3};
 
@@ -52,7 +52,8 @@ mod tests {
     }
 
     proptest! {
-        /// Those of glam, but for the last bits: sine and cosine are exact to 1 unit in the last place, the arc cosine to that of pi.
+        /// Turns equal those of glam, but for the last bits: sine and cosine are exact to 1 unit in the last place, the arc
+        /// cosine to that of pi.
         #[test]
         fn turns_are_glams(a in vectors(), b in vectors()) {
             let axis = a.normalize();

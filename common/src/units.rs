@@ -16,7 +16,8 @@ const LONGEST: usize = 64;
 /// Largest exponent of a unit.
 const HIGHEST: i32 = 9;
 
-/// What a number is of: powers of length, mass, time, angle and temperature. Angles count, so that 20 Hz are not taken for 20 rad/s.
+/// Dimension of a number: powers of length, mass, time, angle and temperature. Angles count, so that 20 Hz are not taken for 20
+/// rad/s.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Dimension {
     powers: [i32; 5],
@@ -30,7 +31,7 @@ macro_rules! dimensions {
             $(#[doc = concat!("Of ", $words, ": ", $units, ".")]
             pub const $name: Self = Self { powers: [$($power),*], in_degrees: false };)*
 
-            /// Those that have a name, with it and with units of theirs, the SI unit first.
+            /// Dimensions that have a name, with it and with units of theirs, the SI unit first.
             const NAMED: &'static [(Self, &'static str, &'static str)] = &[
                 $((Self::$name, $words, $units),)*
             ];
@@ -62,13 +63,13 @@ dimensions! {
 }
 
 impl Dimension {
-    /// Of a pure number, whose only unit is per cent.
+    /// Dimension of a pure number, whose only unit is per cent.
     pub const NUMBER: Self = Self {
         powers: [0; 5],
         in_degrees: false,
     };
 
-    /// Of an angle that is counted in degrees.
+    /// Dimension of an angle that is counted in degrees.
     pub const DEGREES: Self = Self {
         in_degrees: true,
         ..Self::ANGLE
@@ -140,7 +141,7 @@ fn words_of(powers: [i32; 5]) -> &'static str {
     }
 }
 
-/// How many SI units a unit has: `num / den`, times powers of ten and of pi.
+/// SI units in a unit: `num / den`, times powers of ten and of pi.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Scale {
     powers: [i32; 5],
@@ -208,7 +209,7 @@ impl Quantity {
     /// A number, perhaps a space, a unit.
     ///
     /// # Errors
-    /// What is wrong with the unit, or that there is no number or no unit.
+    /// The unit is unknown, or the number or the unit is missing.
     pub fn parse(text: &str) -> Result<Self, String> {
         let text = text.trim();
         if text.len() > LONGEST {
@@ -241,7 +242,7 @@ impl Quantity {
         number_length(text.trim()) > 0
     }
 
-    /// In SI units (degrees, if `wanted` says so), if it is of this dimension.
+    /// In SI units (degrees, if `wanted` has them), if it is of this dimension.
     ///
     /// # Errors
     /// The name of its dimension, if it is of another.
@@ -287,7 +288,7 @@ impl Quantity {
     }
 }
 
-/// How many bytes a number takes at the start of a text: sign, digits with a point, an exponent.
+/// Bytes of a number at the start of a text: sign, digits with a point, an exponent.
 fn number_length(text: &str) -> usize {
     let bytes = text.as_bytes();
     let sign = |at: usize| usize::from(matches!(bytes.get(at), Some(b'+' | b'-')));
@@ -453,7 +454,7 @@ fn meant(symbol: &str) -> Option<&'static str> {
     })
 }
 
-/// What is wrong with a symbol that is no unit.
+/// Message for a symbol that is no unit.
 fn no_unit(symbol: &str) -> String {
     if let Some((_, conversion)) = FOREIGN.iter().find(|(names, _)| names.contains(&symbol)) {
         return format!("there is no unit {symbol:?}: write it in another, {conversion}");

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::{Builder, NamedTempFile};
 
-/// What follows the name of a file in its temporary name; some letters and digits follow.
+/// Separator between the name of a file and the letters and digits of its temporary name.
 pub const TEMPORARY: &str = ".tmp-";
 
 const WRITE: &str = "the file cannot be written";
@@ -20,9 +20,9 @@ const WRITE: &str = "the file cannot be written";
 pub struct FileError {
     /// The file or folder.
     pub path: PathBuf,
-    /// What was tried, as `the file cannot be ...`.
+    /// Failed action, as `the file cannot be ...`.
     pub action: &'static str,
-    /// What the system said.
+    /// Error of the system.
     pub source: io::Error,
 }
 
@@ -193,7 +193,7 @@ mod tests {
         fs::write(&path, "old").unwrap();
         let mut file = WholeFile::create(&path).unwrap();
         file.append(b"half of the n").unwrap();
-        // What a process that is killed never gets to.
+        // A process that is killed never drops the file.
         std::mem::forget(file);
         assert_eq!(fs::read(&path).unwrap(), b"old");
         // The next one writes as if nothing had been.

@@ -1,9 +1,9 @@
 //! A folder outside of which nothing is read or written: for services that run what strangers hand in.
 //!
-//! A name is judged twice. First as text, so that a name that leads outside is refused without access to the disk, and the answer
-//! does not reveal whether something is there; then with all links followed. Hard links look like files, and a process that can
-//! write inside the folder can exchange a link between the check and the use: where that matters the system has to guard the
-//! folder, too.
+//! A name is checked twice. First as text, so that a name that leads outside is refused without access to the disk, and the
+//! answer does not reveal whether something is there; then with all links followed. Hard links look like files, and a process
+//! that can write inside the folder can exchange a link between the check and the use: where that matters the system has to guard
+//! the folder, too.
 
 use std::fs;
 use std::io;
@@ -12,7 +12,7 @@ use std::path::{Component, Path, PathBuf};
 /// A folder outside of which nothing is read or written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Within {
-    /// As it was named, from the root.
+    /// Folder as it was named, from the root.
     named: PathBuf,
     /// Without links.
     real: PathBuf,
@@ -21,10 +21,10 @@ pub struct Within {
 /// A name leads outside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Outside {
-    /// By its text.
+    /// The text of the name leads outside.
     #[error("leads out of the folder that --within names")]
     Name,
-    /// By a link.
+    /// A link leads outside.
     #[error("leads over a link out of the folder that --within names, or nowhere")]
     Link,
 }
@@ -53,7 +53,7 @@ impl Within {
         if !as_text.starts_with(&self.named) && !as_text.starts_with(&self.real) {
             return Err(Outside::Name);
         }
-        // The first part from the end that is there says where the rest would be.
+        // The first part from the end that exists gives the place of the rest.
         let there = full
             .ancestors()
             .find(|part| part.symlink_metadata().is_ok());

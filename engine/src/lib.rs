@@ -1,7 +1,8 @@
 //! The engine of a discrete particle simulation: contact laws, neighbour lists, walls and the time step.
 //!
 //! The table of modules is in `ARCHITECTURE.md`; each may use those below it.
-//! An [`Engine`](step::Engine) starts from a [`Setup`](physics::Setup) and makes steps; it knows nothing of scenes, plans and files.
+//! An [`Engine`](step::Engine) starts from a [`Setup`](physics::Setup) and makes steps; it has nothing to do with scenes, plans
+//! and files.
 
 #![warn(clippy::disallowed_methods)]
 #![cfg_attr(test, allow(clippy::disallowed_methods))]

@@ -25,7 +25,7 @@ pub(crate) fn prefetch<T>(value: &T) {
 }
 
 /// Memory for values that are read in random order, in large pages where the system has them (on Linux, where
-/// `/sys/kernel/mm/transparent_hugepage/enabled` says `madvise` or `always`): otherwise finding the addresses of small pages
+/// `/sys/kernel/mm/transparent_hugepage/enabled` contains `madvise` or `always`): otherwise finding the addresses of small pages
 /// takes about as long as reading the values.
 pub(crate) fn in_large_pages<T>(count: usize) -> Vec<T> {
     let room: Vec<T> = Vec::with_capacity(count);

@@ -95,7 +95,8 @@ fn share<T: Send, U: Send>(
     results.flatten().collect()
 }
 
-/// Calls a function with each number below `count`. What rayon needs is compiled here once, and not with the laws of each contact loop.
+/// Calls a function with each number below `count`. The code of rayon is compiled here once, and not with the laws of each
+/// contact loop.
 fn each_number(pool: Option<&ThreadPool>, count: usize, work: &(dyn Fn(usize) + Sync)) {
     let all = || {
         let numbers = (0..count).into_par_iter().with_max_len(1);

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// What is being done.
+/// Current activity of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Task {
     /// The scene and its files are read and planned.
@@ -19,7 +19,7 @@ pub enum Task {
     Stepping,
     /// Particles are placed.
     Inserting,
-    /// What stands at the end of a run is written.
+    /// The final output of a run is written.
     Finishing,
 }
 
@@ -73,7 +73,7 @@ pub struct TaskProgress {
 }
 
 impl TaskProgress {
-    /// Of a run that this flag stops.
+    /// Progress of a run that this flag stops.
     #[must_use]
     pub fn new(stop: Arc<AtomicBool>) -> Self {
         Self {
@@ -82,7 +82,7 @@ impl TaskProgress {
         }
     }
 
-    /// The same, of a run that reports its events.
+    /// Progress of a run that reports its events.
     #[must_use]
     pub fn reporting(stop: Arc<AtomicBool>, events: Sender<RunEvent>) -> Self {
         Self {
@@ -108,7 +108,7 @@ impl TaskProgress {
         self.task.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What is being done now.
+    /// Current activity.
     #[must_use]
     pub fn task(&self) -> Task {
         *self.lock()

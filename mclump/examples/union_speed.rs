@@ -1,4 +1,4 @@
-//! How long the union of a pebble list takes: `cargo run --release -p mclump --example union_speed -- LIST.csv`.
+//! Time of the union of a pebble list: `cargo run --release -p mclump --example union_speed -- LIST.csv`.
 
 use std::time::Instant;
 

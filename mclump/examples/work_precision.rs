@@ -46,7 +46,7 @@ impl Row {
     }
 }
 
-/// What is drawn of a row: name, colour and value.
+/// Value that is drawn of a row: name, colour and value.
 type Quantity = (&'static str, fn(&Row) -> Option<f64>);
 
 const QUANTITIES: [Quantity; 4] = [

@@ -1,8 +1,8 @@
 //! Principal axes and the frame of a clump.
 //!
 //! The frame has its origin in the centre of mass. Its axes are the principal axes in the order of ascending moments, always
-//! right-handed: a body is turned, never mirrored. What the inertia leaves open is decided like this, so that a body gets the same
-//! pebbles whatever its pose in the input:
+//! right-handed: a body is turned, never mirrored. Choices that the inertia leaves open follow these rules, so that a body gets
+//! the same pebbles whatever its pose in the input:
 //!
 //! - **Signs**: the third central moment along an axis is made positive, on the first two axes where it is significant, first of the
 //!   body, then of its pebbles. A body that is symmetric there keeps its axes as near the input's as possible.
@@ -60,7 +60,7 @@ impl Frame {
     }
 }
 
-/// Which principal moments are equal within their accuracy.
+/// Principal moments that are equal within their accuracy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Equal {
     /// All differ.
@@ -80,9 +80,9 @@ pub struct Alignment {
     pub frame: Frame,
     /// Principal moments per unit density in m5, ascending; equal ones are set to their mean.
     pub moments: DVec3,
-    /// Which are equal.
+    /// Moments that are equal.
     pub equal: Equal,
-    /// Which axes got their direction from a third moment; the others from the input's axes, or from being right-handed.
+    /// Axes whose direction follows from a third moment; the others follow from the input's axes, or from being right-handed.
     pub skewed: [bool; 3],
 }
 

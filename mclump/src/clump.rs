@@ -21,7 +21,7 @@ const SMALL_BODY: f64 = 1e-7;
 /// Pebbles that cover less than this share of the surface's volume do not stand for the body.
 pub const LEAST_COVERED: f64 = 0.01;
 
-/// What a clump is made of, in SI units, all in one frame.
+/// Input for a clump, in SI units, all in one frame.
 #[derive(Debug, Clone)]
 pub struct Input {
     /// Name of the clump.
@@ -68,13 +68,13 @@ impl Default for Options {
 pub struct Built {
     /// The clump file.
     pub file: ClumpFile,
-    /// What each applicable route found, for unit density, in the frame of the input.
+    /// Result of each applicable route, for unit density, in the frame of the input.
     pub rows: Vec<Row>,
     /// The route that the clump took.
     pub route: Route,
     /// The frame and how it came about.
     pub alignment: Alignment,
-    /// What a user should know, in words.
+    /// Warnings for the user, in words.
     pub warnings: Vec<String>,
     /// The surface in the clump's frame.
     pub surface: Option<TriangleMesh>,
@@ -89,9 +89,9 @@ pub enum BuildError {
     /// A pebble is not a sphere.
     #[error("pebble {index}: {problem}")]
     BadPebble {
-        /// Which, counted from 1.
+        /// Index of the pebble, counted from 1.
         index: usize,
-        /// What is wrong with it.
+        /// Description of the problem.
         problem: String,
     },
     /// The chosen route does not apply.
@@ -109,15 +109,15 @@ pub enum BuildError {
         spans(pebbles_box)
     )]
     Apart {
-        /// How many lie outside.
+        /// Number of pebbles that lie outside.
         outside: usize,
-        /// How many there are.
+        /// Number of pebbles.
         pebbles: usize,
         /// The first that lies outside, counted from 1.
         first: usize,
         /// The axis-parallel box around the surface in m.
         surface_box: (DVec3, DVec3),
-        /// The same of the pebbles.
+        /// The axis-parallel box around the pebbles in m.
         pebbles_box: (DVec3, DVec3),
     },
     /// Pebbles that do not stand for the surface.
@@ -316,7 +316,7 @@ pub fn implausible_size(size: f64) -> Option<String> {
     implausible_beyond(LARGE_SURFACE, size)
 }
 
-/// The same of a body that should be shorter than `most` (m).
+/// Warning of a body that should be shorter than `most` (m).
 fn implausible_beyond(most: f64, size: f64) -> Option<String> {
     if size > most {
         let length = if size < 1e6 {

@@ -80,7 +80,7 @@ impl Dimensions {
     }
 }
 
-/// Numbers that tell the shape of a body.
+/// Numbers that describe the shape of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Descriptors {
     /// Volume in m3.

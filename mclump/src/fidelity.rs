@@ -40,7 +40,7 @@ pub struct Fidelity {
     pub centre_shift: f64,
     /// Principal moments of the surface's body about its centre, unit density, ascending, in m5.
     pub surface_moments: [f64; 3],
-    /// The same of the union.
+    /// Principal moments of the union about its centre, unit density, ascending, in m5.
     pub union_moments: [f64; 3],
     /// Union over surface moments, less 1.
     pub moment_errors: [f64; 3],

@@ -63,8 +63,8 @@ pub struct Request {
 pub struct Stop {
     /// Number of pebbles, at least 1. Fewer come out if no more fit (see [`Request::smallest_radius`]).
     pub pebbles: Option<usize>,
-    /// By what share the union may be lighter than the body, in (0, 1). [`Method::Favier`], whose union need not grow with its number, takes the
-    /// difference in both directions.
+    /// Share by which the union may be lighter than the body, in (0, 1). [`Method::Favier`], whose union need not grow with its
+    /// number, takes the difference in both directions.
     pub volume_error: Option<f64>,
 }
 
@@ -180,7 +180,7 @@ pub fn generate(
 
 /// Makes pebbles whose union has the volume of the body, to about 1e-4, by letting all stand out alike; returns this protrusion (m) as well.
 ///
-/// The balls are chosen twice: inscribed, which says about how far they will stand out, and for that protrusion. The radii are
+/// The balls are chosen twice: inscribed, which gives about their protrusion, and for that protrusion. The radii are
 /// then grown until the volume is right. The request's own protrusion is not used.
 ///
 /// # Errors
@@ -224,7 +224,7 @@ fn grown(ball: &Pebble, by: f64) -> Pebble {
     }
 }
 
-/// By how much the radii of balls must grow so that their union has the volume of the body, in its frame; 0 if it has more.
+/// Growth of the radii of balls at which their union has the volume of the body, in its frame; 0 if it has more.
 fn growth_to_volume(body: &Body, balls: &[Pebble]) -> f64 {
     let is_enough = |growth: f64| {
         let balls: Vec<Pebble> = balls.iter().map(|ball| grown(ball, growth)).collect();

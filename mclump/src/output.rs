@@ -32,7 +32,7 @@ pub struct OutputFile {
 /// Why a file was not written.
 #[derive(Debug, Error)]
 pub enum OutputError {
-    /// It is there already.
+    /// The file is there already.
     #[error("{} is there already: add --force to replace it, or -o to write elsewhere", .0.display())]
     Exists(PathBuf),
     /// The folder is not there.
@@ -51,7 +51,7 @@ pub enum OutputError {
     Content {
         /// The file.
         path: PathBuf,
-        /// What does not fit.
+        /// Description of the mismatch.
         reason: String,
     },
 }
@@ -75,8 +75,8 @@ pub fn paths(path: &Path, has_surface: bool, has_picture: bool) -> Vec<PathBuf> 
     all
 }
 
-/// The clump file that a user means by `path`: a name that does not end in `.toml` gets `.clump.toml`. What stands behind another point may be
-/// part of a number.
+/// The clump file that a user means by `path`: a name that does not end in `.toml` gets `.clump.toml`. Text behind another point
+/// may be part of a number.
 ///
 /// ```
 /// use std::path::Path;

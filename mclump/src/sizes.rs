@@ -1,7 +1,7 @@
-//! Which lengths can be computed with.
+//! Lengths that can be computed with.
 //!
 //! Moments of inertia are fifth powers of lengths, and their squares are needed for the principal axes: a length of 1e30 m gives 1e300, near the
-//! end of double precision (1.8e308). What is beyond would end as infinities, zeros and searches without end.
+//! end of double precision (1.8e308). Larger values would end as infinities, zeros and searches without end.
 
 use std::path::Path;
 
@@ -24,9 +24,9 @@ pub const SMALLEST_TO_EXTENT: f64 = 1e-6;
 pub struct SizeProblem {
     /// The pebble, counted from 0; `None` where it is no single one.
     pub pebble: Option<usize>,
-    /// What there is.
+    /// Value that was found.
     pub found: String,
-    /// What should be.
+    /// Value that was expected.
     pub expected: String,
     /// Why, and what to do.
     pub help: &'static str,
@@ -106,7 +106,7 @@ fn extent_problem(pebbles: &[Pebble]) -> Option<SizeProblem> {
     })
 }
 
-/// What about a surface (in m, finite) cannot be computed with, if anything.
+/// Property of a surface (in m, finite) that rules out computing with it, if there is one.
 #[must_use]
 pub fn surface_problem(mesh: &TriangleMesh) -> Option<SizeProblem> {
     let (low, high) = mesh.bounds()?;

@@ -1,8 +1,8 @@
 //! Is the surface fit for volume integrals? Report and repair.
 //!
-//! The volume inside a surface is defined where every edge is passed as often in one direction as in the other. [`inspect`] says
-//! whether it is, and what else is odd; [`prepare`] refuses what is not closed, or repairs it on request, and says what it did.
-//! Whether a surface cuts through itself is not checked.
+//! The volume inside a surface is defined where every edge is passed as often in one direction as in the other. [`inspect`]
+//! reports whether it is, and what else is odd; [`prepare`] refuses what is not closed, or repairs it on request, and reports its
+//! changes. Whether a surface cuts through itself is not checked.
 
 mod edges;
 mod holes;
@@ -54,11 +54,11 @@ pub enum SurfaceError {
 pub struct Prepared {
     /// The surface.
     pub mesh: TriangleMesh,
-    /// What it is like now.
+    /// Report on the surface after preparation.
     pub report: Report,
-    /// What was done to it, in words; empty if nothing.
+    /// Changes that were made, in words; empty if none.
     pub done: Vec<String>,
-    /// What remains odd, in words.
+    /// Oddities that remain, in words.
     pub warnings: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! What was found, as a table for people and as JSON for scripts.
+//! Results as a table of text and as JSON.
 
 use std::fmt::Write as _;
 

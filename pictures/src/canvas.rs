@@ -1,4 +1,4 @@
-//! What a picture is drawn on. A layout is written once against [`Canvas`] and comes out as pixels and as SVG.
+//! Canvas that a picture is drawn on. A layout is written once against [`Canvas`] and comes out as pixels and as SVG.
 //!
 //! Coordinates are in points, x to the right, y down.
 
@@ -27,7 +27,7 @@ impl Stroke {
     }
 }
 
-/// Which part of a text stands at its spot.
+/// Part of a text that stands at its spot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Anchor {
     Start,

@@ -1,6 +1,6 @@
 //! Charts: what numbers over other numbers look like in every tool of Mercury.
 //!
-//! A caller says *what* there is to see, in SI units: a [`Chart`] has two [`Axis`], [`Series`] and a legend; a [`ChartPage`] holds one
+//! A caller gives the *content*, in SI units: a [`Chart`] has two [`Axis`], [`Series`] and a legend; a [`ChartPage`] holds one
 //! or several charts and becomes SVG and PNG. How it looks is decided here, once: the embedded font, colours that colour-blind
 //! readers tell apart and that come with dashes and markers for grey printing, round ticks, units with prefixes. The same data
 //! give the same bytes.

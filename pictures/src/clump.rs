@@ -28,7 +28,7 @@ pub struct ClumpScene<'a> {
 
 /// Opacity of the surface over its pebbles: both must be seen.
 const OPACITY: f64 = 0.22;
-/// Beyond this number pebbles have one colour: many colours tell nothing.
+/// Beyond this number pebbles have one colour: many colours show nothing.
 const MOST_COLOURS: usize = 24;
 
 /// Draws front, side and top view of a clump at one scale: pebbles as shaded spheres, the surface as a translucent skin with
@@ -42,7 +42,7 @@ pub fn draw_clump(clump: &ClumpScene, options: &Options) -> Result<Image, Pictur
     Ok(sheet(clump, &frame, options).image(options))
 }
 
-/// The same as an SVG document.
+/// SVG document of the picture.
 ///
 /// # Errors
 /// For options that cannot be drawn.

@@ -46,7 +46,7 @@ impl Colour {
         Self(channel(self.0), channel(self.1), channel(self.2))
     }
 
-    /// `#rrggbb`, as SVG wants it.
+    /// `#rrggbb`, as in SVG.
     pub(crate) fn hex(self) -> String {
         format!("#{:02x}{:02x}{:02x}", self.0, self.1, self.2)
     }

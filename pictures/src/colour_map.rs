@@ -29,7 +29,7 @@ pub enum ColourMap {
 }
 
 impl ColourMap {
-    /// The names that [`ColourMap::from_str`] knows.
+    /// The names that [`ColourMap::from_str`] takes.
     pub const NAMES: [(&'static str, Self); 9] = [
         ("viridis", Self::Viridis),
         ("magma", Self::Magma),
@@ -272,7 +272,7 @@ const COOLWARM: [Colour; 17] = [
 mod tests {
     use super::*;
 
-    /// Luma with the weights of ITU-R BT.709: order is all we ask.
+    /// Luma with the weights of ITU-R BT.709: only the order matters.
     fn luma(colour: Colour) -> f64 {
         0.2126 * f64::from(colour.0) + 0.7152 * f64::from(colour.1) + 0.0722 * f64::from(colour.2)
     }

@@ -22,7 +22,7 @@ pub struct EnergyRow {
 }
 
 impl EnergyRow {
-    /// What is stored in the system (J).
+    /// Energy that is stored in the system (J).
     #[must_use]
     pub fn stored(&self) -> f64 {
         let sheets = (self.flows.as_ref()).map_or(0.0, |flows| flows.sheets.stored());
@@ -71,7 +71,7 @@ pub struct SheetEnergies {
 }
 
 impl SheetEnergies {
-    /// What is stored in them (J).
+    /// Energy that is stored in the sheets (J).
     #[must_use]
     pub fn stored(&self) -> f64 {
         self.kinetic + self.gravitational + self.stretching + self.bending
@@ -304,7 +304,7 @@ fn flows(rows: &[EnergyRow]) -> Vec<Series> {
         .collect()
 }
 
-/// What a loss is by, and the look of its line.
+/// Cause of a loss, and the look of its line.
 fn look_of_loss(name: &str) -> (Cow<'static, str>, Hue, Dash) {
     match name {
         "normal" => ("by normal forces".into(), Hue::Vermillion, Dash::Long),

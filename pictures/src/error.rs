@@ -17,9 +17,9 @@ pub enum PictureError {
     /// An option has a value that cannot be drawn.
     #[error("the picture's {option} {problem}")]
     Option {
-        /// Which.
+        /// Name of the option.
         option: &'static str,
-        /// What is wrong, and what is expected.
+        /// Description of the problem, with the expected value.
         problem: String,
     },
     /// A chart has data that cannot be drawn.
@@ -44,9 +44,9 @@ pub enum PictureError {
     /// A film without pictures, or other than the number announced.
     #[error("the film has {got} pictures, expected {expected}")]
     Number {
-        /// How many there are.
+        /// Number of values.
         got: usize,
-        /// How many there should be.
+        /// Expected number of values.
         expected: String,
     },
 }

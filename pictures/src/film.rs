@@ -13,8 +13,8 @@ pub use gif::Gif;
 use crate::PictureError;
 use crate::image::Image;
 
-/// How long (s) each picture of a film stands, so that pictures follow each other as the times (s) of the frames do and
-/// the film takes `duration` (s) in all. The last one stands as long as those before on average.
+/// Delay (s) of each picture of a film, so that pictures follow each other as the times (s) of the frames do and the film takes
+/// `duration` (s) in all. The last one stands as long as those before on average.
 #[must_use]
 pub fn delays(times: &[f64], duration: f64) -> Vec<f64> {
     let number = times.len();

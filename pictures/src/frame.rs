@@ -1,4 +1,4 @@
-//! What one picture shows: plain values in SI units.
+//! Content of one picture: plain values in SI units.
 
 use glam::DVec3;
 
@@ -43,8 +43,8 @@ pub struct Sphere {
     pub centre: DVec3,
     /// Radius (m).
     pub radius: f64,
-    /// What its colour shows, in the unit of [`crate::ColourBy`]; the number of a category, counted from 0. NaN: it
-    /// has no value and is drawn grey.
+    /// Value that its colour shows, in the unit of [`crate::ColourBy`]; the number of a category, counted from 0. NaN: it has no
+    /// value and is drawn grey.
     pub value: f64,
     /// Fixed and driven particles are drawn in a grey of their own.
     pub fixed: bool,
@@ -62,11 +62,11 @@ impl Sphere {
 pub struct Grain {
     /// Corners of the triangles (m); those that are not finite are left out.
     pub triangles: Vec<[DVec3; 3]>,
-    /// What its colour shows, as for a [`Sphere`].
+    /// Value that its colour shows, as for a [`Sphere`].
     pub value: f64,
     /// Fixed and driven particles are drawn in a grey of their own.
     pub fixed: bool,
-    /// It is a part of a wall that is coloured by a value, and not counted as a particle.
+    /// Whether it is a part of a wall that is coloured by a value, and not counted as a particle.
     pub of_wall: bool,
 }
 
@@ -89,7 +89,7 @@ pub struct Surface {
     pub triangles: Vec<[DVec3; 3]>,
     /// Its colour; the picture's own colour of walls where there is none.
     pub colour: Option<Colour>,
-    /// 1: opaque; 0: invisible. What lies between is the opacity of the surface seen straight; a thin sheet hides more
+    /// 1: opaque; 0: invisible. Values between them are the opacity of the surface seen straight; a thin sheet hides more
     /// where it is seen at a slant.
     pub opacity: f64,
     /// Draws the edges between triangles that meet at more than [`Surface::FOLD`] degrees, where they do not lie so close that lines would hide the
@@ -146,7 +146,7 @@ pub struct Contact {
     pub from: DVec3,
     /// Centre of the other one, or the point on the wall (m).
     pub to: DVec3,
-    /// What width and colour show, a force as a rule (N).
+    /// Value that width and colour show, a force as a rule (N).
     pub strength: f64,
 }
 

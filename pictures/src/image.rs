@@ -159,7 +159,7 @@ struct Region {
 }
 
 impl Region {
-    /// Those within `reach` of a box around `spots`; none: outside the picture.
+    /// Pixels within `reach` of a box around `spots`; none: outside the picture.
     fn around(spots: impl Iterator<Item = Spot>, reach: f64, image: &Image) -> Option<Self> {
         let ends = spots.fold(None, |ends: Option<[f64; 4]>, (x, y)| {
             let [x0, y0, x1, y1] = ends.unwrap_or([x, y, x, y]);

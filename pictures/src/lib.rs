@@ -1,9 +1,9 @@
 //! Pictures of particles without any other program: shaded spheres with exact outlines, mesh walls that let light through,
 //! contacts, films, and charts. PNG, APNG, GIF and SVG.
 //!
-//! A [`Frame`] holds plain values in SI units and knows no solver. [`Options`] say how it looks; an [`Overview`] of all frames of
-//! a film fixes one camera and one range of colours; a [`Painter`] draws. Every machine draws the same bytes with any number of
-//! threads: no display, graphics card or installed font is used.
+//! A [`Frame`] holds plain values in SI units and depends on no solver. [`Options`] set its look; an [`Overview`] of all frames
+//! of a film fixes one camera and one range of colours; a [`Painter`] draws. Every machine draws the same bytes with any number
+//! of threads: no display, graphics card or installed font is used.
 //!
 //! The modules: `frame` and `options` are the input; `camera` decides what is seen and where it falls; `render` makes pixels of a
 //! scene; `page` lays out headings, windows, legend and scale; `film` makes animations; `clump` draws three views of a body;

@@ -18,19 +18,19 @@ pub struct Options {
     pub view: View,
     /// Parallel or converging rays.
     pub projection: Projection,
-    /// What must be seen.
+    /// Part of the scene that must be in view.
     pub framing: Framing,
     /// Above 1: closer than [`Options::framing`] sets.
     pub zoom: f64,
     /// The point (m) in the middle of the picture instead of the middle of what is framed.
     pub target: Option<DVec3>,
-    /// What the colours of the spheres show.
+    /// Meaning of the colours of the spheres.
     pub colour: ColourBy,
     /// Below 1 the particles let see what lies behind them, contacts for example. Walls that are coloured by a value stay as they are.
     pub sphere_opacity: f64,
     /// How contacts are drawn, if a frame has any.
     pub contacts: ContactStyle,
-    /// What lies behind everything.
+    /// Background of the picture.
     pub background: Background,
     /// The title and a line of numbers above the scene.
     pub headings: bool,
@@ -174,7 +174,7 @@ impl View {
     pub const ISO: Self = Self::new(45.0, 35.264_389_682_754_654);
     /// The default: nearly from the front, so that x stays long, yet a box shows three of its faces.
     pub const OBLIQUE: Self = Self::new(24.0, 20.0);
-    /// The names that [`View::from_str`] knows.
+    /// The names that [`View::from_str`] takes.
     pub const NAMES: [(&'static str, Self); 9] = [
         ("front", Self::FRONT),
         ("back", Self::BACK),
@@ -238,7 +238,7 @@ pub enum Projection {
     },
 }
 
-/// What must be seen.
+/// Part of the scene that must be in view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Framing {
     /// The bed with walls and domain, if it fills a good part of that picture; else the bed and what stands near it.
@@ -250,7 +250,7 @@ pub enum Framing {
     Particles,
 }
 
-/// What lies behind the scene.
+/// Background of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Background {
     /// White, with dark text.
@@ -275,14 +275,14 @@ impl FromStr for Background {
     }
 }
 
-/// What the colours of the spheres show.
+/// Meaning of the colours of the spheres.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ColourBy {
     /// Nothing: all have one colour.
     Plain,
     /// A number.
     Scalar {
-        /// What it is: `speed`.
+        /// Name of the number: `speed`.
         label: String,
         /// Its SI unit, empty for none.
         unit: String,
@@ -295,7 +295,7 @@ pub enum ColourBy {
     },
     /// One of a few things: materials, bodies.
     Category {
-        /// What they are: `material`.
+        /// Name of the categories: `material`.
         label: String,
         /// Their names, in the order of their numbers. Numbers without a name stand for themselves.
         names: Vec<String>,
@@ -319,7 +319,7 @@ impl ColourBy {
 /// How contacts look.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactStyle {
-    /// What their strength is: `force`.
+    /// Name of their strength: `force`.
     pub label: String,
     /// Its SI unit.
     pub unit: String,

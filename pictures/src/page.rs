@@ -1,6 +1,6 @@
 //! A picture laid out: headings, one or more windows on scenes, legend, scale and axes.
 //!
-//! `sheet` holds what is to be shown, `layout` says where, `legend` and `notes` write what one needs to read it; they
+//! `sheet` holds the content, `layout` the places, `legend` and `notes` write what one needs to read it; they
 //! draw on a canvas and so come out as pixels and as SVG, in which the scene itself is a picture in pixels.
 
 mod layout;

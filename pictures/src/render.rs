@@ -31,7 +31,7 @@ pub(crate) const SAMPLES: usize = 2;
 /// Samples along the side of a tile.
 pub(crate) const TILE: usize = 64;
 
-/// What a frame's values have become.
+/// Values of a frame as they are drawn.
 #[derive(Debug)]
 pub(crate) struct Look<'a> {
     pub(crate) theme: Theme,
@@ -41,7 +41,7 @@ pub(crate) struct Look<'a> {
     pub(crate) sphere_colours: Vec<Colour>,
     /// One colour for each grain of the frame.
     pub(crate) grain_colours: Vec<Colour>,
-    /// Of spheres and grains that are no walls.
+    /// Opacity of spheres and grains that are no walls.
     pub(crate) sphere_opacity: f64,
     /// Colour and width (pixels) of each contact of the frame.
     pub(crate) contacts: Vec<(Colour, f64)>,

@@ -5,7 +5,7 @@
 pub(crate) struct Unit {
     /// Value in the plain SI unit of one of this unit.
     pub(crate) size: f64,
-    /// As printed: `mJ`, `µm`, `10⁻³³ J`.
+    /// Name as printed: `mJ`, `µm`, `10⁻³³ J`.
     pub(crate) name: String,
 }
 

@@ -26,12 +26,12 @@ pub fn moves(gravity: DVec3, time: f64, grains: impl Iterator<Item = (f64, DVec3
         way += 0.5 * mass * slow * slow;
     }
     let rests = energy <= REST_ENERGY * fall || (time > 0.0 && energy <= way);
-    // What is no number moves.
+    // A grain whose energy is not a number counts as moving.
     !rests && energy != 0.0
 }
 
-/// The walls that are there, where they stand. `standing` says it for each of `shapes`; `names` tell which planes are faces of one
-/// box and end each other. Planes are cut at the domain.
+/// The walls that are there, where they stand. `standing` is the placement of each of `shapes`; `names` show which planes are
+/// faces of one box and end each other. Planes are cut at the domain.
 #[must_use]
 pub fn wall_surfaces(
     names: &[String],

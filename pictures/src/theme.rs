@@ -7,7 +7,7 @@ use crate::options::Background;
 /// Colours that go with a background.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Theme {
-    /// What lies behind everything; none: the picture is transparent there.
+    /// Colour of the background; none: the picture is transparent there.
     pub(crate) paper: Option<Colour>,
     /// Text.
     pub(crate) ink: Colour,
@@ -31,7 +31,7 @@ pub(crate) struct Theme {
     pub(crate) contacts: ColourMap,
     /// The arrow of gravity.
     pub(crate) gravity: Colour,
-    /// What distance fades into.
+    /// Colour into which distance fades.
     pub(crate) haze: Colour,
 }
 

@@ -1,4 +1,4 @@
-//! Which values a colour bar covers.
+//! Range of values of a colour bar.
 
 use crate::colour_map::ColourMap;
 
@@ -15,7 +15,7 @@ pub(crate) struct ValueRange {
 
 /// Fewer values than this have no outliers.
 const FEW: usize = 100;
-/// What exceeds the middle 98 % by more than this many times its width is an outlier.
+/// Distance of an outlier from the middle 98 %, in units of its width.
 const FAR: f64 = 2.0;
 
 impl ValueRange {

@@ -1,5 +1,5 @@
-//! How often the 95 % intervals of fits hold the true parameters: 1000 synthetic measurements of each law, as single sizes and as
-//! counts in classes. Writes the table of docs/theory/size-distributions.md.
+//! Coverage of the 95 % intervals of fits: 1000 synthetic measurements of each law, as single sizes and as counts in classes.
+//! Writes the table of docs/theory/size-distributions.md.
 //!
 //!     cargo run --release -p psd-tools --example coverage
 

@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "{ kind = \"classes\", weighting = \"volume\", diameters = [3.0, 3.5, 4.0, 4.5, 5.0, 5.6], shares = [8, 23, 32, 25, 12] }",
     ];
     println!("| law | particles | test | KS p of the p-values | p < 0.05 |\n|---|---|---|---|---|");
-    // Each case has samples of its own: the tests that look at cumulative numbers alone would say the same of every law.
+    // Each case has samples of its own: the tests that look at cumulative numbers alone would give equal results for every law.
     let mut first = 0;
     for text in laws {
         let table: toml::Table = format!("psd = {text}").parse()?;

@@ -72,7 +72,7 @@ impl Look {
         self.cumulative_within(weighting, [LEAST_SHARE, 1.0 - LEAST_SHARE])
     }
 
-    /// The same, where it cannot show 0 and 1, at least between these shares.
+    /// Axis of cumulative shares that reaches at least from `low` to `high` where it cannot show 0 and 1.
     fn cumulative_within(self, weighting: Weighting, [low, high]: [f64; 2]) -> Axis {
         let name = format!("share by {} below", weighting.word());
         let low = low.clamp(LEAST_OF_ALL, LEAST_SHARE);

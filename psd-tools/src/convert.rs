@@ -11,17 +11,17 @@ use crate::statistics::Unit;
 /// How a table is to look.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Form {
-    /// What the values are.
+    /// Meaning of the values.
     pub kind: ValueKind,
-    /// Of what.
+    /// Quantity that is counted.
     pub weighting: Weighting,
-    /// What the sizes are.
+    /// Meaning of the sizes.
     pub size: SizeKind,
     /// Their unit.
     pub unit: Unit,
     /// In percent.
     pub percent: bool,
-    /// Into how many classes a law or sample is divided.
+    /// Number of classes into which a law or sample is divided.
     pub classes: usize,
 }
 
@@ -135,7 +135,7 @@ pub fn table(classes: &Classes, form: &Form) -> String {
     String::from_utf8_lossy(&out).into_owned()
 }
 
-/// A list of sizes as a file; one that was drawn by quota says so.
+/// A list of sizes as a file; one that was drawn by quota has a comment of it.
 #[must_use]
 pub fn list(diameters: &[f64], size: SizeKind, unit: Unit, by_quota: bool) -> Vec<u8> {
     let (name, part) = match size {

@@ -47,21 +47,21 @@ pub struct Residual {
     pub low: f64,
     /// Bounds of a class, m.
     pub high: f64,
-    /// Of a class: (observed - expected) over the binomial standard deviation. Of a single size: the distance of the cumulative
-    /// shares, sample less law, times the root of the number.
+    /// Residual of a class: (observed - expected) over the binomial standard deviation. Of a single size: the distance of the
+    /// cumulative shares, sample less law, times the root of the number.
     pub value: f64,
 }
 
 /// A fitted law.
 #[derive(Debug, Clone)]
 pub struct Fitted {
-    /// Which.
+    /// Family of the law.
     pub family: Family,
-    /// What was measured.
+    /// Quantity that was measured.
     pub weighting: Weighting,
     /// The parameters, in the order of the scene's keys.
     pub parameters: Vec<Parameter>,
-    /// How many particles the likelihood counts.
+    /// Number of particles in the likelihood.
     pub number: f64,
     /// The logarithm of the likelihood, without the constant that depends on the data alone.
     pub log_likelihood: f64,
@@ -71,7 +71,7 @@ pub struct Fitted {
     pub bic: f64,
     /// A^2 for single sizes, the deviance for classes: how far the data are from the law.
     pub distance: f64,
-    /// How often data drawn from the fitted law, and fitted again, are farther; `None` if it was not requested.
+    /// Share of data drawn from the fitted law, and fitted again, that are farther; `None` if it was not requested.
     pub p: Option<f64>,
     /// Class by class or size by size.
     pub residuals: Vec<Residual>,

@@ -1,4 +1,4 @@
-//! What an argument of the command line stands for: a table, a law, a list of sizes, a run.
+//! Input that an argument of the command line names: a table, a law, a list of sizes, a run.
 
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use crate::check::run::{Run, RunError, Selection};
 use crate::parquet;
 use crate::sample::{Sample, SampleError};
 
-/// What was measured, stated or counted.
+/// Sizes that were measured, stated or counted.
 #[derive(Debug, Clone)]
 #[expect(
     clippy::large_enum_variant,
@@ -29,13 +29,13 @@ pub enum Sizes {
 /// Sizes with a name for reports.
 #[derive(Debug, Clone)]
 pub struct Source {
-    /// What reports call it.
+    /// Name in reports.
     pub name: String,
-    /// What it is.
+    /// The sizes.
     pub sizes: Sizes,
-    /// What was repaired or left out while reading.
+    /// Notes of what was repaired or left out while reading.
     pub notes: Vec<String>,
-    /// Whether it is a list that says that it was drawn by quota.
+    /// Whether it is a list that was drawn by quota, by its own comment.
     pub by_quota: bool,
 }
 
@@ -59,15 +59,15 @@ pub enum InputError {
     Sample {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// Description of the problem.
         error: SampleError,
     },
     /// A law on the command line that is no TOML.
     #[error("{argument}: {problem}")]
     Inline {
-        /// What was typed.
+        /// Argument as typed.
         argument: String,
-        /// What is wrong.
+        /// Description of the problem.
         problem: String,
     },
 }
@@ -119,7 +119,7 @@ pub fn read(argument: &str, options: &Options) -> Result<Vec<Source>, InputError
     }])
 }
 
-/// What a file of sizes holds, text or Parquet.
+/// Content of a file of sizes, text or Parquet.
 fn content(path: &Path, options: &Options) -> Result<Content, FormatError> {
     let mut magic = [0; 4];
     let is_read = std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut magic));

@@ -3,7 +3,7 @@
 //!
 //! The distributions themselves, their file formats and their exact conversions are in [`mercury_common::sizes`], which the
 //! solver draws from too. The modules here: [`input`] finds out what a file is, [`parquet`] reads and writes those of columns;
-//! [`statistics`], [`compare`] and [`convert`] say and write what it holds; [`sample`] holds particles counted one by one;
+//! [`statistics`], [`compare`] and [`convert`] report and write its content; [`sample`] holds particles counted one by one;
 //! [`fit`] fits laws; [`check`] tests samples, with the distributions of [`special`]; [`draw`] makes samples; [`charts`] shows
 //! all of it.
 

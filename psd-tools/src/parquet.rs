@@ -11,7 +11,7 @@ use mercury_common::formats::number::{NumberStyle, parse_number, push_number};
 use mercury_common::sizes::table::BY_QUOTA;
 use mercury_tables::{Column, Kind, Table, Values, WriteError};
 
-/// The entries of the metadata that say what the comments of a text file do: what is assumed inside a class, how sizes were drawn.
+/// The entries of the metadata in place of the comments of a text file: the distribution inside a class, how sizes were drawn.
 const ENTRIES: [&str; 2] = ["in-class", BY_QUOTA[0]];
 /// The ending that selects Parquet.
 const ENDING: &str = "parquet";

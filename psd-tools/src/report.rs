@@ -1,4 +1,4 @@
-//! What a check says, for people and for scripts.
+//! Reports of a check, as text and as JSON.
 
 use std::fmt::Write as _;
 
@@ -17,21 +17,21 @@ const DECILES: [(&str, f64); 3] = [("d10", 0.1), ("d50", 0.5), ("d90", 0.9)];
 /// A sample that was tested.
 #[derive(Debug, Clone, Copy)]
 pub struct Check<'a> {
-    /// What it is of.
+    /// Name of the sample.
     pub name: &'a str,
     /// The particles.
     pub sample: &'a Sample,
-    /// What they should be.
+    /// Distribution that the sizes should have.
     pub target: &'a SizeDistribution,
     /// The tests.
     pub goodness: &'a Goodness,
-    /// What they come to.
+    /// Verdict on the sample.
     pub verdict: &'a Verdict,
     /// 1 - level is the confidence of bands and intervals.
     pub level: f64,
     /// Mass present and mass set by the scene, kg.
     pub masses: Option<[f64; 2]>,
-    /// How many quotas the sizes come by; 0: at random, some or all.
+    /// Number of quotas that the sizes come by; 0: at random, some or all.
     pub quotas: usize,
 }
 
@@ -77,7 +77,7 @@ impl Check<'_> {
             );
         }
         let band = number_band(goodness.number, self.level);
-        // Of single sizes the curves are steps at the same places, and their distance there says nothing.
+        // Of single sizes the curves are steps at the same places, and their distance there has no meaning.
         if !self.target.has_single_sizes() {
             let _ = writeln!(
                 text,
@@ -148,8 +148,8 @@ impl Check<'_> {
 
     /// Whether these are all sizes of a quota, or of several.
     ///
-    /// They come in random order: what came first is like a random sample. Of n that are whole the curve of the n_i sizes of each
-    /// keeps within 1/n_i of the target, so that of all N within n/N; and the mass of each misses its target by half of the
+    /// Sizes come in random order: the first ones are like a random sample. Of n that are whole the curve of the n_i sizes of
+    /// each keeps within 1/n_i of the target, so that of all N within n/N; and the mass of each misses its target by half of the
     /// largest particle at most, and by one more where a total by number is shared out by rounding.
     #[must_use]
     pub fn is_whole_quota(&self) -> bool {
@@ -226,7 +226,7 @@ fn probability(p: f64) -> String {
     }
 }
 
-/// What two samples come to, for people.
+/// Comparison of two samples, as text.
 #[must_use]
 pub fn two_samples_text(name: &str, result: &TwoSamples, level: f64) -> String {
     let unit = Unit::for_length(result.wasserstein);
@@ -284,7 +284,7 @@ fn ends(interval: &Interval, show: impl Fn(f64) -> String) -> String {
     }
 }
 
-/// What two samples come to, for scripts.
+/// Comparison of two samples, as JSON.
 #[must_use]
 pub fn two_samples_json(result: &TwoSamples, level: f64) -> Value {
     let differences: Vec<Value> = result

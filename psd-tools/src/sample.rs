@@ -145,7 +145,7 @@ impl Sample {
         (self.volumes[1..].partition_point(|&v| v < wanted)).min(n - 1)
     }
 
-    /// How many equal particles would know the volume's distribution as well: (sum v)^2 / sum v^2.
+    /// Number of equal particles that would determine the volume's distribution as well: (sum v)^2 / sum v^2.
     #[must_use]
     pub fn effective_number_by_volume(&self) -> f64 {
         let scale = self.largest();

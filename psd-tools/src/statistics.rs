@@ -112,7 +112,7 @@ pub struct Statistics {
 }
 
 impl Statistics {
-    /// Of a distribution or a sample.
+    /// Statistics of a distribution or a sample.
     #[must_use]
     pub fn of(sizes: &Sizes, quantiles: Quantiles) -> Self {
         let classes = match (quantiles, sizes) {
@@ -272,9 +272,9 @@ pub fn linear_quantile(classes: &Classes, weighting: Weighting, u: f64) -> f64 {
 /// A unit of length for tables.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
-    /// As files write it.
+    /// Name as files write it.
     pub name: &'static str,
-    /// How many make a metre.
+    /// Number of units in a metre.
     pub per_metre: f64,
 }
 

@@ -30,7 +30,7 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// What it prints when all is well.
+/// Standard output of a run that succeeds.
 fn done(folder: &Path, arguments: &[&str]) -> String {
     let output = psd(folder, arguments);
     assert!(
@@ -41,7 +41,7 @@ fn done(folder: &Path, arguments: &[&str]) -> String {
     text(&output.stdout)
 }
 
-/// What it says when the input is wrong.
+/// Message of a run whose input is wrong.
 fn refused(folder: &Path, arguments: &[&str]) -> String {
     let output = psd(folder, arguments);
     assert_eq!(
@@ -85,7 +85,7 @@ fn stats_of_a_table_a_law_and_a_list() {
     let d10 = by["volume"]["d10"].as_f64().expect("a number");
     assert!((d10 / expected - 1.0).abs() < 1e-14, "{d10} {expected}");
     assert!(value["grain.psd.csv"]["mean_diameters"]["D[5,2]"].is_number());
-    // Each of the wanted means once, whether or not it is among those that are always printed.
+    // Each of the requested means once, whether or not it is among those that are always printed.
     let report = done(
         at,
         &words("stats grain.psd.csv --mean 5,2 --mean 4,3 --mean 5,2"),
@@ -818,7 +818,7 @@ fn shares_of_which_one_was_forgotten_are_named() {
     assert!(!report.contains("note:"), "{report}");
 }
 
-/// A check that says nothing of a forgotten unit, or of shares that it divided, hides what it tested.
+/// A check that does not mention a forgotten unit, or of shares that it divided, hides what it tested.
 #[test]
 fn a_check_says_what_was_noted_while_reading() {
     let folder = folder();

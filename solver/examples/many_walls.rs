@@ -1,5 +1,5 @@
-//! How long it takes to find what is near walls when a candidate list is built: through the cells, and by asking every particle for
-//! every wall; in one run, alternating.
+//! Time of the search for particles near walls when a candidate list is built: through the cells, and by a test of every particle
+//! with every wall; in one run, alternating.
 //!
 //!     cargo run --release -p solver --example many_walls
 

@@ -1,4 +1,4 @@
-//! How long a mesh takes to take new places of its corners, and how long to be made of the same triangles.
+//! Time in which a mesh takes new places of its corners, and time in which it is made of the same triangles.
 //!
 //!     cargo run --release -p solver --example reshape_speed
 
@@ -43,7 +43,7 @@ fn main() -> Result<(), WallError> {
             mesh.reshape(&places)?;
             reshaped.push(1e3 * start.elapsed().as_secs_f64());
         }
-        // What else the machine does makes times longer only.
+        // Other work of the machine only makes times longer.
         let least = |times: &[f64]| times.iter().copied().fold(f64::INFINITY, f64::min);
         let (made, reshaped) = (least(&made), least(&reshaped));
         let count = triangles.triangles.len();

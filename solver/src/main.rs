@@ -160,7 +160,7 @@ struct Arguments {
     completions: Option<cli::Shell>,
 }
 
-/// What it does besides running a scene.
+/// Command besides running a scene.
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Write a commented scene to start from, with the files it needs; nothing is ever replaced
@@ -174,7 +174,7 @@ fn lanes(text: &str) -> Result<Width, String> {
         .ok_or_else(|| format!("this processor can do {}", all.join(", ")))
 }
 
-/// How often checkpoints are written by the clock.
+/// Interval of checkpoints by the clock.
 #[derive(Debug, Clone, Copy)]
 struct Every(Option<Duration>);
 

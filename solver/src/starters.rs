@@ -1,4 +1,4 @@
-//! Scenes to start from: `mercury-solve new drum` writes one, with the files it needs, and says what to run next.
+//! Scenes to start from: `mercury-solve new drum` writes one, with the files it needs, and prints the next command.
 //!
 //! Their texts are files of this crate, `starters/`, so that they are read, run and changed like any scene.
 
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 pub struct Starter {
     /// The name on the command line;
     pub name: &'static str,
-    /// What it shows, in a line.
+    /// Summary of the scene, in a line.
     pub about: &'static str,
     /// Its files by name, the scene first.
     pub files: &'static [(&'static str, &'static str)],
@@ -158,9 +158,9 @@ pub enum StarterError {
     System {
         /// The file or folder.
         path: PathBuf,
-        /// What was tried.
+        /// Failed action.
         action: &'static str,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
 }

@@ -16,7 +16,7 @@ use peak_alloc::PeakAlloc;
 #[global_allocator]
 static COUNTED: PeakAlloc = PeakAlloc;
 
-/// What is allocated is counted for the whole program: one test at a time.
+/// Lock of the tests, one at a time: allocations are counted for the whole program.
 fn alone() -> MutexGuard<'static, ()> {
     static ALONE: Mutex<()> = Mutex::new(());
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
@@ -121,7 +121,7 @@ radius = 5.01e-3
 lattice = { min = [5e-3, 5e-3, 5e-3], max = [0.295, 0.295, 0.295], spacing = 0.01 }
 "#;
 
-/// What a scene allocates for its plan and an engine that has made some steps, and what its parts are estimated to take, bytes.
+/// Bytes that a scene allocates for its plan and an engine that has made some steps, and the estimate for its parts.
 fn allocated(folder: &Path, text: &str) -> (f64, f64) {
     let path = folder.join("scene.toml");
     fs::write(&path, text).unwrap();
@@ -133,7 +133,7 @@ fn allocated(folder: &Path, text: &str) -> (f64, f64) {
     let mut engine = Engine::new(Arc::clone(&plan), 1).unwrap();
     engine.steps_at_once(3, None).unwrap();
     engine.complete_step().unwrap();
-    // What an observation shows of the contacts is no part's.
+    // Contacts in an observation belong to no part.
     let observed = engine.take_observation();
     let crowd = SizeEstimate {
         rows: engine.particles.len() as f64,

@@ -24,7 +24,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// What a column of this type holds, in words for messages.
+    /// Noun for the values of a column of this type, for messages.
     #[must_use]
     pub fn plural(self) -> &'static str {
         match self {
@@ -100,7 +100,7 @@ impl Values {
         }
     }
 
-    /// How many there are, missing ones included.
+    /// Number of values, missing ones included.
     #[must_use]
     pub fn len(&self) -> usize {
         match self {
@@ -130,7 +130,7 @@ pub struct Column {
     pub name: String,
     /// The unit, `1` for pure numbers; empty when nothing is known of it.
     pub unit: String,
-    /// What is in its rows.
+    /// Values of its rows.
     pub values: Values,
 }
 

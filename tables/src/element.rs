@@ -38,10 +38,11 @@ impl Values {
     }
 }
 
-/// What [`Table::values`](crate::Table::values) gives: `f64`, `i32`, `i64`, `u8`, `u32`, `u64`, `Option<u32>`, `bool`, `String`.
-/// Nothing is rounded or cut: a whole number becomes an `f64` only if it is exactly that, and fits into the type or is refused.
+/// Type of the values that [`Table::values`](crate::Table::values) gives: `f64`, `i32`, `i64`, `u8`, `u32`, `u64`, `Option<u32>`,
+/// `bool`, `String`. Nothing is rounded or cut: a whole number becomes an `f64` only if it is exactly that, and fits into the
+/// type or is refused.
 pub trait Element: Sized + sealed::Sealed {
-    /// What is expected, for messages: `a number`.
+    /// Expected value, for messages: `a number`.
     const EXPECTED: &'static str;
     /// Columns of which types may hold it.
     const KINDS: &'static [Kind];

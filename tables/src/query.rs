@@ -28,7 +28,7 @@ pub use frames::Labels;
 /// Why a query has no answer.
 #[derive(Debug, thiserror::Error)]
 pub enum QueryError {
-    /// The query cannot be understood or asks for what is not there.
+    /// The query cannot be understood, or names a missing column.
     #[error("{0}")]
     Sql(String),
     /// A table cannot be read.

@@ -91,7 +91,7 @@ impl Table {
         self.columns.first().map_or(0, |column| column.values.len())
     }
 
-    /// The values of a column as a type: `f64` takes every number, whole or not, whole types what fits, `Option<u32>` knows
+    /// The values of a column as a type: `f64` takes every number, whole or not, whole types what fits, `Option<u32>` has
     /// missing values. A column of a text file is converted to the requested type.
     ///
     /// # Errors
@@ -211,7 +211,7 @@ fn numbers(cells: &[String]) -> Option<Values> {
     numbers.map(Values::F64)
 }
 
-/// That the system refuses a file.
+/// Error of a file that the system refuses.
 pub(crate) fn unreadable(path: &Path, error: &std::io::Error) -> FormatError {
     FormatError::of_file(path, format!("the file cannot be read: {error}"))
 }

@@ -1,5 +1,5 @@
-//! Closed-form physics that simulations are judged against: binary collisions, spheres on planes,
-//! and the parameters that belong to a wanted collision.
+//! Closed-form physics that simulations are compared with: binary collisions, spheres on planes,
+//! and the parameters that belong to a given collision.
 //!
 //! Pure functions of numbers in SI units; outside the stated domain they return NaN.
 

@@ -1,4 +1,4 @@
-//! Scenes that run for minutes: what theory or other programs say of them, and what our solver gives.
+//! Scenes that run for minutes: values of theory or other programs, and those of our solver.
 //!
 //! Each subject is run by itself. The page is `docs/validation-long.md` with a table of all checks beside it; the sections of subjects
 //! that are not run stay as they are. A check on the frozen list that no longer runs is an error, as in [`crate::validation`].
@@ -28,7 +28,7 @@ pub use page::Page;
 /// Names of all checks, one in each line; each begins with the key of its subject.
 const FROZEN: &str = include_str!("long/checks.txt");
 
-/// What a subject gave.
+/// Results of a subject.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reported {
     checks: Vec<Outcome>,
@@ -40,7 +40,7 @@ pub struct Reported {
 
 /// A subject of the page.
 pub struct Subject {
-    /// What it is called by, and what the names of its checks begin with.
+    /// Key of the subject, with which the names of its checks begin.
     pub key: &'static str,
     /// Its heading.
     pub title: &'static str,

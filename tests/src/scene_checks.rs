@@ -1,4 +1,4 @@
-//! Scenes of the project, read and run through the library, against what theory says of them.
+//! Scenes of the project, read and run through the library, against theory.
 
 mod clumps;
 

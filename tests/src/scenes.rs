@@ -83,7 +83,7 @@ pub fn sphere(position: DVec3, radius: f64, velocity: DVec3, spin: DVec3) -> New
     }
 }
 
-/// The same particle, held at all its velocities.
+/// A copy of the particle, held at all its velocities.
 pub fn held(particle: NewParticle) -> NewParticle {
     NewParticle {
         prescribed: PrescribedMotion::boxed(

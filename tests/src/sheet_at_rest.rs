@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use crate::reference::nearest_point;
 
-/// What rests, SI units.
+/// Sheet at rest, SI units.
 #[derive(Debug, Clone)]
 pub struct SheetAtRest {
     /// Places of the vertices, which are those without stress but for `prestrain`.
@@ -226,7 +226,8 @@ impl Energy<'_> {
         sum
     }
 
-    /// By the method of Broyden, Fletcher, Goldfarb and Shanno with limited memory (Nocedal & Wright 2006, algorithm 7.4).
+    /// Least energy by the method of Broyden, Fletcher, Goldfarb and Shanno with limited memory (Nocedal & Wright 2006, algorithm
+    /// 7.4).
     fn least(&self, mut x: Vec<DVec3>) -> Vec<DVec3> {
         const MEMORY: usize = 30;
         let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();

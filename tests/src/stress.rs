@@ -25,12 +25,12 @@ use crate::validation::compare_names;
 /// Names of all checks, one in each line.
 const FROZEN: &str = include_str!("stress/checks.txt");
 
-/// How long the cases run.
+/// Length of the cases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Length {
     /// For tests.
     Short,
-    /// As the scenes say.
+    /// As in the scenes.
     Long,
 }
 
@@ -44,14 +44,14 @@ impl Length {
     }
 }
 
-/// What is measured beside what theory expects.
+/// Measured value beside that of the theory.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Check {
-    /// What is looked at.
+    /// Name of the value.
     pub name: String,
-    /// What is expected.
+    /// Expected value.
     pub expected: String,
-    /// What came out.
+    /// Measured value.
     pub measured: String,
     /// Where the expectation comes from.
     pub source: &'static str,
@@ -127,7 +127,7 @@ fn shown(number: f64) -> String {
     }
 }
 
-/// What a case gave.
+/// Results of a case.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Found {
     /// Its checks.
@@ -136,7 +136,7 @@ pub struct Found {
     pub particles: usize,
     /// Steps of all its runs.
     pub steps: u64,
-    /// What a reader should know besides.
+    /// Notes for the reader.
     pub notes: Vec<String>,
 }
 
@@ -144,7 +144,7 @@ pub struct Found {
 pub struct Case {
     /// Name of the scene's file.
     pub scene: &'static str,
-    /// What is stressed.
+    /// Part of the solver that is stressed.
     pub what: &'static str,
     run: fn(Length) -> Result<Found>,
 }
@@ -154,11 +154,11 @@ pub struct Case {
 pub struct Outcome {
     /// Name of the scene's file.
     pub scene: &'static str,
-    /// What is stressed.
+    /// Part of the solver that is stressed.
     pub what: &'static str,
-    /// What came out.
+    /// Results of the case.
     pub found: Found,
-    /// By the clock, s.
+    /// Time by the clock, s.
     pub seconds: f64,
 }
 

@@ -19,20 +19,20 @@ use mercury_engine::state::{MaterialIndex, volume};
 use mercury_engine::walls::{Component, Mesh, Motion, Shape, Side, SphereShell};
 use mercury_solver::plan::Draft;
 
-/// Of the beads, m.
+/// Radius of the beads, m.
 const BEAD: f64 = 5e-3;
 const DENSITY: f64 = 2500.0;
 const GRAVITY: f64 = 9.81;
 const RESTITUTION: f64 = 0.5;
 
-/// What the two beads are.
+/// Kind of the two beads.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Beads {
     /// Fixed particles.
     Particles,
     /// Surfaces; they turn about the line through their centres, rad/s.
     Walls(f64),
-    /// The same as triangle meshes.
+    /// Triangle meshes of these surfaces; they turn in the same way, rad/s.
     Meshes(f64),
     /// Pebbles of a clump that turns about the same line, rad/s.
     Pebbles(f64),
@@ -41,11 +41,11 @@ pub enum Beads {
 /// A grain on top of two beads, 1 degree off the highest place.
 #[derive(Debug, Clone, Copy)]
 pub struct Groove {
-    /// What the two beads are.
+    /// Kind of the two beads.
     pub beads: Beads,
     /// Radius of a bead over that of the grain.
     pub ratio: f64,
-    /// Of all contacts.
+    /// Law of all contacts.
     pub law: AnyPairLaw,
     /// Time step, s.
     pub step: f64,

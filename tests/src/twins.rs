@@ -1,4 +1,4 @@
-//! The same scene twice: for the engine and for the reference path.
+//! Twins of a scene: one for the engine and one for the reference path.
 
 use glam::{DMat3, DVec3};
 use mercury_engine::contact::registry::AnyPairLaw;

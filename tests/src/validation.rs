@@ -1,4 +1,4 @@
-//! The validation page: what theory and other programs say, and what our solver gives.
+//! The validation page: values of theory and of other programs, and those of our solver.
 //!
 //! [`run`] computes the results with the solver, [`page`] writes them down, [`charts`] draws some of them. A check whose name is
 //! on the frozen list but that no longer runs is an error.

@@ -1,4 +1,4 @@
-//! Wet grains: collisions whose end theory knows, and the errors of the laws of liquid bridges.
+//! Wet grains: collisions whose end follows from theory, and the errors of the laws of liquid bridges.
 
 use std::path::Path;
 use std::sync::Arc;

@@ -1,11 +1,11 @@
-//! Tables beside the particles: what to say when one is missing, or ends before the particles do.
+//! Tables beside the particles: messages when one is missing, or ends before the particles do.
 
 use mercury_common::frames::FrameReader;
 use mercury_common::readable::counted;
 
 use crate::{ExportError, Source};
 
-/// That there is no table of a kind (`contacts`, `bodies`) beside the particles. `why` says what that may mean, `help` what to do.
+/// Error of a missing table (`contacts`, `bodies`) beside the particles. `why` is the likely cause, `help` the advice.
 pub(crate) fn missing(source: &Source, kind: &str, why: &str, help: &str) -> ExportError {
     let path = source.path().display();
     let folder = source.folder();

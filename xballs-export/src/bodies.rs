@@ -24,15 +24,15 @@ pub enum ClumpsAs {
 /// The bodies of one instant that are selected: by their centres of mass and their materials.
 #[derive(Debug)]
 pub(crate) struct Shown {
-    /// As a table.
+    /// Bodies as a table.
     pub(crate) table: Snapshot,
-    /// The same bodies.
+    /// Frame of the same bodies.
     pub(crate) frame: BodyFrame,
     /// Ids of all bodies of the run with surfaces of their own, selected or not.
     with_surface: HashSet<u32>,
 }
 
-/// The table of bodies of a run, if it has one; `help` says how to do without it if something is wrong with it.
+/// The table of bodies of a run, if it has one; `help`: how to do without it if it cannot be read.
 ///
 /// # Errors
 /// When the file cannot be read.
@@ -52,7 +52,7 @@ const PEBBLES: &str = "--clumps pebbles shows what there is";
 /// The table that `clumps` needs: none for pebbles.
 ///
 /// # Errors
-/// When surfaces are wanted of an input that has no table of bodies, or they cannot be read.
+/// When surfaces are requested of an input that has no table of bodies, or they cannot be read.
 pub(crate) fn reader_for(
     source: &Source,
     clumps: ClumpsAs,
@@ -69,13 +69,13 @@ pub(crate) fn reader_for(
     }
 }
 
-/// That there is no table of bodies.
+/// Error of a missing table of bodies.
 pub(crate) fn missing(source: &Source, help: &str) -> ExportError {
     let why = ": the run has no clumps, or is of an earlier version";
     beside::missing(source, "bodies", why, help)
 }
 
-/// What a user should know of clumps that cannot be shown as surfaces.
+/// Notes on clumps that cannot be shown as surfaces.
 pub(crate) fn notes(reader: Option<&BodyReader>) -> Vec<String> {
     let kinds = reader.map_or(&[][..], BodyReader::kinds).iter();
     let without = kinds.filter(|kind| kind.surface.is_none());

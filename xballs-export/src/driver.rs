@@ -17,30 +17,30 @@ use crate::{ExportError, Selection, Snapshot, Source, Table};
 pub struct Job {
     /// The input.
     pub source: Source,
-    /// Which frames, and which of their rows.
+    /// Frames and rows that are exported.
     pub selection: Selection,
     /// The folder for the files.
     pub output: Output,
 }
 
-/// What an export of frames did.
+/// Result of an export of frames.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Outcome {
     /// Frames that were given out.
     pub frames: usize,
-    /// What is wrong with the rest of the input.
+    /// Damage of the rest of the input.
     pub damage: Option<FormatError>,
     /// Frames that are in the files: fewer than `frames` in a film strip.
     pub written: usize,
-    /// What to do with the files, in lines to copy.
+    /// Commands for the written files, in lines to copy.
     pub to_copy: String,
-    /// What the user should know.
+    /// Notes for the user.
     pub notes: Vec<String>,
-    /// What the user must know: something requested is not in the files.
+    /// Warnings for the user: something requested is not in the files.
     pub warnings: Vec<String>,
 }
 
-/// A kind of output. It says what it needs and writes what it is given.
+/// A kind of output. It states its needs and writes the frames that it is given.
 pub trait Sink {
     /// The table of the run whose frames it takes.
     fn table(&self) -> Table {
@@ -71,7 +71,7 @@ pub trait Sink {
     /// When the frame has not what the output needs, or a file cannot be written.
     fn write(&mut self, snapshot: Snapshot) -> Result<(), ExportError>;
 
-    /// Completes the files and returns those that a user opens. `outcome` is what will be said of the export, and may be added to.
+    /// Completes the files and returns those that a user opens. `outcome` is the report of the export, and may be added to.
     ///
     /// # Errors
     /// When a file cannot be written.
@@ -82,7 +82,7 @@ pub trait Sink {
 /// frames, and what is wrong in [`Outcome::damage`].
 ///
 /// # Errors
-/// When the input cannot be read, no frame is selected, a file of an earlier export is in the way, or what the sink says.
+/// When the input cannot be read, no frame is selected, a file of an earlier export is in the way, or the error of the sink.
 pub fn export(
     job: &Job,
     mut sink: Box<dyn Sink + '_>,

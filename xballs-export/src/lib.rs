@@ -1,7 +1,7 @@
-//! What the solver wrote, turned into what people look at.
+//! Conversion of the solver's output into pictures, films and files of other programs.
 //!
 //! A [`Source`] is a run folder, a file of frames or a `.data` file; it gives [`Snapshot`]s one at a time, with all columns it
-//! has. A [`Selection`] says which of them and which rows. The [driver](export) hands them to a [`Sink`], one for each kind of
+//! has. A [`Selection`] chooses frames and rows. The [driver](export) hands them to a [`Sink`], one for each kind of
 //! output ([`sinks`]): ParaView, XBalls, CSV, Parquet, particle tables for scenes, LAMMPS and LIGGGHTS, pictures. All share one
 //! habit: whole files or none, and nothing is replaced without a request ([`output::Output`]).
 //!

@@ -167,7 +167,7 @@ fn execute(command: Command) -> Result<(), ExportError> {
     }
 }
 
-/// Writes a table that the run has as text, and says so.
+/// Writes a table that the run has as text, with a message.
 fn whole(
     common: &Common,
     table: RunTable,
@@ -233,7 +233,7 @@ fn draw(common: &Common, look: &Look, beside: &str, kind: PictureKind) -> Result
     })
 }
 
-/// Sets up a job, lets the driver write it, and says what was done.
+/// Sets up a job, lets the driver write it, and reports what was done.
 fn run(
     common: &Common,
     beside: &str,
@@ -243,7 +243,7 @@ fn run(
     run_into(common, beside, None, sink)
 }
 
-/// The same into one file, if one is given.
+/// Runs an export into one file, if one is given.
 fn run_into(
     common: &Common,
     beside: &str,

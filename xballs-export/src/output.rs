@@ -26,7 +26,7 @@ pub fn ending_of_file(path: &Path) -> Option<String> {
 /// Refuses the name of a file where a command writes into a folder.
 ///
 /// # Errors
-/// That it is the name of a file.
+/// The output is the name of a file.
 pub fn takes_folder(command: &str, output: Option<&Path>) -> Result<(), ExportError> {
     let Some((path, ending)) = output.and_then(|path| Some((path, ending_of_file(path)?))) else {
         return Ok(());
@@ -42,7 +42,7 @@ pub fn takes_folder(command: &str, output: Option<&Path>) -> Result<(), ExportEr
 pub struct Output {
     /// The folder.
     pub folder: PathBuf,
-    /// What the names of all files begin with.
+    /// Beginning of the names of all files.
     pub prefix: String,
     /// The one file that was requested instead of a folder.
     file: Option<PathBuf>,

@@ -48,7 +48,7 @@ pub(crate) struct Look {
     /// The point in the middle of the picture, in m
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
     target: Option<DVec3>,
-    /// What must be seen: auto (the bed, and walls and domain unless it gets too small), all or particles
+    /// Part of the scene in view: auto (the bed, and walls and domain unless it gets too small), all or particles
     #[arg(long, default_value = "auto", value_parser = framing)]
     framing: Framing,
     /// Size of the picture in pixels

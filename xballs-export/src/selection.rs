@@ -1,4 +1,4 @@
-//! Which frames, and which of their rows.
+//! Selection of frames and of their rows.
 
 use std::str::FromStr;
 
@@ -7,7 +7,7 @@ use mercury_common::frames::Column;
 
 use crate::{ExportError, Snapshot};
 
-/// Which frames, counted from 0.
+/// Choice of frames, counted from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum FrameChoice {
     /// All.
@@ -113,7 +113,7 @@ impl FromStr for Region {
     }
 }
 
-/// Which frames, and which of their particles.
+/// Selection of frames and of their particles.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Selection {
     /// Frames.
@@ -134,7 +134,7 @@ impl Selection {
     /// Leaves out the particles that are not selected.
     ///
     /// # Errors
-    /// When a material is not known, or the frame has no column to tell.
+    /// When a material is not known, or the frame has no column of it.
     pub fn apply(&self, snapshot: &mut Snapshot) -> Result<(), ExportError> {
         if !self.is_partial() {
             return Ok(());

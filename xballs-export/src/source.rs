@@ -31,7 +31,7 @@ pub struct Snapshot {
     pub specs: Vec<ColumnSpec>,
     /// The columns.
     pub frame: Frame,
-    /// What the input says of its run.
+    /// Facts about the run from the input.
     pub header: FramesHeader,
 }
 
@@ -63,7 +63,7 @@ impl Snapshot {
         mercury_common::paraview::vectors(&self.frame.columns, places)
     }
 
-    /// The domain, or the box around all particles if the input does not say.
+    /// The domain, or the box around all particles if the input has none.
     ///
     /// # Errors
     /// When there are neither a domain nor positions.
@@ -86,7 +86,7 @@ impl Snapshot {
         })
     }
 
-    /// Number of space dimensions, 3 if the input does not say.
+    /// Number of space dimensions, 3 if the input does not give it.
     #[must_use]
     pub fn dimensions(&self) -> u8 {
         self.header.dimensions.unwrap_or(3)
@@ -144,7 +144,7 @@ impl Source {
         Err(error.into())
     }
 
-    /// What the names of the run's files begin with.
+    /// Beginning of the names of the run's files.
     #[must_use]
     pub fn prefix(&self) -> &str {
         match self {

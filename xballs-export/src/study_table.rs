@@ -7,7 +7,7 @@ use mercury_tables::Table;
 use crate::ExportError;
 use crate::output::{ending_of_file, takes_folder};
 
-/// What the solver calls the table of a study.
+/// Name of the solver's table of a study.
 const FILE: &str = "study.csv";
 
 /// The table, if the input is a study: its folder, or the table itself.

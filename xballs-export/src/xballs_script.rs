@@ -16,7 +16,7 @@ pub(crate) struct Script {
     pub(crate) scale: f64,
     /// Offsets of the picture along x and upwards, in pixels.
     pub(crate) offset: [i64; 2],
-    /// What the colours mean: 8 shows `info`, as shades.
+    /// Meaning of the colours: 8 shows `info`, as shades.
     pub(crate) colour_mode: u8,
 }
 
@@ -47,7 +47,7 @@ impl Script {
     }
 
     /// The script as MercuryDPM writes it: it goes to its own folder, so that it can be started from anywhere, and hands its
-    /// arguments on. `XBALLS` in the environment says where the viewer is.
+    /// arguments on. `XBALLS` in the environment is the path of the viewer.
     #[must_use]
     pub(crate) fn to_text(&self) -> String {
         let offset = |name: &str, value: i64| {
@@ -67,7 +67,7 @@ impl Script {
         )
     }
 
-    /// Reads what a script of ours or of MercuryDPM says; options that are not known here are skipped.
+    /// Reads the options of a script of ours or of MercuryDPM; options that are not known here are skipped.
     ///
     /// # Errors
     /// When the file cannot be read or starts no viewer on a file.

@@ -134,7 +134,8 @@ fn dry_runs_have_neither() {
     assert!(said.contains("--contacts"), "{said}");
 }
 
-/// The table of particles has the liquid of bridges in its films; of frames that do not have it, the lines for a scene say so.
+/// The table of particles has the liquid of bridges in its films; of frames that do not have it, the lines for a scene mention
+/// it.
 #[test]
 fn particles_take_the_liquid_of_bridges_along() {
     for has_all in [true, false] {

@@ -159,15 +159,15 @@ fn evaluator(state: &State, count: usize, kernel: KernelChoice) -> Evaluator {
 /// Evaluations of which the median counts.
 const ROUNDS: usize = 9;
 
-/// What evaluations take, in s.
+/// Times of evaluations, in s.
 struct Times {
     /// The median, on one and on two threads; they alternate.
     wall: [f64; 2],
-    /// Processor time of one on one thread, mean; where the system does not tell, that of the clock.
+    /// Processor time of one on one thread, mean; where the system does not report it, that of the clock.
     processor: f64,
     /// Processor time of the busier of two threads, mean: what the clock would show if no other program used the processors.
     busier: f64,
-    /// What the last one gave.
+    /// Sums of the last evaluation.
     sums: Sums,
 }
 
@@ -413,7 +413,7 @@ fn precision() {
     println!("{path}");
 }
 
-/// What grids miss: between their points, where a straight line is drawn, and of the mass by the sum over cells.
+/// Errors of grids: between their points, where a straight line is drawn, and of the mass by the sum over cells.
 fn grids(state: &State, d: f64, layout: &Layout) -> Chart {
     println!(
         "{:>8}{:>10}{:>12}{:>12}{:>12}{:>10}",

@@ -1,4 +1,4 @@
-//! What the program does once it knows what is wanted.
+//! Work of the program, once its options are read.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ use mercury_common::{machine, readable};
 use super::Arguments;
 use super::files::{self, Output};
 
-/// Reads, computes and writes; returns what there is to say.
+/// Reads, computes and writes; returns the messages.
 pub(crate) fn compute(arguments: &Arguments) -> Result<String, CgError> {
     if let Some(threads) = arguments.threads {
         // Only fails where threads run already, and none do.
@@ -47,7 +47,7 @@ pub(crate) fn compute(arguments: &Arguments) -> Result<String, CgError> {
     for note in source.notes().iter().filter(|_| !arguments.quiet) {
         let _ = writeln!(std::io::stderr(), "note: {note}");
     }
-    // Times of frames before the first that is wanted.
+    // Times of frames before the first that is requested.
     let passed = Mutex::new(None::<(f64, f64)>);
     let first = match &mut source {
         // Waits for it.
@@ -160,7 +160,7 @@ pub(crate) fn compute(arguments: &Arguments) -> Result<String, CgError> {
     Ok(report)
 }
 
-/// Where a run says that it is over.
+/// The marker of a run that is over.
 fn end_of_run(input: &Path) -> PathBuf {
     let name = "summary.json";
     if input.is_dir() {
@@ -220,7 +220,7 @@ fn succession(arguments: &Arguments, analysis: &Analysis) -> Succession {
     }
 }
 
-/// Prints the notes on the input that the user has to know.
+/// Prints the notes on the input.
 fn warn(source: &Source, empty: bool, damage: Option<CgError>, frames: usize) {
     let say = |text: String| {
         // A closed standard error is not an error here.

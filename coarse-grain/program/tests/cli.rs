@@ -253,7 +253,7 @@ fn images_for_paraview_hold_every_field() {
             ("fabric".to_owned(), 9)
         ]
     );
-    // The blocks are as long as they say.
+    // The blocks have the stated length.
     let marker = b"encoding=\"raw\">\n_";
     let start = bytes
         .windows(marker.len())
@@ -595,7 +595,7 @@ fn mistakes_are_reported_with_a_way_out() {
         folder.path(),
         "there is no such file or folder",
     );
-    // What is there is kept.
+    // A file that exists is kept.
     fs::write(folder.path().join("a.csv"), "mine").unwrap();
     let kept = with("--coordinates O -o a.csv");
     bad(&kept, folder.path(), "--force replaces it");

@@ -13,7 +13,7 @@ use crate::evaluate::Scratch;
 use crate::state::{Space, State};
 use crate::sums::Sums;
 
-/// What an [`Analysis`] remembers from frame to frame. A copy goes on as the original would have.
+/// Memory of an [`Analysis`] from frame to frame. A copy goes on as the original would have.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Course {
     frames: usize,
@@ -23,7 +23,7 @@ pub struct Course {
     open: VecDeque<Open>,
     /// The first output time of smoothed fields (s), and the number of the next one.
     next_time: Option<(f64, usize)>,
-    /// Of the frame before, where fields are smoothed, s.
+    /// Time of the frame before, where fields are smoothed, s.
     last_time: Option<f64>,
     blocking: Blocking,
     kept: Kept,
@@ -112,7 +112,7 @@ impl Course {
     /// Takes a frame, and gives the blocks that it completes to `write`.
     ///
     /// # Errors
-    /// Those of `write`, and when the frame has other dimensions than those before it.
+    /// Errors of `write`, and a frame that has other dimensions than those before it.
     pub fn add(
         &mut self,
         analysis: &Analysis,
@@ -237,7 +237,7 @@ impl Course {
     /// Gives the blocks that no further frame completes to `write`.
     ///
     /// # Errors
-    /// Those of `write`.
+    /// Errors of `write`.
     pub fn finish(
         self,
         analysis: &Analysis,

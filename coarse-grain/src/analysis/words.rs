@@ -28,7 +28,7 @@ impl Words {
     }
 }
 
-/// Words that are still to be read. All that is taken is `None` where they end, or say what cannot be.
+/// Words that are still to be read. All that is taken is `None` where they end, or hold an impossible value.
 #[derive(Debug)]
 pub(crate) struct Reader<'a>(pub(crate) &'a [u64]);
 

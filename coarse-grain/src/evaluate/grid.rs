@@ -27,7 +27,7 @@ const MOST: usize = 24;
 
 /// The sums at all points, `layer.channels()` numbers each.
 ///
-/// They lie in memory from before, as far as there is any.
+/// Sums lie in memory from before, as far as there is any.
 pub(crate) fn spread(
     lattice: &Lattice,
     kernel: &Kernel,
@@ -286,7 +286,7 @@ fn groups(spans: &[Range<u32>], units: usize, bytes: usize) -> Vec<Group> {
 /// Some of the units between which a grid may be cut: rows of points, or single points where there is only one row.
 #[derive(Debug, Clone)]
 struct Units {
-    /// Those that are meant.
+    /// Range of the units.
     range: Range<usize>,
     /// The axis whose planes hold them.
     axis: usize,
@@ -499,7 +499,7 @@ mod tests {
         }
     }
 
-    /// What is spread is the same to the bit whatever instructions the processor has.
+    /// Spread sums are the same to the bit whatever instructions the processor has.
     #[test]
     fn the_bytes_do_not_depend_on_instructions() {
         use crate::coordinates::GridAxis;

@@ -34,7 +34,7 @@ struct Image {
 /// Originals that a thread places in one go.
 const CHUNK: usize = 4096;
 
-/// What images are made of.
+/// Data from which images are made.
 pub(crate) struct Imager<'a> {
     pub space: &'a Space,
     pub mirrors: &'a Mirrors,
@@ -95,7 +95,7 @@ impl Imager<'_> {
         }
     }
 
-    /// How many images something has in the mean, at most.
+    /// Largest mean number of images.
     pub(crate) fn count(&self) -> f64 {
         let along = |axis: usize| {
             let seen = self.high[axis] - self.low[axis] + 2.0 * self.reach;
@@ -148,7 +148,7 @@ impl Imager<'_> {
         (0..3).all(|axis| self.space.period(axis).is_none() && self.mirrors[axis] == [false; 2])
     }
 
-    /// What the points can see where there are no images.
+    /// Places the originals that the points can see, where there are no images.
     fn place_plainly(
         &self,
         originals: &[Original],

@@ -1,7 +1,7 @@
 //! Work that is compiled once more for processors with wide registers, chosen when the program runs.
 //!
-//! The same operations of IEEE 754 in the same order, several at a time and never fused: the bytes are those of every processor.
-//! `docs/performance.md` gives the gain.
+//! Both compilations make the same operations of IEEE 754 in the same order, several at a time and never fused: the bytes are
+//! those of every processor. `docs/performance.md` gives the gain.
 
 /// Work to be done with whatever instructions the processor has.
 pub(crate) trait Task {
@@ -16,7 +16,7 @@ pub(crate) struct Instructions(Kind);
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
-    /// Those that every processor of its kind has.
+    /// Instructions that every processor of its kind has.
     Common,
     /// Registers of four numbers.
     #[cfg(target_arch = "x86_64")]
@@ -24,7 +24,7 @@ enum Kind {
 }
 
 impl Instructions {
-    /// Those that every processor has.
+    /// Instructions that every processor has.
     #[cfg(test)]
     pub(crate) const COMMON: Self = Self(Kind::Common);
 

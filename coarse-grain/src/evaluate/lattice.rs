@@ -63,7 +63,7 @@ fn whole(x: f64, most: usize) -> usize {
 #[derive(Debug, Clone)]
 pub(crate) struct Lattice {
     pub axes: [LatticeAxis; 3],
-    /// Of each axis of the loops the Cartesian axis.
+    /// Cartesian axis of each axis of the loops.
     pub cartesian: [usize; 3],
     /// From one point to the next along each axis of the loops, in the order of results (x before y before z).
     strides: [usize; 3],

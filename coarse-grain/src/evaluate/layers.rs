@@ -24,7 +24,7 @@ impl Rows {
     }
 }
 
-/// The sums of contacts that are wanted.
+/// The requested sums of contacts.
 struct WantedOfContacts {
     lines: Vec<Sum>,
     moments: bool,
@@ -69,7 +69,7 @@ struct Part<'a> {
 }
 
 impl<'a> Part<'a> {
-    /// So many rows of so many numbers from the front.
+    /// Splits off so many rows of so many numbers from the front.
     fn split_off(&mut self, rows: usize, width: usize) -> Part<'a> {
         let (values, rest) = std::mem::take(&mut self.values).split_at_mut(rows * width);
         self.values = rest;
@@ -125,7 +125,7 @@ impl<'a> Part<'a> {
 /// Particles or contacts that a thread takes in one go.
 const CHUNK: usize = 4096;
 
-/// What a particle is to the fields.
+/// Role of a particle in the fields.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Role {
     /// Part of the fields.
@@ -136,7 +136,7 @@ enum Role {
     Still,
 }
 
-/// What equal particles have in common; these sums stand first in a layout.
+/// Sums that equal particles share; they stand first in a layout.
 pub(crate) const SIZES: [Sum; 3] = [Sum::Sizes, Sum::Volume, Sum::Mass];
 
 /// The particles that belong to the fields.
@@ -201,8 +201,8 @@ impl<'a> Roles<'a> {
         self.particles.mass.get(row).copied().unwrap_or(0.0)
     }
 
-    /// What of radius powers, volume and mass the layout wants, if all own particles have the same of it: then one number, spread for all of
-    /// them, is enough.
+    /// Radius powers, volume and mass that the layout needs, if all own particles have the same: then one number, spread for all
+    /// of them, is enough.
     pub(crate) fn uniform(&self, layout: &Layout) -> Option<Vec<f64>> {
         let particles = self.particles;
         let sizes = |row: usize| {
@@ -229,7 +229,8 @@ impl<'a> Roles<'a> {
         (all_equal && values.len() > 1).then_some(values)
     }
 
-    /// What each own particle carries. With `uniform` a one stands for sizes, volume and mass, see [`Self::uniform`].
+    /// Rows of the own particles with their numbers. With `uniform` a one stands for sizes, volume and mass, see
+    /// [`Self::uniform`].
     pub(crate) fn particles(&self, state: &State, layout: &Layout, uniform: bool, rows: &mut Rows) {
         let particles = self.particles;
         let touching = if layout.has(Sum::Touching) {
@@ -280,7 +281,7 @@ impl<'a> Roles<'a> {
         });
     }
 
-    /// What is spread by the gradient of the kernel: masses and momenta.
+    /// Rows that are spread by the gradient of the kernel: masses and momenta.
     pub(crate) fn gradients(&self, state: &State, layout: &Layout, rows: &mut Rows) {
         let particles = self.particles;
         let sums: Vec<Sum> = layout.of(Spread::Gradients).collect();
@@ -409,7 +410,7 @@ fn known(state: &State, row: usize) -> Option<DVec3> {
     Some(all[row]).filter(|displacement| displacement.is_finite())
 }
 
-/// How many particles each particle touches; walls do not count.
+/// Number of particles that each particle touches; walls do not count.
 fn touching(state: &State) -> Vec<u32> {
     let mut counts = vec![0; state.particles.len()];
     if let Some(contacts) = &state.contacts {

@@ -7,7 +7,7 @@ use super::spread::Placed;
 use crate::sums::Sums;
 
 /// Memory in which a frame is evaluated, to be used again for the next one: the system takes its time to hand out what was given back to it, and
-/// threads that ask for it wait for each other.
+/// threads that need it wait for each other.
 #[derive(Default)]
 pub struct Scratch {
     /// One for each spread, in the order of [`SPREADS`](crate::sums::SPREADS).
@@ -41,9 +41,9 @@ pub(super) struct SpreadScratch {
 /// Memory for sums at points.
 #[derive(Default)]
 pub(super) struct SumScratch {
-    /// Those of parts of the grid.
+    /// Sums of parts of the grid.
     pub parts: Vec<Vec<f64>>,
-    /// Those of all points.
+    /// Sums of all points.
     pub buffers: Buffers,
 }
 
@@ -55,7 +55,7 @@ impl Buffers {
     /// Most that wait: as many as one spread has at the same time.
     const MOST: usize = 4;
 
-    /// So many zeros.
+    /// Buffer of so many zeros.
     pub(super) fn zeros(&mut self, length: usize) -> Vec<f64> {
         let mut buffer = self.taken(length);
         buffer.clear();

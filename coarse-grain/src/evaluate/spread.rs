@@ -1,4 +1,4 @@
-//! What is spread in one way: where it sits, and its numbers.
+//! Rows that are spread in one way: their places, and their numbers.
 
 use glam::DVec3;
 
@@ -33,7 +33,7 @@ pub(crate) struct Layer {
     pub spread: Spread,
     /// Numbers per row.
     pub width: usize,
-    /// Of each number the axes whose mirroring turns its sign.
+    /// Axes whose mirroring turns the sign, of each number.
     pub parity: Vec<u8>,
     /// Rows of numbers.
     pub values: Vec<f64>,

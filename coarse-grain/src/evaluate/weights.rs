@@ -32,7 +32,7 @@ pub(crate) struct Seen<'a, const F: usize> {
     pub lines: Range<usize>,
     /// The first point of the part.
     pub begin: usize,
-    /// What is at the points of the part.
+    /// Sums at the points of the part.
     pub sums: &'a mut [[f64; F]],
 }
 
@@ -95,7 +95,7 @@ pub(crate) struct GaussianRows<'a> {
     ranges: [Range<usize>; 3],
     nodes: Vec<f64>,
     weights: Vec<f64>,
-    /// Of each axis, point by point of the range, the factors of the nodes.
+    /// Factors of the nodes, of each axis, point by point of the range.
     tables: [Vec<f64>; 3],
     bounds: Bounds,
 }

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::lattice::LatticeAxis;
 use crate::kernel::{Kernel, LineCut};
 
-/// What a window holds of each row of a plane of the grid; kept, so that its memory is.
+/// Points of a window in each row of a plane of the grid; kept, so that its memory is.
 #[derive(Debug, Default)]
 pub(crate) struct Bounds {
     firsts: Vec<[u32; LANES]>,
@@ -44,7 +44,7 @@ const ROUND: f64 = 6_755_399_441_055_744.0;
 /// Added before rounding it rounds up: points may lie outside by 1e-11 of their distance.
 const NEARLY_HALF: f64 = 0.5 - 1e-11;
 
-/// The larger of two numbers; unlike `f64::max` one instruction, since it says nothing of what is no number.
+/// The larger of two numbers; unlike `f64::max` one instruction, since its result for NaN is not specified.
 #[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
@@ -123,7 +123,7 @@ impl Window {
         }
     }
 
-    /// What `own`, a part of the grid, has in the window around `centre` in its plane `i`.
+    /// Points of `own`, a part of the grid, in the window around `centre` in its plane `i`.
     #[inline(always)]
     pub(crate) fn plane(
         &self,

@@ -1,8 +1,8 @@
-//! Which frames.
+//! Choice of frames.
 
 use std::str::FromStr;
 
-/// Which frames of an input are used, by their numbers from 0.
+/// Choice of frames of an input, by their numbers from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum FrameChoice {
     /// All of them.

@@ -308,7 +308,7 @@ struct Twin {
     reader: Option<FstatReader<Box<dyn std::io::BufRead + Send>>>,
     current: Option<FstatFrame>,
     last_time: Option<f64>,
-    /// How many particles the frame before had.
+    /// Number of particles of the frame before.
     particles: Option<usize>,
 }
 

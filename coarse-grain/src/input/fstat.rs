@@ -49,7 +49,7 @@ pub(super) fn contacts(frame: &FstatFrame, particles: &Particles) -> Result<Cont
             let distance = particles.radius[i] + particles.radius[j] - line.overlap;
             (Partner::Particle(j as u32), line.normal, distance)
         };
-        // A line of a fixed particle that some writers leave in: its partner's line says the same.
+        // A line of a fixed particle that some writers leave in: its partner's line holds the same.
         if let Partner::Particle(j) = partner
             && j as usize > i
             && !particles.flowing[i]

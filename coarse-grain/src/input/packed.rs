@@ -10,7 +10,7 @@ use mercury_common::run_files::Packing;
 
 /// Bytes that are read in one go.
 const BUFFER: usize = 1 << 17;
-/// Opens a file, unpacking it on the way if its first bytes say that it is packed; the name is only used in messages.
+/// Opens a file, unpacking it on the way if it is packed by its first bytes; the name is only used in messages.
 pub(super) fn open_text(path: &Path) -> Result<Box<dyn BufRead + Send>, FormatError> {
     let cannot = |error| FormatError::of_file(path, format!("the file cannot be opened: {error}"));
     let mut file = BufReader::with_capacity(BUFFER, File::open(path).map_err(cannot)?);
@@ -26,7 +26,7 @@ fn buffered(reader: impl Read + Send + 'static) -> Box<dyn BufRead + Send> {
     Box::new(BufReader::with_capacity(BUFFER, reader))
 }
 
-/// Of programs that were built without these.
+/// Refuses the file in programs that were built without these.
 #[cfg(not(feature = "packed"))]
 fn unpacked(
     _: BufReader<File>,

@@ -11,7 +11,7 @@ use mercury_common::formats::lines::LineReader;
 use super::{ball, open_text, spin_of_ball};
 use crate::state::{Contacts, Partner, State};
 
-/// What stands in a restart file.
+/// Content of a restart file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Restart {
     /// Particles with their masses, contacts with their forces and torques.
@@ -20,7 +20,7 @@ pub struct Restart {
     pub densities: Vec<f64>,
     /// 2: discs, 3: spheres.
     pub particle_dimensions: u8,
-    /// What of it the fields do not see, and what was taken otherwise than it stands there.
+    /// Notes of content that the fields do not use, and of values that were taken otherwise than they stand there.
     pub notes: Vec<String>,
 }
 

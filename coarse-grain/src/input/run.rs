@@ -18,7 +18,7 @@ use super::{FrameChoice, Needs, PAUSE, Skipped, States, check, spin_of_ball};
 use crate::CgError;
 use crate::state::{Contacts, Particles, Partner, Space, State};
 
-/// How long a followed run may go without a process that writes it: a run that is resumed has none for a moment.
+/// Time for which a followed run may be without a process that writes it: a run that is resumed has none for a moment.
 const PATIENCE: Duration = Duration::from_secs(if cfg!(test) { 1 } else { 10 });
 
 /// A run: particles, and contacts and bodies beside them.
@@ -131,7 +131,7 @@ impl RunSource {
         self.particles.refresh()
     }
 
-    /// What is wrong behind the last frame of one of the files.
+    /// Damage behind the last frame of one of the files.
     fn damage(&self) -> Option<CgError> {
         let bodies = self.bodies.as_ref().map(BodyReader::frames);
         let contacts = self.contacts.as_ref().map(ContactReader::frames);
@@ -173,8 +173,8 @@ impl RunSource {
         Box::new(states.take_while(move |item| !std::mem::replace(&mut stopped, item.is_err())))
     }
 
-    /// The chosen states as they come, until the file `end` says that the run is over, or no process has written into its folder for ten seconds
-    /// ([`Self::broke_off`]), and all that is there has been given. After an error nothing follows.
+    /// The chosen states as they come, until the file `end` marks the run as over, or no process has written into its folder for
+    /// ten seconds ([`Self::broke_off`]), and all that is there has been given. After an error nothing follows.
     pub fn follow(
         &mut self,
         choice: FrameChoice,

@@ -1,4 +1,4 @@
-//! What a cut takes from the line integral of a Gaussian, tabulated over the length of the segment.
+//! Share of the line integral of a Gaussian that a cut-off takes away, tabulated over the length of the segment.
 
 use std::f64::consts::{PI, SQRT_2};
 

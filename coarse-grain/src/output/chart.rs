@@ -12,7 +12,7 @@ use crate::evaluate::Evaluator;
 /// Most charts on a page: somewhat more than the components of the standard fields.
 const MOST: usize = 48;
 
-/// What is smaller than this part of the largest value says nothing of its sign.
+/// Part of the largest value below which the sign of a value is round-off.
 const ROUND_OFF: f64 = 1e-9;
 
 /// Maps of lengths are to scale unless one side is so many times the other: then nothing could be seen along the shorter one.
@@ -141,7 +141,7 @@ pub fn refuse_widths(evaluator: &Evaluator, columns: usize) -> Result<(), CgErro
     Ok(())
 }
 
-/// Which frames a mean is of.
+/// Frames of a mean, in words.
 fn mean_of(block: &Block) -> String {
     format!(
         "Mean of {} frames, t = {} to {} s",
@@ -368,7 +368,8 @@ mod tests {
         }
     }
 
-    /// One particle in a box three times as high as wide: the air has no velocity and no say in the colours, but a density of zero.
+    /// One particle in a box three times as high as wide: the air has no velocity and no part in the colours, but a density of
+    /// zero.
     #[test]
     fn maps_leave_the_air_blank_and_are_to_scale() {
         use crate::analysis::{Analysis, Part, Reference};

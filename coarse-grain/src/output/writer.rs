@@ -32,7 +32,7 @@ impl Format {
     /// The kind of file that a name selects by its ending.
     ///
     /// # Errors
-    /// When the ending says nothing.
+    /// When the ending is not known.
     pub fn of(path: &Path) -> Result<Self, CgError> {
         match path.extension().and_then(|ending| ending.to_str()) {
             Some("stat") => Ok(Self::Stat),
@@ -74,9 +74,9 @@ pub struct Writer {
 /// The file of a series of blocks.
 #[derive(Debug)]
 enum Growing {
-    /// It has its name from the beginning.
+    /// The file has its name from the beginning.
     Live(File),
-    /// It gets its name when it is complete.
+    /// The file gets its name when it is complete.
     Whole(WholeFile),
 }
 
@@ -259,7 +259,7 @@ pub fn push_table(out: &mut Vec<u8>, analysis: &Analysis, block: &Block, first: 
     csv::push_rows(out, evaluator, block, timed);
 }
 
-/// A line that says how the numbers came about.
+/// A line about the origin of the numbers.
 #[must_use]
 pub fn about(analysis: &Analysis, block: &Block, timed: bool) -> String {
     let kernel = &analysis.evaluator.kernel;

@@ -1,4 +1,4 @@
-//! What flows and what pushes: momentum, spin, gradients.
+//! Balances of momentum and spin, and gradients.
 
 use glam::DVec3;
 use mercury_cg::coordinates::{Coordinates, Place};

@@ -97,7 +97,7 @@ fn cylindrical_fields_keep_mass_and_turn_vectors() {
 #[test]
 fn an_axis_may_be_any_and_turns_with_the_state() {
     let state = packing(40, 15, false);
-    // The same state with its axes permuted: x to z, y to x, z to y.
+    // The turned state is the original with its axes permuted: x to z, y to x, z to y.
     let turn = |v: DVec3| DVec3::new(v.y, v.z, v.x);
     let mut turned = state.clone();
     let p = &mut turned.particles;

@@ -60,7 +60,8 @@ fn differences(name: &str, sums: &Sums, h: f64) -> DMat3 {
     DMat3::from_cols(along(0), along(1), along(2))
 }
 
-/// What is derived from gradients is so by the fields themselves, of velocities and of displacements that not all particles have.
+/// Derived rates and strains are gradients of the fields themselves, of velocities and of displacements that not all particles
+/// have.
 #[test]
 fn rates_and_strains_are_gradients_of_fields() {
     let mut state: State = packing(60, 16, false);

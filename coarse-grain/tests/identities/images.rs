@@ -132,7 +132,7 @@ fn mirrors_see_each_other() {
         let sums = evaluator.sums(&state, &all(), None);
         let found = integral(&sums, Sum::Mass, 1.0 / 40.0);
         close(&found, total.at(Sum::Mass, 0), 1e-12, "mass");
-        // As the cosine series of the same says: the n-th term decays as exp(-(n pi w)^2 / 2).
+        // By the cosine series of this sum: the n-th term decays as exp(-(n pi w)^2 / 2).
         let p = &state.particles;
         for point in 0..sums.points {
             let z = (point as f64 + 0.5) / 40.0;

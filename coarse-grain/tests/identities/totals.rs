@@ -123,7 +123,7 @@ fn one_contact_integrates_to_force_times_branch_for_every_kernel() {
             let evaluator = Evaluator::new(Coordinates::default(), Place::Grid(grid(n)), choice);
             let sums = evaluator.sums(&state(l, force), &Layout::new(&[Sum::Stress]), None);
             let cell = (2.2 / n as f64).powi(3);
-            // What a sum over cells sees of a function with a jump or a kink at its edge.
+            // Error of a sum over cells for a function with a jump or a kink at its edge.
             let tolerance = match (shape, cutoff) {
                 (KernelShape::Gaussian, 8.8) => 1e-13,
                 (KernelShape::Gaussian, 5.0) => 2e-5,

@@ -1,4 +1,4 @@
-//! What tests share: random packings and tables.
+//! Helpers that several tests use: random packings and tables.
 
 #![allow(dead_code)]
 

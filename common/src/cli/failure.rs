@@ -1,4 +1,4 @@
-//! How a program ends, and what it says when it ends badly.
+//! Exit codes of programs, and the messages of their failures.
 
 use std::fmt;
 use std::io::Write;
@@ -29,17 +29,17 @@ impl From<Exit> for ExitCode {
     }
 }
 
-/// What a program's work comes to.
+/// Result of a program's work.
 pub type Outcome = Result<(), Failure>;
 
-/// Why there is no success: how the program ends, and what it says.
+/// Failure of a program: its exit code and its message.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Failure {
     /// How the program ends.
     pub exit: Exit,
-    /// What it says on standard error; nothing if empty.
+    /// Message on standard error; empty for none.
     pub message: String,
-    /// The same for programs, one by one, where more is known than the text says.
+    /// Problems of the message one by one, for programs that read them; empty where the text is all that is known.
     problems: Vec<Problem>,
     /// The requested output is already on standard output.
     is_answered: bool,
@@ -66,7 +66,7 @@ impl Failure {
         }
     }
 
-    /// Says what the message says for programs, too.
+    /// Adds the problems of the message one by one, for programs that read them.
     #[must_use]
     pub fn with_problems(mut self, problems: Vec<Problem>) -> Self {
         self.problems = problems;

@@ -13,7 +13,7 @@ use signal_hook::iterator::Signals;
 
 use super::{Exit, Failure};
 
-/// What is removed when the program is ended at once, the last first.
+/// Paths that are removed, the last first, when the program is ended at once.
 static TEMPORARY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 fn temporary() -> MutexGuard<'static, Vec<PathBuf>> {

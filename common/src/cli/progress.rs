@@ -8,7 +8,7 @@ use crate::readable::duration;
 /// Width of the bar in characters.
 const BAR: usize = 20;
 
-/// Shows progress on a terminal (one line, rewritten) or elsewhere (a line now and then). What it shows never reaches a file of
+/// Shows progress on a terminal (one line, rewritten) or elsewhere (a line now and then). The text never reaches a file of
 /// the program.
 #[derive(Debug)]
 pub struct Progress<W: Write = Stderr> {
@@ -134,14 +134,14 @@ impl<W: Write> Progress<W> {
     }
 }
 
-/// A program that fails says why in a line of its own.
+/// A program that fails gives the reason in a line of its own.
 impl<W: Write> Drop for Progress<W> {
     fn drop(&mut self) {
         self.clear();
     }
 }
 
-/// Of work that goes on as it has since its beginning, of which nothing was done.
+/// Progress line of work that goes on as it has since its beginning, of which nothing was done.
 fn line(share: f64, seconds: f64, text: &str, with_bar: bool) -> String {
     let done = share.clamp(0.0, 1.0);
     line_left(
@@ -167,7 +167,7 @@ fn line_left(share: f64, left: f64, text: &str, with_bar: bool) -> String {
 mod tests {
     use super::*;
 
-    /// What a progress line wrote.
+    /// Text that a progress line wrote.
     fn shown(terminal: bool, act: impl FnOnce(&mut Progress<&mut Vec<u8>>)) -> String {
         let mut out = Vec::new();
         let mut progress = Progress::to(&mut out, terminal);

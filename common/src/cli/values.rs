@@ -7,7 +7,7 @@ use crate::units::{Dimension, Quantity};
 /// A number above 0, for `value_parser`. Use it with `allow_negative_numbers`, so that the message for -1 gives the reason.
 ///
 /// # Errors
-/// What is wrong with the text.
+/// The text is not a finite number above 0.
 pub fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
@@ -50,7 +50,7 @@ pub fn quantity(wanted: Dimension) -> impl Fn(&str) -> Result<f64, String> + Clo
 /// A time by the clock, for `value_parser`: `90s`, `10m`, `1h30m`, `2d`; a number alone is seconds.
 ///
 /// # Errors
-/// What is wrong with the text.
+/// The text is not a time such as `90s` or `1h30m`.
 pub fn duration(text: &str) -> Result<Duration, String> {
     let wrong = || "expected a time like 90s, 10m, 1h30m or 2d".to_owned();
     let mut seconds = 0.0;

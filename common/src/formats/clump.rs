@@ -25,7 +25,7 @@ pub struct Pebble {
     pub radius: f64,
 }
 
-/// What a clump file holds: a rigid body in the frame of its principal axes, and how it came about.
+/// Content of a clump file: a rigid body in the frame of its principal axes, and how it came about.
 ///
 /// The body frame has its origin in the centre of mass and the principal axes, in the order of ascending moments, as
 /// axes. A point `x` of the input is at `rotation^T (x - centre_of_mass)` in the body frame.
@@ -46,7 +46,7 @@ pub struct ClumpFile {
     /// Its columns are the principal axes in the frame of the input: right-handed, orthonormal.
     pub rotation: DMat3,
     /// How mass, centre and moments were found: `surface`, `union`, `voxels` or `pebbles` by `mclump`, `given` where the
-    /// file does not say.
+    /// file does not give it.
     pub inertia_method: String,
     /// Spheres that touch in place of the body, centres in the body frame; at least one.
     pub pebbles: Vec<Pebble>,
@@ -54,7 +54,7 @@ pub struct ClumpFile {
     pub surface: Option<String>,
     /// Where the body came from: files with their hashes, scale. No tool depends on it.
     pub source: Vec<(String, Remark)>,
-    /// What was checked and found. No tool depends on it.
+    /// Checks that were made, with their results. No tool depends on it.
     pub checks: Vec<(String, Remark)>,
 }
 
@@ -113,7 +113,7 @@ impl ClumpFile {
         self.surface.as_ref().map(|surface| folder.join(surface))
     }
 
-    /// What keeps this from being a rigid body, each with its key; empty for a sound one.
+    /// Reasons why this is not a rigid body, each with its key; empty for a sound one.
     #[must_use]
     pub fn problems(&self) -> Vec<ClumpProblem> {
         rules::problems(self)

@@ -38,7 +38,7 @@ pub struct FstatFrame {
 /// A contact of two particles makes two rows, `(i, j)` and `(j, i)`, that differ in the sign of
 /// `normal` and `tangent`; the row of a fixed particle is left out. A contact with a wall makes one row,
 /// and **its normal and tangent have the other sign**: they point from the particle into the wall.
-/// [`force`](Self::force) knows this.
+/// [`force`](Self::force) takes account of this.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ContactRow {
     /// Time in s, repeated from the frame.

@@ -131,7 +131,8 @@ impl<R: BufRead> LineReader<R> {
     }
 }
 
-/// The same text with a line feed in place of each carriage return that has none: such are the line ends of old programs of the Macintosh.
+/// The text with a line feed in place of each carriage return that has none: such are the line ends of old programs of the
+/// Macintosh.
 pub(crate) fn with_line_feeds(bytes: &[u8]) -> Cow<'_, [u8]> {
     let is_alone = |at: usize| bytes[at] == b'\r' && bytes.get(at + 1) != Some(&b'\n');
     if !(bytes.contains(&b'\r') && (0..bytes.len()).any(is_alone)) {
@@ -217,7 +218,7 @@ impl<'a> Tokens<'a> {
         }
     }
 
-    /// The next token as a number; `name` says in messages what it is.
+    /// The next token as a number; `name` is its noun in messages.
     ///
     /// # Errors
     /// If the line ends here, or the token is not a number.

@@ -1,7 +1,7 @@
 //! Triangle meshes of surfaces: STL (binary and text) and OBJ.
 //!
 //! See `docs/formats/surface-mesh.md`. Normals, colours, texture and names are not kept: the order of
-//! the vertices says which side is outside (counter-clockwise seen from there).
+//! the vertices gives the side outside (counter-clockwise seen from there).
 
 mod obj;
 mod stl;
@@ -27,7 +27,7 @@ pub struct TriangleMesh {
     /// Three indices into `vertices` per triangle, in the order of the file. Triangles whose corners
     /// coincide are kept: see [`degenerate_triangles`](Self::degenerate_triangles).
     pub triangles: Vec<[u32; 3]>,
-    /// How many corners of the file were merged into another one.
+    /// Number of corners of the file that were merged into another one.
     pub welded: usize,
     /// The coordinates are known in single precision only, as those of a binary STL.
     pub is_single_precision: bool,
@@ -134,7 +134,7 @@ fn check_tolerance(path: &Path, tolerance: f64) -> Result<(), FormatError> {
     Ok(())
 }
 
-/// Reads what the file says.
+/// Reads the triangles of the file.
 fn read_surface(path: &Path) -> Result<Surface, FormatError> {
     let extension = path
         .extension()
@@ -169,7 +169,7 @@ fn read_surface(path: &Path) -> Result<Surface, FormatError> {
     Ok(surface)
 }
 
-/// What a file says: corners that may occur several times.
+/// Triangles as a file lists them: corners may occur several times.
 #[derive(Debug, Default)]
 struct Surface {
     vertices: Vec<DVec3>,

@@ -50,7 +50,7 @@ pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), FormatError> 
         .map_err(|error| FormatError::of_file(path, format!("the file cannot be written: {error}")))
 }
 
-/// What tests share.
+/// Helpers that several tests use.
 #[cfg(test)]
 pub(crate) mod test_support {
     use glam::DVec3;

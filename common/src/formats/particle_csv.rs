@@ -32,7 +32,7 @@ pub struct ClumpCells {
 pub struct ParticleRow {
     /// Centre in m; of a clump its centre of mass.
     pub position: DVec3,
-    /// What it is if it is a clump.
+    /// Cells of a clump; none for a sphere.
     pub clump: Option<Box<ClumpCells>>,
     /// Radius in m, positive; of a clump 0.
     pub radius: f64,
@@ -65,7 +65,7 @@ const RADIUS: usize = 3;
 /// Position of `clump` in [`COLUMNS`], which is no number either; what only clumps have stands behind it.
 const CLUMP: usize = 11;
 
-/// How many of [`COLUMNS`] must be there.
+/// Number of [`COLUMNS`], from the first, that must be there.
 const REQUIRED: usize = 4;
 
 /// Position of `material` in [`COLUMNS`], which is no number.

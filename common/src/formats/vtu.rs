@@ -29,7 +29,7 @@ pub struct VtuGrid<'a> {
     pub time: Option<f64>,
     /// Corners of the cells in m.
     pub points: Cow<'a, [DVec3]>,
-    /// What connects the points.
+    /// Cells that connect the points.
     pub cells: VtuCells<'a>,
     /// Arrays with one entry per point.
     pub point_data: Vec<VtuArray<'a>>,
@@ -37,7 +37,7 @@ pub struct VtuGrid<'a> {
     pub cell_data: Vec<VtuArray<'a>>,
 }
 
-/// What connects the points of a grid. Entries are indices of points.
+/// Cells of a grid. Entries are indices of points.
 #[derive(Debug, Clone, Default)]
 pub enum VtuCells<'a> {
     /// Every point is a cell of its own, as for spheres, so that thresholds and clips of ParaView work on them.
@@ -81,7 +81,7 @@ pub enum VtuPrecision {
 /// How blocks are stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum VtuCompression {
-    /// As they are.
+    /// Without compression.
     None,
     /// Deflate (zlib) at its fastest level where a sample of the block shrinks by a tenth, else stored inside zlib's frame:
     /// the digits of measured quantities hardly shrink, and trying costs more time than a disk does.
@@ -94,9 +94,9 @@ pub enum VtuCompression {
 /// How a grid is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct VtuOptions {
-    /// Of floating point numbers.
+    /// Precision of floating point numbers.
     pub precision: VtuPrecision,
-    /// Of blocks.
+    /// Compression of blocks.
     pub compression: VtuCompression,
     /// Compress blocks in the current rayon pool; else on the calling thread. The bytes are the same.
     pub parallel: bool,
@@ -125,7 +125,7 @@ pub enum VtuError {
     Grid {
         /// The file that was to be written.
         path: PathBuf,
-        /// What does not fit.
+        /// Description of the mismatch.
         reason: String,
     },
     /// A list of files cannot be continued.
@@ -133,9 +133,9 @@ pub enum VtuError {
     List {
         /// The `.pvd` file.
         path: PathBuf,
-        /// What it holds.
+        /// Number of bytes in the file.
         found: String,
-        /// What it should hold.
+        /// Number of bytes that the file should hold.
         expected: String,
     },
     /// The operating system refused.

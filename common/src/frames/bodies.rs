@@ -1,4 +1,4 @@
-//! The table of rigid bodies: one row per body; what its kind looks like stands in a file beside it.
+//! The table of rigid bodies: one row per body; the surface of its kind is in a file beside it.
 
 use std::path::Path;
 
@@ -43,9 +43,9 @@ pub struct BodyFrame {
     pub angular_velocity: Vec<DVec3>,
     /// Moments of inertia about the axes of the principal frame, in kg m^2.
     pub principal_moments: Vec<DVec3>,
-    /// What contacts do to the body: force, in N.
+    /// Contact force on the body, in N.
     pub force: Vec<DVec3>,
-    /// What contacts do to the body: torque about the centre of mass, in N m.
+    /// Contact torque on the body about its centre of mass, in N m.
     pub torque: Vec<DVec3>,
 }
 

@@ -1,4 +1,4 @@
-//! What the kinds of clumps look like: the triangles of their own surfaces, in a file beside the table of bodies.
+//! Surfaces of the kinds of clumps: triangles in a file beside the table of bodies.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ const FILE: TriangleFile = TriangleFile {
     corner: "corner of a triangle, the body's principal frame, scale 1",
 };
 
-/// What the bodies of one clump have in common.
+/// Data that all bodies of one clump share.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ClumpKind {
     /// Name in the scene.

@@ -4,8 +4,8 @@ use glam::{DQuat, DVec3};
 
 use super::{Column, ColumnKind, ColumnSpec, Frame, FrameSchema};
 
-/// What is done with every column of a [`Table`](super::Table): its description is noted, its values are put into a frame, or
-/// taken out of one. `names` are those of the flat columns, as many as the values have components.
+/// Operation on every column of a [`Table`](super::Table): noting its description, putting its values into a frame, or taking
+/// them out of one. `names` are those of the flat columns, as many as the values have components.
 pub trait ColumnVisitor {
     /// A column that every file of the table has.
     fn column<V: Values>(&mut self, values: &mut V, names: &[&str], unit: &str, description: &str);
@@ -20,7 +20,7 @@ pub trait ColumnVisitor {
         description: &str,
     );
 
-    /// As many columns of numbers as the file has.
+    /// Columns of numbers, as many as the file has.
     fn numbers(&mut self, lists: &mut Vec<Vec<f64>>, in_file: &[ColumnSpec]);
 }
 
@@ -229,7 +229,7 @@ impl Values for Vec<bool> {
     }
 }
 
-/// Also from a column that might miss values (other programs call all columns nullable) but misses none.
+/// Read also from a column that might miss values (other programs call all columns nullable) but misses none.
 impl Values for Vec<u32> {
     const KIND: ColumnKind = ColumnKind::U32;
 

@@ -13,11 +13,11 @@ const MEMBRANE: [&str; 1] = ["membrane"];
 pub struct HistoryColumn {
     /// The SI unit.
     pub unit: String,
-    /// What the law keeps there.
+    /// Meaning of the value that the law keeps in the column.
     pub description: String,
 }
 
-/// Which optional columns a file of contacts has; fixed for the file.
+/// Optional columns of a file of contacts; fixed for the file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ContactColumns {
     /// Couple on particle i beyond the lever arm of the force.
@@ -66,7 +66,7 @@ pub struct ContactFrame {
     pub bridge_normal: Option<Vec<f64>>,
     /// Its viscous force on i in the tangent plane, in N.
     pub bridge_shear: Option<Vec<DVec3>>,
-    /// What the contact laws remember: one list per entry of [`ContactColumns::history`].
+    /// Memory of the contact laws: one list per entry of [`ContactColumns::history`].
     pub history: Vec<Vec<f64>>,
 }
 

@@ -75,7 +75,7 @@ impl Column {
 pub struct Frame {
     /// Time, in s. Kept even when the frame has no rows.
     pub time: f64,
-    /// Number of time steps made; in a file that does not say, the number of the frame.
+    /// Number of time steps made; in a file without it, the number of the frame.
     pub step: u64,
     /// One column per entry of [`FrameSchema::columns`](super::FrameSchema::columns).
     pub columns: Vec<Column>,

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::FrameSchema;
 use super::schema::TITLE_KEY;
 
-/// What a file of particles or contacts says about its run. Everything is optional to a reader.
+/// Facts about the run in a file of particles or contacts. Everything is optional to a reader.
 ///
 /// Lists are one key per entry (`material.0`, `material.1`, ...) and vectors are three decimals with spaces between, so
 /// that any language reads them without a parser.
@@ -68,7 +68,7 @@ impl FramesHeader {
     /// Reads the entries back from the metadata of a file.
     ///
     /// # Errors
-    /// What was found and what was expected, when a key is there but its value has another form.
+    /// A key has a value of another form; the two texts are the value found and the form expected.
     pub fn of(schema: &FrameSchema) -> Result<Self, [String; 2]> {
         let metadata = schema.metadata();
         let vector = |key: &str| -> Result<Option<DVec3>, [String; 2]> {

@@ -132,7 +132,7 @@ pub fn sheets(
 ) -> Result<Vec<SheetNow>, String> {
     let mut sheets: Vec<SheetNow> = Vec::new();
     for (row, &sheet) in vertices.membrane.iter().enumerate() {
-        // Rows stand in the order of the sheets, so that a file cannot ask for more of them than it has rows.
+        // Rows stand in the order of the sheets, so that a file cannot claim more of them than it has rows.
         let index = sheet as usize;
         if index > sheets.len() || index + 1 < sheets.len() {
             return Err(format!("row {row}: membrane {sheet} is out of order"));

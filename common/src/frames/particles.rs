@@ -15,7 +15,7 @@ const ANGULAR_VELOCITY: [&str; 3] = ["wx", "wy", "wz"];
 const FORCE: [&str; 3] = ["fx", "fy", "fz"];
 const TORQUE: [&str; 3] = ["tx", "ty", "tz"];
 
-/// Which optional columns a file of particles has; fixed for the file.
+/// Optional columns of a file of particles; fixed for the file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ParticleColumns {
     /// The body that a sphere belongs to.
@@ -33,7 +33,7 @@ pub struct ParticleColumns {
 }
 
 impl ParticleColumns {
-    /// All that this version knows but [`more`](Self::more).
+    /// All columns of this version but [`more`](Self::more).
     #[must_use]
     pub fn all() -> Self {
         Self {
@@ -70,7 +70,7 @@ impl ParticleColumns {
 
 /// The particles at one instant; all lists have one entry per particle.
 ///
-/// An optional list is there when the file's [`ParticleColumns`] say so.
+/// An optional list is there when it is in the file's [`ParticleColumns`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ParticleFrame {
     /// Time, in s.

@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io::{self, Write};
 
-/// What the writer needs of a file; a trait, so that a test can record the order of the writes.
+/// File operations that the writer needs; a trait, so that a test can record the order of the writes.
 pub(super) trait WriteAt {
     /// Writes all of `bytes` so that the first lands at `offset`, counted in bytes from the start.
     fn write_all_at(&self, bytes: &[u8], offset: u64) -> io::Result<()>;

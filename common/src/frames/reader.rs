@@ -12,12 +12,12 @@ use super::schema::{TIME, VERSION_KEY};
 use super::{Column, ColumnKind, FRAMES_VERSION, Frame, FrameSchema};
 use crate::error::FormatError;
 
-/// What is known of a frame without its columns.
+/// Facts about a frame that are known without its columns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrameInfo {
     /// Time, in s.
     pub time: f64,
-    /// Number of time steps made; in a file that does not say, the number of the frame.
+    /// Number of time steps made; in a file without it, the number of the frame.
     pub step: u64,
     /// Number of rows (particles, contacts).
     pub rows: usize,
@@ -34,7 +34,7 @@ struct MessageSpan {
     end: u64,
 }
 
-/// What stands at an offset where a message may begin.
+/// Content at an offset where a message may begin.
 enum Next {
     End,
     Message {
@@ -144,7 +144,7 @@ impl FrameReader {
         self.frames.iter().map(|(info, _)| *info)
     }
 
-    /// What is wrong behind the last whole frame, if anything is.
+    /// Problem behind the last whole frame, if there is one.
     pub fn damage(&self) -> Option<&FormatError> {
         self.damage.as_ref()
     }

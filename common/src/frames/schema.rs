@@ -1,4 +1,4 @@
-//! What a file of frames holds: named, typed columns with units, and facts about the run.
+//! Schema of a file of frames: named, typed columns with units, and facts about the run.
 
 use std::collections::{BTreeMap, HashSet};
 
@@ -75,7 +75,7 @@ pub struct ColumnSpec {
     pub kind: ColumnKind,
     /// The SI unit (`m/s`, `N m`), `1` for numbers without one.
     pub unit: String,
-    /// What the column is, for people.
+    /// Meaning of the column, for readers of the file.
     pub description: Option<String>,
 }
 
@@ -173,7 +173,7 @@ impl FrameSchema {
         &self.metadata
     }
 
-    /// What the frames hold (`particles`, `contacts`); empty for files of other programs.
+    /// Content of the frames (`particles`, `contacts`); empty for files of other programs.
     pub fn kind(&self) -> &str {
         self.metadata.get(KIND_KEY).map_or("", String::as_str)
     }

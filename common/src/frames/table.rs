@@ -1,4 +1,4 @@
-//! A table of frames: what its columns are, said once, and the writer and reader that follow from it.
+//! A table of frames: its columns, declared once, and the writer and reader that follow from them.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use crate::error::FormatError;
 
 /// Rows at one instant that a file of frames holds, with lists of equal length: particles, contacts, walls, ...
 ///
-/// A type says its columns once, in [`columns`](Self::columns); the schema of the file, [`TableWriter`] and [`TableReader`]
+/// A type declares its columns once, in [`columns`](Self::columns); the schema of the file, [`TableWriter`] and [`TableReader`]
 /// follow.
 ///
 /// ```
@@ -49,10 +49,10 @@ use crate::error::FormatError;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait Table: Default {
-    /// What the file says it holds, the value of the schema metadata `kind`.
+    /// Name of the content in the file, the value of the schema metadata `kind`.
     const KIND: &'static str;
 
-    /// What is fixed for a whole file: its optional columns, what its rows speak of.
+    /// Facts that are fixed for a whole file: its optional columns, the objects that its rows refer to.
     type Layout: Default;
 
     /// Time in s and number of time steps made.
@@ -69,12 +69,12 @@ pub trait Table: Default {
         Ok(Self::Layout::default())
     }
 
-    /// What the layout adds to the metadata of the schema, besides [`FramesHeader::entries`].
+    /// Metadata of the schema that the layout adds to [`FramesHeader::entries`].
     fn metadata(_: &Self::Layout) -> Vec<(String, String)> {
         Vec::new()
     }
 
-    /// Whether the rows make sense, alone and in a file of this layout; the error says what does not.
+    /// Whether the rows make sense, alone and in a file of this layout; the error describes what does not.
     ///
     /// # Errors
     /// When they do not.
@@ -125,7 +125,7 @@ pub trait Table: Default {
     fn into_frame(mut self) -> Frame {
         let (&mut time, &mut step) = self.moment();
         let mut put = Put::default();
-        // What is there is put; whether it is what the file has, the writer of frames sees.
+        // Columns that have values are put; the writer of frames compares them with the schema of the file.
         self.columns(&Self::Layout::default(), &mut put);
         Frame {
             time,
@@ -146,7 +146,7 @@ impl<T: Table> TableWriter<T>
 where
     T::Layout: Clone,
 {
-    /// Creates a file without frames; a file of that name is replaced. What has a file of its own beside it is written at
+    /// Creates a file without frames; a file of that name is replaced. A part with a file of its own beside it is written at
     /// once.
     ///
     /// # Errors
@@ -244,12 +244,12 @@ impl<T: Table> TableReader<T> {
         })
     }
 
-    /// What the file says about its run.
+    /// Facts about the run from the header of the file.
     pub fn header(&self) -> &FramesHeader {
         &self.header
     }
 
-    /// What is fixed for the whole file.
+    /// Facts that are fixed for the whole file.
     pub fn layout(&self) -> &T::Layout {
         &self.layout
     }
@@ -300,7 +300,7 @@ impl<T: Table> TableReader<T> {
 /// Opens a file that should hold a table of this kind.
 pub(super) fn open_kind(path: &Path, kind: &str) -> Result<FrameReader, FormatError> {
     let reader = FrameReader::open(path)?;
-    // Files of other programs do not say their kind; there the columns decide.
+    // Files of other programs do not give their kind; there the columns decide.
     let found = reader.schema().kind();
     if !found.is_empty() && found != kind {
         return Err(FormatError {

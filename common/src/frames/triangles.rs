@@ -14,11 +14,11 @@ const CORNERS: [[&str; 3]; 3] = [["ax", "ay", "az"], ["bx", "by", "bz"], ["cx", 
 
 /// Whose triangles a file holds.
 pub(super) struct TriangleFile {
-    /// What the file says it holds.
+    /// Name of the content in the file, the value of the schema metadata `kind`.
     pub(super) kind: &'static str,
     /// The column with the index of the wall or clump.
     pub(super) owner: &'static str,
-    /// What a corner is.
+    /// Meaning of a corner.
     pub(super) corner: &'static str,
 }
 

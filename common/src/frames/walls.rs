@@ -1,4 +1,4 @@
-//! The table of walls: one row per wall, saying where it stands; what it looks like stands in the header.
+//! The table of walls: one row per wall with its placement; its surface is in the header.
 
 use std::path::{Path, PathBuf};
 
@@ -48,7 +48,7 @@ impl Table for WallFrame {
     }
 
     fn columns(&mut self, _: &Vec<Surface>, visitor: &mut impl ColumnVisitor) {
-        // The file holds a column for each part of a placement, and the index of the wall, which rows here need not say.
+        // The file holds a column for each part of a placement, and the index of the wall, which rows here need not give.
         let mut wall: Vec<u32> = (0..self.placement.len() as u32).collect();
         let parts = self.placement.iter().map(|p| (p.translation, p.rotation));
         let (mut translation, mut rotation): (Vec<DVec3>, Vec<DQuat>) = parts.unzip();

@@ -27,7 +27,7 @@ pub enum FrameWriteError {
         path: PathBuf,
         /// The step of the frame that was refused.
         step: u64,
-        /// What does not fit.
+        /// Description of the mismatch.
         reason: String,
     },
     /// The columns cannot be a schema.
@@ -84,7 +84,7 @@ impl FrameWriter {
 
     /// Continues a file after a restart: the first `frames` frames stay, later ones are cut off.
     ///
-    /// A checkpoint should keep [`len`](Self::len) for this, after [`sync`](Self::sync). What is appended then gives the
+    /// A checkpoint should keep [`len`](Self::len) for this, after [`sync`](Self::sync). Frames appended then give the
     /// same bytes as a run that never stopped. Damage behind the frames that stay does not matter. A reader that is amid
     /// one of the frames cut off gets an error. The title of the run may have changed: the file keeps its own.
     ///

@@ -18,7 +18,7 @@ pub enum Group {
     Quaternion([usize; 4]),
 }
 
-/// What the columns with a short stem mean in the frames of Mercury.
+/// Meaning of the columns with a short stem in the frames of Mercury.
 const STEMS: [(&str, &str); 10] = [
     ("", "position"),
     ("v", "velocity"),
@@ -80,7 +80,7 @@ pub fn vectors(columns: &[Column], [x, y, z]: [usize; 3]) -> Option<Vec<DVec3>> 
     Some(parts.map(|((&x, &y), &z)| DVec3::new(x, y, z)).collect())
 }
 
-/// What the column says that [`clump_column`] gives.
+/// Description of the column that [`clump_column`] gives.
 #[must_use]
 pub fn clump_spec() -> ColumnSpec {
     ColumnSpec::new("clump", ColumnKind::OptionalU32, "1")

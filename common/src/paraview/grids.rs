@@ -65,7 +65,7 @@ fn push_groups(
 
 /// Contacts as lines along their branch vectors, with every column of the frame, and `force_magnitude`, `normal_force`
 /// (positive where the partners repel each other) and `tangential_force` for tubes. `centre` gives the position of a
-/// particle by its id; where it does not know it, the line is laid centrally through the contact point.
+/// particle by its id; where the id is not known, the line is laid centrally through the contact point.
 ///
 /// # Errors
 /// When a column of a table of contacts is missing.
@@ -252,7 +252,7 @@ pub fn membranes(
     })
 }
 
-/// Loads put to the triangles of a grid; `spans` says where those of each wall that is there lie.
+/// Loads put to the triangles of a grid; `spans` holds the rows of each wall that is there.
 fn load_arrays(
     loads: &TriangleLoadFrame,
     spans: &[Option<Range<usize>>],

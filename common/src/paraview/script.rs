@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-/// Which series there are.
+/// Series of files that there are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ScriptParts {
     /// `<prefix>.particles.pvd`.

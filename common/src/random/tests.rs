@@ -61,7 +61,7 @@ fn frozen_words() {
     assert_eq!(far, FROZEN_FAR);
 }
 
-/// As the frozen words, for the functions that are built on them. Python's library gives the same bits.
+/// Frozen values of the functions that are built on the frozen words. Python's library gives the same bits.
 #[test]
 fn frozen_draws() {
     let mut stream = Stream::new(42, "insertion", 0);

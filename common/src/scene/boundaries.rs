@@ -14,7 +14,7 @@ use super::source::Located;
 pub struct NamedRegion {
     /// Unique among its kind.
     pub name: Located<String>,
-    /// By particle centre.
+    /// Region; a particle is in it by its centre.
     pub region: Located<Region>,
 }
 

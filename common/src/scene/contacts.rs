@@ -16,20 +16,20 @@ pub struct ContactOverride {
     pub between: [Located<MaterialIndex>; 2],
     /// Where the entry stands.
     pub place: SourceSpan,
-    /// Of the normal law.
+    /// Override of the normal law.
     pub normal: Option<LawOverride>,
-    /// Of the law of sliding.
+    /// Override of the law of sliding.
     pub tangential: Option<LawOverride>,
-    /// Of the law of rolling.
+    /// Override of the law of rolling.
     pub rolling: Option<LawOverride>,
-    /// Of the law of torsion.
+    /// Override of the law of torsion.
     pub torsion: Option<LawOverride>,
-    /// Of the liquid bridges.
+    /// Override of the liquid bridges.
     pub liquid: Option<LawOverride>,
 }
 
 impl ContactOverride {
-    /// What is replaced of a part.
+    /// Replacement for the law of a part.
     #[must_use]
     pub fn law(&self, part: LawPart) -> Option<&LawOverride> {
         match part {

@@ -1,4 +1,4 @@
-//! The typed reader over the document. It knows the key path, records the keys that were read, and collects every problem instead
+//! The typed reader over the document. It keeps the key path, records the keys that were read, and collects every problem instead
 //! of stopping at the first.
 //!
 //! A method that reads returns `None` after it has reported; callers read everything they need and
@@ -27,7 +27,7 @@ use crate::within::Within;
 /// Up to this many allowed keys are listed when one is not known.
 const SHORT_LIST: usize = 12;
 
-/// Which files a scene may name.
+/// Files that a scene may name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Files {
     /// A file that is missing is an error.
@@ -38,7 +38,7 @@ pub enum Files {
     Unchecked,
 }
 
-/// What all cursors of a document share.
+/// Data that all cursors of a document share.
 pub(super) struct Context {
     pub(super) errors: RefCell<Vec<SceneError>>,
     pub(super) directory: PathBuf,
@@ -51,7 +51,7 @@ pub(super) struct Context {
     pub(super) named: RefCell<Vec<NamedFile>>,
 }
 
-/// What an entry of a list is called that has no name, where it needs one: `wall-3` for `walls[2]`.
+/// Name of an entry of a list that has none, where it needs one: `wall-3` for `walls[2]`.
 fn default_name(path: &str) -> Option<String> {
     let (list, index) = path.strip_suffix(']')?.rsplit_once('[')?;
     let one = match list.rsplit('.').next()? {
@@ -129,7 +129,7 @@ pub(super) struct Fields<'a> {
     /// Problems that [`finish`](Self::finish) reports better: keys that are missing while a misspelt one is there. A caller that
     /// stops at a missing key never calls `finish`.
     left_to_finish: RefCell<Vec<SceneError>>,
-    /// The keys that may stand there, where a table says so.
+    /// The keys that may stand there, where a table lists them.
     keys: Option<&'static TableKeys>,
     variant: Option<&'static Variant>,
     /// Whether keys that are not known have been reported.
@@ -159,7 +159,7 @@ impl<'a> Fields<'a> {
     }
 
     /// Holds the table to these keys: reports those that are not known, and more than one of those that exclude each other. Where the
-    /// word that decides on further keys is wrong, keys are not judged.
+    /// word that decides on further keys is wrong, keys are not checked.
     pub(super) fn hold_to(&mut self, keys: &'static TableKeys) {
         self.keys = Some(keys);
         self.variant = keys.variant_of(self.table);
@@ -207,7 +207,7 @@ impl<'a> Fields<'a> {
         variant.map(|variant| variant.name)
     }
 
-    /// Of the keys that exclude each other the one that is given, if it is the only one.
+    /// The one key that is given, of those that exclude each other; none if there are more.
     pub(super) fn chosen(&self, choice: usize) -> Option<&'static str> {
         let mut given = self.keys?.choices[choice]
             .keys
@@ -220,7 +220,7 @@ impl<'a> Fields<'a> {
         self.keys?.of(self.variant).find(|key| key.name == name)
     }
 
-    /// The value of a key by what the table says of it, or its default.
+    /// The value of a key by its entry in the table of keys, or its default.
     pub(super) fn read<T: FromKey>(&self, name: &'static str) -> T {
         self.read_or_miss(name, false)
     }
@@ -298,7 +298,7 @@ impl<'a> Fields<'a> {
         self.place.with_key(key_path::child(self.place.key(), key))
     }
 
-    /// Whether the key is there; does not count as asking for it.
+    /// Whether the key is there; does not count as reading it.
     pub(super) fn has(&self, key: &str) -> bool {
         self.table.get(key).is_some()
     }
@@ -393,8 +393,8 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// Of keys that exclude each other: reports when more than one is there, or, where one is
-    /// `needed`, none. True when exactly one is there.
+    /// Check of keys that exclude each other: reports when more than one is there, or, where one is `needed`, none. True when
+    /// exactly one is there.
     pub(super) fn exactly_one(&self, keys: &[&'static str], needed: bool) -> bool {
         let given: Vec<&str> = keys.iter().copied().filter(|key| self.has(key)).collect();
         match given.as_slice() {

@@ -1,4 +1,4 @@
-//! What is wrong with a scene, each problem with its place.
+//! Problems of a scene, each with its place.
 
 use std::fmt;
 
@@ -14,14 +14,14 @@ const MOST_PRINTED: usize = 50;
 /// One problem of a scene.
 ///
 /// Printed as `scene.toml:12:9: materials.glass.friction: must be >= 0, got -0.3`, then the source
-/// line with carets under the value, then `help: ...` where there is more to say.
+/// line with carets under the value, then `help: ...` where there is advice.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneError {
-    /// Where it is; knows the key.
+    /// Place of the error, with its key.
     pub place: SourceSpan,
-    /// What is wrong.
+    /// Description of the problem.
     pub message: String,
-    /// What to do about it.
+    /// Advice on how to solve it.
     pub help: Option<String>,
 }
 

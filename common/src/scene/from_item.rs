@@ -1,4 +1,4 @@
-//! Values of the document as what the table of keys says of them.
+//! Values of the document, read by the table of keys.
 
 use std::path::PathBuf;
 
@@ -10,16 +10,16 @@ use super::laws::Range;
 use super::source::{Located, SourceSpan};
 use super::{ClumpIndex, MaterialIndex};
 
-/// What a value of the scene is read as.
+/// Type that is read from a value of the scene.
 pub(super) trait FromItem: Sized {
     /// Reads a value; reports what is wrong.
     fn from_item(item: &Item<'_>, kind: &'static Kind) -> Option<Self>;
 }
 
-/// What a key of the scene is read as.
+/// Type that is read from a key of the scene.
 pub(super) trait FromKey: FromItem {
-    /// What stands in the place of a value that is wrong or missing, until all mistakes are collected. No scene has it: a scene with
-    /// mistakes is refused. Numbers are not a number, so that no rule between two keys complains of them.
+    /// Placeholder for a value that is wrong or missing, until all mistakes are collected. No scene has it: a scene with mistakes
+    /// is refused. Numbers are not a number, so that no rule between two keys reports them.
     fn placeholder(place: &SourceSpan) -> Self;
 
     /// The value of a key that is left out and has no default.

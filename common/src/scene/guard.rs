@@ -7,7 +7,7 @@ use super::source::Located;
 /// `[guard]`: limits beyond which a simulation is not to be trusted, and what happens there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Guard {
-    /// What happens beyond a limit; default strict.
+    /// Action beyond a limit; default strict.
     pub policy: GuardPolicy,
     /// Largest overlap, in smaller radii; default 0.5, or `contact.overlap_error` if that is more.
     pub overlap: Located<f64>,
@@ -15,14 +15,14 @@ pub struct Guard {
     pub way: Located<f64>,
 }
 
-/// What happens beyond a limit.
+/// Action beyond a limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum GuardPolicy {
     /// The run stops.
     Strict,
-    /// It goes on; how often it happened, and the worst case, are reported at the end.
+    /// The run goes on; the number of cases, and the worst case, are reported at the end.
     Warn,
-    /// It goes on and nothing is said.
+    /// The run goes on without a message.
     Off,
 }
 
@@ -43,7 +43,7 @@ pub(super) static GUARD: TableKeys = TableKeys::new(&[&[
     key("way", positive(""), "0.5", "longest way in one step, as a fraction of the radius").or(0.5),
 ]]);
 
-/// `overlap_error`: the limit of the start, which this one is not below unless it is said.
+/// `overlap_error`: the limit of the start, which this one is not below unless it is given.
 pub(super) fn read(fields: &Fields<'_>, overlap_error: f64) -> Guard {
     let overlap: Option<Located<f64>> = fields.read("overlap");
     Guard {

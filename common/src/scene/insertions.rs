@@ -30,9 +30,9 @@ pub struct Insertion {
     pub place: SourceSpan,
     /// Where particles appear; they lie wholly inside.
     pub region: Located<Region>,
-    /// What appears; at least one.
+    /// Components that are inserted; at least one.
     pub mixture: Vec<Component>,
-    /// What the shares of the mixture are shares of; default mass.
+    /// Quantity that the shares of the mixture divide; default mass.
     pub share_by: Quantity,
     /// How sizes follow the distributions; default random.
     pub method: Located<Method>,
@@ -57,7 +57,7 @@ pub struct Insertion {
 pub struct Component {
     /// Where the entry stands.
     pub place: SourceSpan,
-    /// What it is made of.
+    /// Kind of body.
     pub body: Body,
     /// Its sizes; a clump's size is the diameter of a sphere of equal volume. None: a clump comes in its own size.
     pub psd: Option<Located<Psd>>,
@@ -65,11 +65,11 @@ pub struct Component {
     pub share: f64,
     /// Its share as it is written.
     pub stated_share: f64,
-    /// What differs from the default, SI; in a mixture those of the insertion hold for entries without the key.
+    /// Properties that differ from the default, SI; in a mixture those of the insertion hold for entries without the key.
     pub properties: Vec<PropertyValue>,
 }
 
-/// What an inserted body is.
+/// Kind of an inserted body.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Body {
     /// Spheres of a material.
@@ -78,7 +78,7 @@ pub enum Body {
     Clump(Located<ClumpIndex>),
 }
 
-/// What is counted.
+/// Measure of an amount of particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Quantity {
     /// Particles.

@@ -290,7 +290,7 @@ impl<'a> Item<'a> {
         self.noted(self.path("file", None, Path::is_file))
     }
 
-    /// A file; `help` says how to make it where there is none.
+    /// A file; `help` is the advice where there is none.
     pub(super) fn file_or(&self, help: &str) -> Option<Located<PathBuf>> {
         self.noted(self.path("file", Some(help), Path::is_file))
     }

@@ -27,20 +27,20 @@ pub enum Variants {
     Word {
         /// The key.
         key: &'static str,
-        /// What it names, for messages.
+        /// Noun for the choice, for messages.
         what: &'static str,
         /// An example of the key's value.
         example: &'static str,
-        /// What the key means.
+        /// Meaning of the key.
         text: &'static str,
-        /// What holds where the key is left out and that of the variant's name is there; none: the key must be given.
+        /// Variant that holds where the key is left out and that of the variant's name is there; none: the key must be given.
         absent: Option<&'static Variant>,
-        /// By its words.
+        /// Variants by their words.
         of: &'static [Variant],
     },
     /// On the first of these keys that is there.
     Key {
-        /// By their first keys.
+        /// Variants by their first keys.
         of: &'static [Variant],
         /// Whether exactly one of them must be there.
         alone: bool,
@@ -54,7 +54,7 @@ pub struct Variant {
     pub name: &'static str,
     /// The keys, in groups that tables share.
     pub keys: &'static [&'static [SceneKey]],
-    /// What it is.
+    /// Meaning of the variant.
     pub text: &'static str,
 }
 
@@ -72,17 +72,17 @@ pub struct Choice {
 pub struct SceneKey {
     /// The key.
     pub name: &'static str,
-    /// What may stand there.
+    /// Permitted values.
     pub kind: Kind,
-    /// What holds where it is left out.
+    /// Value where the key is left out.
     pub absent: Absent,
     /// A value to copy, perhaps with a comment.
     pub example: &'static str,
-    /// What it means.
+    /// Meaning of the key.
     pub text: &'static str,
 }
 
-/// What may stand at a key.
+/// Kind of value that is permitted at a key.
 #[derive(Debug, Clone, Copy)]
 pub enum Kind {
     /// A number with its SI unit (empty for pure numbers) and range.
@@ -91,13 +91,13 @@ pub enum Kind {
     Whole(u64, u64),
     /// True or false.
     Flag,
-    /// One of these words; the first text says what they name.
+    /// One of these words; the first text is the noun for them.
     Word(&'static str, fn() -> Vec<&'static str>),
     /// This word beside what else may stand there.
     Keyword(&'static str),
     /// A number of mean diameters, as in `"1.5d"`.
     Diameters,
-    /// So many numbers of a unit and range.
+    /// A fixed count of numbers of a unit and range.
     Numbers(&'static str, usize, Range),
     /// Numbers with a unit each.
     Row(&'static [&'static str]),
@@ -113,7 +113,7 @@ pub enum Kind {
     Line,
     /// Any string.
     Text,
-    /// A file; the text says how to make it.
+    /// A file; the text describes how to make it.
     File(&'static str),
     /// A folder.
     Folder,
@@ -121,7 +121,7 @@ pub enum Kind {
     Material,
     /// The name of a clump.
     Clump,
-    /// A list; the text says what it must have one of at least, nothing where it may be empty.
+    /// A list; the text names its entries, of which it needs one, and is empty where the list may be.
     List(&'static str, &'static Kind),
     /// A table.
     Table(&'static TableKeys),
@@ -133,10 +133,10 @@ pub enum Kind {
     OneOf(&'static [Kind]),
 }
 
-/// What holds where a key is left out.
+/// Value where a key is left out.
 #[derive(Debug, Clone, Copy)]
 pub enum Absent {
-    /// It must be given.
+    /// The key must be given.
     Needed,
     /// This number.
     Number(f64),
@@ -150,15 +150,15 @@ pub enum Absent {
     EmptyList,
     /// A table without keys: the defaults of all.
     EmptyTable,
-    /// What the text says; nothing where it is empty.
+    /// Description in words; empty where there is nothing to describe.
     Open(&'static str),
-    /// It must be given in the case that the text states, and means nothing in others.
+    /// The key must be given in the case that the text states, and means nothing in others.
     When(&'static str),
 }
 
 /// A word of the scene.
 pub(super) trait Word: Copy + 'static {
-    /// What the words name, for messages.
+    /// Noun for the words, for messages.
     const WHAT: &'static str;
     /// The words and what they stand for.
     const WORDS: &'static [(&'static str, Self)];
@@ -279,7 +279,7 @@ impl TableKeys {
         }
     }
 
-    /// What may stand at a key of a table of the document.
+    /// Kind of value that is permitted at a key of a table of the document.
     pub(super) fn kind_in(&self, table: &Table, name: &str) -> Option<&'static Kind> {
         let is = |key: &&SceneKey| key.name == name;
         let found = self.of(self.variant_of(table)).find(is);
@@ -309,12 +309,12 @@ impl SceneKey {
         self.absent(Absent::Word(word))
     }
 
-    /// It may be left out; `then` says what holds then.
+    /// Makes the key optional; `then` describes the value where it is left out.
     pub(super) const fn or_open(self, then: &'static str) -> Self {
         self.absent(Absent::Open(then))
     }
 
-    /// It must be given in a case, as "with ..." or "without ...".
+    /// Makes the key needed in a case, as "with ..." or "without ...".
     pub(super) const fn needed(self, case: &'static str) -> Self {
         self.absent(Absent::When(case))
     }
@@ -357,7 +357,7 @@ pub fn readable(text: &str) -> String {
 }
 
 impl Absent {
-    /// In words, for the users' page; empty where the key must be given, or nothing is to be said.
+    /// In words, for the users' page; empty where the key must be given, or there is nothing to describe.
     #[must_use]
     pub fn text(self) -> String {
         match self {
@@ -414,7 +414,7 @@ impl Kind {
         }
     }
 
-    /// What a list at the key holds.
+    /// Kind of the entries of a list at the key; none where it is not a list.
     pub(super) fn list(&'static self) -> Option<&'static Self> {
         match self {
             Self::OneOf(all) => all.iter().find_map(Self::list),
@@ -427,7 +427,7 @@ impl Kind {
         }
     }
 
-    /// Of alternatives the one that a value of the document is meant for.
+    /// The alternative that a value of the document is meant for.
     pub(super) fn pick(&'static self, node: &Node) -> &'static Self {
         let Self::OneOf(all) = self else {
             return self;

@@ -50,7 +50,7 @@ pub(super) fn read(item: &Item<'_>, part: LawPart) -> Option<Law> {
     })
 }
 
-/// All numbers and words of a table, for programs that know nothing of laws.
+/// All numbers and words of a table, for programs without laws.
 pub(super) fn unjudged(fields: &Fields<'_>) -> LawValues {
     let mut values = LawValues::default();
     for (key, item) in fields.entries() {

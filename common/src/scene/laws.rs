@@ -44,14 +44,14 @@ impl LawPart {
     }
 }
 
-/// What a scene says to name a law and to give its parameters.
+/// Keys of a scene that name a law and give its parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LawKeys {
     /// The tables in which it may stand.
     pub parts: &'static [LawPart],
     /// The word after `law`.
     pub name: &'static str,
-    /// What it is, in a line.
+    /// Meaning of the law, in a line.
     pub text: &'static str,
     /// Its keys, in the order of the users' page.
     pub keys: &'static [Key],
@@ -60,7 +60,7 @@ pub struct LawKeys {
 }
 
 impl LawKeys {
-    /// Of no law.
+    /// Keys of no law.
     pub const NONE: Self = Self {
         parts: &[],
         name: "none",
@@ -90,13 +90,13 @@ pub struct Key {
     pub name: &'static str,
     /// SI unit; empty for pure numbers and words.
     pub unit: &'static str,
-    /// What may stand there.
+    /// Permitted values.
     pub range: Range,
-    /// What holds where it is left out.
+    /// Value where the key is left out.
     pub default: KeyDefault,
-    /// What holds between two materials.
+    /// Rule for the value between two materials.
     pub mixing: Mixing,
-    /// What it means.
+    /// Meaning of the key.
     pub text: &'static str,
 }
 
@@ -128,7 +128,7 @@ impl Key {
         }
     }
 
-    /// It may be left out; `then` says what holds then.
+    /// Makes the key optional; `then` describes the value where it is left out.
     #[must_use]
     pub const fn or_open(self, then: &'static str) -> Self {
         Self {
@@ -137,7 +137,7 @@ impl Key {
         }
     }
 
-    /// `word` may stand there, and holds where the key is left out; `meaning` says what it stands for.
+    /// `word` may stand there, and holds where the key is left out; `meaning` describes it.
     #[must_use]
     pub const fn or_word(self, word: &'static str, meaning: &'static str) -> Self {
         Self {
@@ -153,7 +153,7 @@ impl Key {
     }
 }
 
-/// What may stand at a key.
+/// Permitted values of a key.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Range {
     /// A finite number.
@@ -200,7 +200,7 @@ impl Range {
         }
     }
 
-    /// What a number must do, for messages.
+    /// Rule for a number, as a message states it after `must`.
     #[must_use]
     pub fn rule(self) -> String {
         let text = match self {
@@ -236,27 +236,27 @@ impl Range {
     }
 }
 
-/// What holds where a key is left out.
+/// Value where a key is left out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum KeyDefault {
-    /// It must be given, or is one of a choice.
+    /// The key must be given, or is one of a choice.
     Needed,
     /// This number.
     Number(f64),
-    /// What the text says.
+    /// Description in words.
     Open(&'static str),
-    /// The word, which may also be given; the text says what it stands for.
+    /// The word, which may also be given; the text describes it.
     Word(&'static str, &'static str),
 }
 
-/// What holds between two materials, where `[[contacts]]` does not say.
+/// Rule for the value between two materials, where `[[contacts]]` gives none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Mixing {
     /// 2/(1/a + 1/b); 0 if either is 0; that of the only one that gives it.
     HarmonicMean,
-    /// Both must say the same.
+    /// Both must have one value.
     Same,
-    /// By the law's own function, as the text says.
+    /// Value by the law's own function, which the text describes.
     Derived(&'static str),
 }
 
@@ -272,7 +272,7 @@ impl Mixing {
     }
 }
 
-/// What was typed at a key of a law.
+/// Value at a key of a law, as it was typed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Given {
     /// A number, SI.
@@ -290,7 +290,7 @@ impl LawValues {
         self.0.push((key.to_owned(), value));
     }
 
-    /// What stands at a key.
+    /// Value at a key; none where it is left out.
     #[must_use]
     pub fn get(&self, key: &str) -> Option<&Located<Given>> {
         let found = self.0.iter().find(|(name, _)| name == key);
@@ -332,7 +332,7 @@ pub struct Law {
 pub struct LawOverride {
     /// The law; none: that of the two materials.
     pub name: Option<Located<String>>,
-    /// What is replaced.
+    /// Values that are replaced.
     pub values: LawValues,
     /// Where the table stands.
     pub place: SourceSpan,

@@ -11,7 +11,7 @@ pub struct LiquidSettings {
     pub lubrication_in_contact: bool,
     /// Volume lost per area of the surface and second, m/s; default 0.
     pub evaporation: Located<f64>,
-    /// Which bridges take the liquid of one that breaks; default all of that end.
+    /// Bridges that take the liquid of one that breaks; default all of that end.
     pub neighbours: LiquidNeighbours,
     /// Where bridges form; default at the touch.
     pub bridges_form: BridgesForm,
@@ -27,7 +27,7 @@ pub enum BridgesForm {
     Films,
 }
 
-/// Which bridges take the liquid of one that breaks.
+/// Bridges that take the liquid of one that breaks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum LiquidNeighbours {
     /// All other bridges of that end.
@@ -47,7 +47,7 @@ pub enum Lubrication {
     Cut,
 }
 
-/// What stands for the volume in the fit of Lian & Seville (2016).
+/// Measure of the volume in the fit of Lian & Seville (2016).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum LianSevilleVolume {
     /// V/R_D^3, as the fit was made.

@@ -51,13 +51,13 @@ pub struct Membrane {
     pub bending: Option<Bending>,
     /// Whether hinges are free of moment where they are flat; default: as in the rest shape.
     pub rests_flat: bool,
-    /// What is held; `fixed` is the first, of that name.
+    /// Holds of vertices; `fixed` is the first, of that name.
     pub holds: Vec<Hold>,
     /// On the back of the triangles.
     pub pressure: MembranePressure,
     /// Whether vertices touch walls; default false.
     pub walls: bool,
-    /// Which sides act; default both.
+    /// Sides that act; default both.
     pub side: MeshSide,
 }
 
@@ -138,7 +138,7 @@ pub struct Bending {
 pub enum BendingStiffness {
     /// `plate`: that of a plate of the same thickness and modulus.
     Plate,
-    /// As given, N m.
+    /// Stiffness as given, N m.
     Given(Located<f64>),
 }
 
@@ -149,7 +149,7 @@ pub struct Hold {
     pub name: Located<String>,
     /// Where the entry stands.
     pub place: SourceSpan,
-    /// Which vertices: those of any of these.
+    /// Vertices that are held: those of any of these.
     pub picks: Vec<Pick>,
     /// How they move.
     pub motion: HoldMotion,
@@ -171,17 +171,17 @@ pub struct Pick {
 /// How held vertices move.
 #[derive(Debug, Clone, PartialEq)]
 pub enum HoldMotion {
-    /// Not at all.
+    /// No motion.
     Still,
     /// With a velocity, m/s; components without one are free.
     Velocity(Located<[Option<f64>; 3]>),
-    /// As a rigid body.
+    /// Motion as a rigid body.
     Motions(Vec<Motion>),
     /// With a wall.
     Wall(Located<String>),
 }
 
-/// What sets the pressure on the back of a membrane.
+/// Source of the pressure on the back of a membrane.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MembranePressure {
     /// None, a number, rows or a table, Pa.

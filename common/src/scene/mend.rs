@@ -2,7 +2,7 @@
 //! is reported beside a friction below zero.
 //!
 //! Candidates are tried at the key of each mistake until the reader accepts one: other numbers, other laws, the key left out, the
-//! item of a list left out. What they mean is of no account: a mistake that does not depend on them shows with any of them, which
+//! item of a list left out. Their meaning is of no account: a mistake that does not depend on them shows with any of them, which
 //! the caller finds by mending with two scales.
 
 use super::error::SceneError;
@@ -22,7 +22,7 @@ const MOST: usize = 32;
 /// A scene whose mistakes were put right in some way, to find what is wrong beside them.
 #[derive(Debug)]
 pub struct Mended {
-    /// The scene; nothing depends on it but what is said of its other keys.
+    /// The scene; nothing depends on it but the errors of its other keys.
     pub scene: Scene,
     /// The keys at which something was put in or left out.
     changed: Vec<String>,

@@ -1,11 +1,11 @@
 //! The scene file: one simulation as its user typed it.
 //!
 //! [`read_scene`] turns `scene.toml` (and the `--set KEY=VALUE` of the command line) into a [`Scene`]:
-//! every key checked by itself, every default filled in, nothing computed. What the keys mean together
-//! (mixed parameters, time step, what is skipped) is the plan's business, in the solver; its complaints
+//! every key checked by itself, every default filled in, nothing computed. The meaning of the keys together
+//! (mixed parameters, time step, what is skipped) is the plan's business, in the solver; its errors
 //! look like the reader's, because values keep their place ([`Located`], [`SourceSpan::error`]).
 //!
-//! How it works: the text becomes a tree whose every node knows its span (`tree.rs`), overrides change
+//! How it works: the text becomes a tree in which every node has its span (`tree.rs`), overrides change
 //! the tree (`overrides.rs`), and a cursor (`cursor.rs`) walks it, collecting all mistakes. One file per
 //! section of the format holds the types of the section and their reader; `docs/formats/scene.md` is
 //! the users' page.
@@ -114,13 +114,13 @@ use walls::WALL;
 
 use crate::readable;
 
-/// What a scene from standard input is called in messages.
+/// Name of a scene from standard input in messages.
 pub const STANDARD_INPUT: &str = "<stdin>";
 
 /// Bytes of a scene, law or clump: more than any has, and what a device without an end is cut at.
 const LONGEST_TEXT: u64 = 256_000_000;
 
-/// What names of a scene's run begin with: the name of the scene's file without its ending, `scene` for [`STANDARD_INPUT`].
+/// Beginning of the names of a run's files: the name of the scene's file without its ending, `scene` for [`STANDARD_INPUT`].
 #[must_use]
 pub fn stem(path: &Path) -> String {
     if path == Path::new(STANDARD_INPUT) {
@@ -143,7 +143,7 @@ pub struct ClumpIndex(pub usize);
 pub struct Scene {
     /// The file, as the user named it.
     pub path: PathBuf,
-    /// The whole file, for complaints that belong to no key.
+    /// The whole file, for errors that belong to no key.
     pub place: SourceSpan,
     /// All that is stated, to be compared with another scene.
     pub statement: Statement,
@@ -201,7 +201,7 @@ impl Scene {
     }
 }
 
-/// Reads a scene file with the `KEY=VALUE` of the command line put on top, in their order; for programs that know nothing of
+/// Reads a scene file with the `KEY=VALUE` of the command line put on top, in their order; for programs without
 /// contact laws: the tables of laws are taken as they stand.
 ///
 /// # Errors

@@ -19,7 +19,7 @@ use super::walls::{INTERVAL, interval};
 pub struct Motion {
     /// Where the entry stands.
     pub place: SourceSpan,
-    /// What moves.
+    /// Kind of motion.
     pub kind: MotionKind,
     /// Start, s; default 0.
     pub from: Located<f64>,
@@ -62,19 +62,19 @@ pub enum MotionKind {
     Servo {
         /// Direction, length 1.
         axis: Located<DVec3>,
-        /// What it aims at.
+        /// Target of the servo.
         target: ServoTarget,
         /// m/s.
         max_speed: Located<f64>,
     },
 }
 
-/// What a servo aims at.
+/// Target of a servo.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ServoTarget {
     /// Force of the wall on the particles along the axis, N.
     Force(Load),
-    /// The same over an area, Pa; positive where the wall presses along the axis.
+    /// Force of the wall over an area, Pa; positive where the wall presses along the axis.
     Pressure {
         /// Pa.
         load: Load,

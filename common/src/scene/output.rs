@@ -6,7 +6,7 @@ use super::keys::{Absent, Kind, TableKeys, Word, key, positive, word};
 use super::particles::{ClumpPlace, ParticleSource, Particles};
 use super::source::Located;
 
-/// Which files a run writes: the flags of `[output]`, which plans take over as they are. By [`Default`] nothing is written; the
+/// Files that a run writes: the flags of `[output]`, which plans take over as they are. By [`Default`] nothing is written; the
 /// defaults of a scene stand in its table of keys.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Switches {
@@ -37,7 +37,7 @@ pub struct Switches {
 /// `[output]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Output {
-    /// Which files are written.
+    /// Files that are written.
     pub switches: Switches,
     /// Between frames and rows, s.
     pub interval: Located<f64>,
@@ -49,7 +49,7 @@ pub struct Output {
     pub track: Vec<Located<String>>,
     /// Between rows of `.track.csv`, s; default `interval`.
     pub track_interval: Located<f64>,
-    /// Of the grains of an insertion every n-th is followed, from the first; default 1.
+    /// Interval of the grains of an insertion that are followed, from the first on; default 1.
     pub track_every: Option<Located<u64>>,
     /// Rows of `.data` for clumps; default bodies.
     pub clumps_as: ClumpsAs,
@@ -61,7 +61,7 @@ pub struct Output {
     pub digits: Option<Located<u64>>,
 }
 
-/// What a row of `.data` is for clumps.
+/// Meaning of a row of `.data` for clumps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ClumpsAs {
     /// A body.
@@ -70,7 +70,7 @@ pub enum ClumpsAs {
     Pebbles,
 }
 
-/// What a name stands for that is to be tracked.
+/// Objects that a trackable name stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Trackable {
     /// A single particle or clump.

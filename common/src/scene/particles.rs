@@ -35,11 +35,11 @@ pub struct Particles {
     pub name: Option<Located<String>>,
     /// Where the entry stands.
     pub place: SourceSpan,
-    /// What it puts where.
+    /// Source of the particles: which they are and where they lie.
     pub source: ParticleSource,
 }
 
-/// What an entry of `[[particles]]` stands for.
+/// Particles that an entry of `[[particles]]` stands for.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ParticleSource {
     /// One particle.
@@ -61,7 +61,7 @@ pub enum ParticleSource {
     Table {
         /// Resolved against the folder of the scene.
         file: Located<PathBuf>,
-        /// Of rows without one.
+        /// Material of rows without one.
         material: Option<Located<MaterialIndex>>,
         /// Whether they never move; default false.
         fixed: bool,
@@ -126,7 +126,7 @@ pub struct Start {
     pub velocity: Located<DVec3>,
     /// rad/s, global frame; default 0.
     pub angular_velocity: Located<DVec3>,
-    /// What differs from the default, SI.
+    /// Properties that differ from the default, SI.
     pub properties: Vec<PropertyValue>,
     /// Whether it never moves; default false.
     pub fixed: bool,

@@ -44,13 +44,13 @@ pub(super) const PROPERTIES_IN_MIXTURE: &[SceneKey] = &keys(true);
 pub(super) fn read(fields: &Fields<'_>) -> Vec<PropertyValue> {
     let value = |property: &'static ParticleProperty| {
         let given: Option<Located<f64>> = fields.read(property.name);
-        // What is wrong is reported.
+        // A wrong value is NaN, and is already reported.
         Some((property, given.filter(|value| !value.is_nan())?.value))
     };
     ParticleProperty::given().filter_map(value).collect()
 }
 
-/// What has to be kept of them.
+/// Properties that have to be kept: those that differ from the default.
 pub(super) fn not_default(mut properties: Vec<PropertyValue>) -> Vec<PropertyValue> {
     properties.retain(|(property, value)| property.differs(*value));
     properties

@@ -21,13 +21,13 @@ use crate::sizes::ClassModel;
 pub struct Psd {
     /// The family and its parameters.
     pub law: SizeLaw,
-    /// The quantity whose share the law describes; `None` for a file, whose header says it.
+    /// The quantity whose share the law describes; `None` for a file, whose header gives it.
     pub weighting: Option<Weighting>,
     /// Quantiles [low, high], in the stated weighting, outside which sizes are cut off.
     pub cut: Option<Located<[f64; 2]>>,
 }
 
-/// What is counted when one says "10 % are smaller than d".
+/// Quantity that is counted in "10 % are smaller than d".
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Weighting {
     /// Particles.
@@ -114,7 +114,7 @@ pub enum SizeLaw {
         diameters: Vec<f64>,
         /// Shares of the classes, of any sum.
         shares: Vec<f64>,
-        /// What is assumed inside a class; default number-uniform.
+        /// Distribution inside a class; default number-uniform.
         model: ClassModel,
     },
     /// A measured distribution, or a law in a file of its own.
@@ -129,7 +129,7 @@ pub enum SizeLaw {
 pub struct MixturePart {
     /// Its share as it is written; all are scaled to the sum 1.
     pub share: f64,
-    /// Its distribution; stated by the weighting of the mixture unless it says another.
+    /// Its distribution; stated by the weighting of the mixture unless it states another.
     pub psd: Located<Psd>,
 }
 
@@ -241,7 +241,7 @@ pub fn read_psd(path: &Path) -> Result<Located<Psd>, SceneErrors> {
     read_psd_with(path, Files::MustExist)
 }
 
-/// Reads a law from a file as [`read_psd`] does, and says which files it may name.
+/// Reads a law from a file as [`read_psd`] does; `files`: which files it may name.
 ///
 /// # Errors
 /// As [`read_psd`].
@@ -312,7 +312,7 @@ impl FromItem for Psd {
 /// `inherited`: the weighting of the mixture that this is a part of.
 fn read_fields(fields: &Fields<'_>, inherited: Option<Weighting>) -> Option<Psd> {
     let kind = fields.variant()?;
-    // With one size there is nothing to weight, and a measured table says in its header what it
+    // With one size there is nothing to weight, and a measured table gives in its header what it
     // counts; everywhere else a silent choice would be wrong for half the users.
     let weighting = match (kind, inherited) {
         ("monodisperse", _) => Some(fields.read("weighting")),

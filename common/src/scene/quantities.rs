@@ -11,10 +11,10 @@ use super::spelling;
 use super::tree::{Entry, Node, Table, Value};
 use crate::units::{Dimension, Quantity};
 
-/// What the numbers of a value are of.
+/// Source of the dimensions of the numbers in a value.
 #[derive(Clone)]
 enum Scope {
-    /// What the table of keys says.
+    /// Kind of value in the table of keys.
     Value(&'static Kind),
     /// The keys of a table.
     Table(&'static TableKeys),
@@ -27,7 +27,7 @@ enum Scope {
 }
 
 impl Scope {
-    /// Of the value at a key of a table.
+    /// Scope of the value at a key of a table.
     fn at_key(&self, table: &Table, key: &str, laws: Option<&[&'static LawKeys]>) -> Option<Self> {
         let of_kind = |kind: &'static Kind| match kind {
             Kind::Law(part, _) => Self::Law(*part),
@@ -60,7 +60,7 @@ impl Scope {
         }
     }
 
-    /// Of an item of a list.
+    /// Scope of an item of a list.
     fn at_index(&self, index: usize) -> Option<Self> {
         let Self::Value(kind) = self else {
             return None;
@@ -163,7 +163,8 @@ pub(super) fn settle(
     walk.set
 }
 
-/// What the reader found wrong (`read`), and first what is wrong with units (`wrong`): what the reader says of the same values is nothing new.
+/// Joins the errors of the reader (`read`) with those of units (`wrong`), the latter first: an error of the reader at the place
+/// of one of units adds nothing.
 pub(super) fn with_units(read: &mut Vec<SceneError>, wrong: Vec<SceneError>) {
     read.retain(|error| {
         !wrong
@@ -335,7 +336,7 @@ motion = [
         assert_eq!(**angular_velocity, 20.0 * 2.0 / 60.0 * std::f64::consts::PI);
         let kinds = format!("{:?}", scene.walls[0].motion);
         assert!(kinds.contains("[[0.01, 2000.0], [2.0, 5.0]]"), "{kinds}");
-        // What checkpoints keep of the scene, and what a law's keys say, is SI as well.
+        // Checkpoints keep SI values of the scene, and the keys of laws are SI as well.
         let entries = scene.statement.entries().unwrap();
         assert_eq!(entries["materials.glass.normal.stiffness"], "2000");
         assert_eq!(entries["time.end"], "1.5");

@@ -59,11 +59,11 @@ pub enum Region {
         /// Points into the region.
         normal: Located<DVec3>,
     },
-    /// What lies in any of them.
+    /// Points that lie in any of them.
     Union(Vec<Region>),
-    /// What lies in all of them.
+    /// Points that lie in all of them.
     Intersection(Vec<Region>),
-    /// What lies in the first and in none of the others.
+    /// Points that lie in the first and in none of the others.
     Difference(Vec<Region>),
 }
 

@@ -22,12 +22,12 @@ pub struct Time {
     pub v_ref: Option<Located<f64>>,
 }
 
-/// How long a step is.
+/// Length of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TimeStep {
     /// A fraction of the shortest contact.
     Auto,
-    /// As given, s.
+    /// Step as given, s.
     Seconds(f64),
 }
 
@@ -40,7 +40,7 @@ pub struct Domain {
     pub min: Located<DVec3>,
     /// Highest corner, m.
     pub max: Located<DVec3>,
-    /// Which of x, y, z are periodic; default none.
+    /// Periodic directions of x, y, z; default none.
     pub periodic: [bool; 3],
     /// Default 3.
     pub dimensions: Dimensions,
@@ -122,7 +122,7 @@ pub struct Conventions {
     pub sliding_normal: SlidingNormal,
     /// How viscous forces of liquid behave at small gaps; default clamped.
     pub lubrication: Lubrication,
-    /// What stands for the volume in the fit of Lian & Seville; default V/R_D^3.
+    /// Measure of the volume in the fit of Lian & Seville; default V/R_D^3.
     pub lian_seville_volume: LianSevilleVolume,
     /// Whether R* includes the curvature of walls; default false.
     pub wall_curvature: bool,
@@ -136,10 +136,10 @@ pub struct Conventions {
     pub clump_mass: ClumpMass,
 }
 
-/// What mass a clump brings into the effective mass of its contacts.
+/// Mass of a clump in the effective mass of its contacts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ClumpMass {
-    /// That of the whole body.
+    /// Mass of the whole body.
     Body,
     /// The mass that resists a push along the normal at the contact point: less than the body's where the push also turns it.
     ContactPoint,

@@ -20,7 +20,7 @@ pub struct Source {
     name: String,
     text: String,
     kind: SourceKind,
-    /// Which files it may name.
+    /// Files that it may name.
     files: Files,
     /// The ends of its lines, computed on first use.
     ends: OnceLock<Vec<usize>>,
@@ -59,7 +59,7 @@ impl Source {
         })
     }
 
-    /// What messages call it by.
+    /// Name of the source in messages.
     pub(super) fn name(&self) -> &str {
         &self.name
     }
@@ -135,7 +135,7 @@ impl SourceSpan {
         }
     }
 
-    /// The same span under another key.
+    /// This span under another key.
     pub(super) fn with_key(&self, key: impl Into<Arc<str>>) -> Self {
         Self {
             key: key.into(),
@@ -161,7 +161,7 @@ impl SourceSpan {
         self.source.kind == SourceKind::Argument
     }
 
-    /// What stands there, as typed.
+    /// Text of the span, as typed.
     #[must_use]
     pub fn text(&self) -> &str {
         self.source
@@ -204,7 +204,7 @@ impl SourceSpan {
         self.is_argument().then_some(self.source.text.as_str())
     }
 
-    /// Which files may be named here.
+    /// Files that may be named here.
     #[must_use]
     pub fn files(&self) -> &Files {
         &self.source.files
@@ -213,7 +213,8 @@ impl SourceSpan {
     /// Whether a file that is named here, or by a file that is named here, may be read.
     ///
     /// # Errors
-    /// That it lies outside of the folder to which the scene is confined; with the name as it is given, and no word on what is there.
+    /// The file lies outside of the folder to which the scene is confined; with the name as it is given, and no word on what is
+    /// there.
     pub fn may_read(&self, name: &Path) -> Result<(), SceneError> {
         match &self.source.files {
             Files::Within(within) => within
@@ -328,7 +329,7 @@ pub struct Located<T> {
 }
 
 impl<T> Located<T> {
-    /// The same place with the value changed.
+    /// Applies a function to the value and keeps the place.
     pub fn map<U>(self, change: impl FnOnce(T) -> U) -> Located<U> {
         Located {
             value: change(self.value),

@@ -30,7 +30,7 @@ pub struct Spray {
     pub gravity: bool,
     /// Drag of the air; default none.
     pub drag: Option<SprayDrag>,
-    /// What walls do with droplets; default [`AtWalls::Lost`].
+    /// Effect of walls on droplets; default [`AtWalls::Lost`].
     pub at_walls: AtWalls,
     /// Restitution of bounces; needed where droplets bounce.
     pub restitution: Option<Located<f64>>,
@@ -115,15 +115,15 @@ pub struct SprayDrag {
     pub gas_velocity: DVec3,
 }
 
-/// What walls do with droplets.
+/// Effect of walls on droplets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum AtWalls {
-    /// They are lost.
+    /// Droplets are lost.
     #[default]
     Lost,
     /// A wall with `film` keeps them; elsewhere they are lost.
     Film,
-    /// They bounce.
+    /// Droplets bounce.
     Bounce,
 }
 

@@ -1,4 +1,4 @@
-//! What a scene states, key by key: to tell whether two scenes are the same, and where they differ.
+//! Statement of a scene, key by key: shows whether two scenes are equal, and where they differ.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -63,7 +63,7 @@ impl Statement {
     }
 }
 
-/// What differs between two lists of [`Statement::entries`], a line each, but for the keys `allowed`, in which `[]` stands for any
+/// Differences between two lists of [`Statement::entries`], a line each, but for the keys `allowed`, in which `[]` stands for any
 /// entry of a list.
 #[must_use]
 pub fn differences(

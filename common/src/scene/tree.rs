@@ -1,4 +1,4 @@
-//! The document as a tree whose every key and value knows its place.
+//! The document as a tree in which every key and value has its place.
 
 use std::collections::HashSet;
 use std::ops::Range;
@@ -20,7 +20,7 @@ pub(super) struct Node {
     pub(super) span: Range<usize>,
 }
 
-/// What a TOML value can be.
+/// Value of TOML.
 #[derive(Debug, Clone)]
 pub(super) enum Value {
     String(String),
@@ -85,7 +85,7 @@ impl Node {
 }
 
 const NOT_TOML: &str = "not valid TOML: ";
-/// Of paths as Windows writes them.
+/// Advice on paths as Windows writes them.
 pub(super) const BACKSLASHES: &str = "write `/` between folders, also on Windows; a `\\` begins an escape in double quotes, such as `\\t` for a tab, and none in single quotes";
 
 /// Help for a mistake of TOML that a path of Windows in double quotes makes, by the parser's message.
@@ -122,7 +122,7 @@ const MOST_SYNTAX_ERRORS: usize = 50;
 /// Lines with syntax errors above which the text is taken for something else than a scene, and all are reported: looks take time for each of them.
 const MOST_BAD_LINES: usize = 200;
 
-/// Of syntax errors those that do not follow from another, at most one per line: a quote or a bracket that is not closed turns what
+/// Syntax errors that do not follow from another, at most one per line: a quote or a bracket that is not closed turns what
 /// follows into errors. An error follows from another if it is gone once the line of that one, or the line before it, is blank.
 fn independent(mut errors: Vec<SceneError>, source: &Arc<Source>, text: &str) -> Vec<SceneError> {
     errors.sort_by_key(|error| error.place.order());

@@ -69,13 +69,13 @@ pub struct Wear {
 /// A law of wear.
 #[derive(Debug, Clone, PartialEq)]
 pub enum WearLaw {
-    /// Reye-Archard-Khrushchov: the worn volume is `coefficient`/`hardness` times what `basis` says.
+    /// Reye-Archard-Khrushchov: the worn volume is `coefficient`/`hardness` times the quantity of `basis`.
     Archard {
         /// Dimensionless wear coefficient.
         coefficient: Located<f64>,
         /// Hardness, Pa.
         hardness: Located<f64>,
-        /// What wears.
+        /// Quantity that the wear is proportional to.
         basis: WearBasis,
     },
     /// Finnie's law of erosion by impacts.
@@ -108,14 +108,14 @@ pub struct Oka {
     pub n2: Located<f64>,
 }
 
-/// What the worn volume of Archard's law is proportional to.
+/// Quantity that the worn volume of Archard's law is proportional to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum WearBasis {
     /// Normal force times the way of the particle's surface along the wall.
     NormalLoad,
     /// Normal force times the slip beyond what the friction spring takes up.
     Sliding,
-    /// What sliding dissipates.
+    /// Energy that sliding dissipates.
     FrictionWork,
 }
 

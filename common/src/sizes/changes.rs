@@ -8,7 +8,7 @@ use crate::scene::Weighting;
 /// The classes that a law is divided into where its formula does not survive a change.
 pub const CLASSES_OF_A_LAW: usize = 1000;
 
-/// What a change did.
+/// Effect of a change on a distribution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effect {
     /// Share of the particles, by number, that is no longer there.
@@ -17,9 +17,9 @@ pub struct Effect {
     pub removed_volume: f64,
     /// d10, d50 and d90 before, m, in the weighting of the change.
     pub before: [f64; 3],
-    /// The same after.
+    /// These three diameters after the change.
     pub after: [f64; 3],
-    /// Into how many classes a law was divided, where it had to be.
+    /// Number of classes into which a law was divided, where it had to be.
     pub classes: Option<usize>,
 }
 
@@ -44,7 +44,7 @@ pub enum ChangeError {
     Squeeze {
         /// The factor.
         factor: f64,
-        /// What becomes of the smallest diameter, m.
+        /// Smallest diameter after the change, m.
         smallest: f64,
         /// The factor that makes it 0.
         limit: f64,
@@ -106,7 +106,7 @@ pub fn cut(
     Ok((after, effect))
 }
 
-/// What lies in [a, b]; `None` if nothing does.
+/// Part of the distribution in [a, b]; `None` if there is none.
 fn between(sizes: &SizeDistribution, a: f64, b: f64) -> Option<SizeDistribution> {
     match sizes.form() {
         Form::Classes(classes) => {

@@ -3,7 +3,7 @@
 use super::Weighting;
 use super::powers::{power_mean, power_quantile, power_share, whole_power};
 
-/// How sizes are spread inside a measured class, which no measurement says.
+/// How sizes are spread inside a measured class, which no measurement shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ClassModel {
     /// The density of a quantity per metre is constant: of the number (the default), or of that which was measured.
@@ -71,7 +71,7 @@ impl ClassModel {
 /// Why classes make no distribution.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ClassProblem {
-    /// Not one more edge than shares, or no class.
+    /// The numbers of edges and shares do not match, or there is no class.
     #[error(
         "{edges} diameters bound no {shares} classes: one more diameter than shares is needed, and at least one class"
     )]
@@ -181,7 +181,7 @@ impl Classes {
         &self.edges
     }
 
-    /// What is assumed inside a class.
+    /// Distribution inside a class.
     #[must_use]
     pub fn model(&self) -> ClassModel {
         self.model
@@ -242,7 +242,7 @@ impl Classes {
             })
     }
 
-    /// What lies between two diameters, classes divided where they fall.
+    /// Part between two diameters; classes are divided where the diameters fall.
     ///
     /// # Errors
     /// [`ClassProblem::Empty`] when nothing does.
@@ -269,7 +269,7 @@ impl Classes {
         Self::new(&edges, &numbers, Weighting::Number, self.model)
     }
 
-    /// The same numbers of particles between other diameters.
+    /// Classes with these numbers of particles between other diameters.
     ///
     /// # Errors
     /// [`ClassProblem::Edge`] where the map does not keep the order of diameters or makes them negative.

@@ -1,4 +1,4 @@
-//! What particles are drawn from: a law, a measured table, or a mixture.
+//! Distribution that particle sizes are drawn from: a law, a measured table, or a mixture.
 
 use std::f64::consts::PI;
 
@@ -189,7 +189,7 @@ impl SizeDistribution {
         }
     }
 
-    /// What lies between two quantiles of the stated weighting.
+    /// Part between two quantiles of the stated weighting.
     fn cut(self, cut: Option<[f64; 2]>) -> Result<Self, String> {
         let Some([low, high]) = cut else {
             return Ok(self);
@@ -223,7 +223,7 @@ impl SizeDistribution {
         view(&self.form, weighting)
     }
 
-    /// What the distribution was stated or measured as.
+    /// Weighting by which the distribution was stated or measured.
     #[must_use]
     pub fn weighting(&self) -> Weighting {
         self.weighting
@@ -246,7 +246,7 @@ impl SizeDistribution {
         Self::of(Form::Law(law), weighting)
     }
 
-    /// The same distribution, called one of another quantity.
+    /// This distribution with another stated weighting.
     pub(super) fn stated_by(self, weighting: Weighting) -> Self {
         Self { weighting, ..self }
     }

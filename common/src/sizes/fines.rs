@@ -5,7 +5,7 @@ use super::{SizeDistribution, Weighting};
 use crate::readable::rounded;
 
 impl SizeDistribution {
-    /// What must be said of a distribution that reaches down to d = 0, as a table with a pan does: its smallest particles have no size.
+    /// Warning of a distribution that reaches down to d = 0, as a table with a pan does: its smallest particles have no size.
     /// Nothing where it has a smallest one.
     #[must_use]
     pub fn warning_of_fines(&self) -> Option<String> {

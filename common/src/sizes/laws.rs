@@ -58,9 +58,9 @@ pub(super) enum WeightedLaw {
         mean: f64,
         deviation: f64,
     },
-    /// By the stated law itself.
+    /// The stated law itself.
     Stated(CutLaw),
-    /// By a table: the law times d^p.
+    /// A table: the law times d^p.
     Table {
         table: Box<Tabulated>,
         law: CutLaw,

@@ -14,7 +14,7 @@ const MOST: usize = 1000;
 /// The files from the outermost to the one that is read now.
 #[derive(Debug)]
 pub(super) struct OpenFiles {
-    /// As they are named in messages, and where they are.
+    /// Names in messages, and paths.
     chain: Vec<(String, PathBuf)>,
     /// The first of the chain holds the whole distribution and is not named by a law.
     outermost: usize,
@@ -22,7 +22,7 @@ pub(super) struct OpenFiles {
 }
 
 impl OpenFiles {
-    /// Those of a distribution that stands in a file of its own or in a scene.
+    /// Files of a distribution that stands in a file of its own or in a scene.
     pub(super) fn of(psd: &Located<Psd>) -> Self {
         let name = psd.place.source_name();
         let is_file = !psd.place.is_argument() && Path::new(name).is_file();

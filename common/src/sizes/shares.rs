@@ -8,7 +8,7 @@ const ROUNDED: f64 = 0.01;
 /// A sum that is so near to 100 is that of percentages: what is like 3 to 1 is written in small numbers.
 const LIKE_PERCENTAGES: std::ops::RangeInclusive<f64> = 80.0..=120.0;
 
-/// What must be said of shares that are scaled to their sum: that parts of 1, or percentages, do not sum to the whole. Nothing of what is
+/// Warning of shares that are scaled to their sum: parts of 1, or percentages, that do not sum to the whole. Nothing of what is
 /// like 3 to 1, which is meant as it is. `whose` is what has them.
 #[must_use]
 pub fn warning_of_shares(whose: &str, shares: &[f64]) -> Option<String> {

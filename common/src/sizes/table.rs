@@ -1,6 +1,6 @@
 //! Tables of measured sizes: one grammar for the solver and the tools (`docs/formats/size-table.md`).
 //!
-//! The modules: `header` says what the columns mean, `lines` cuts the text into rows of numbers, `rules` turns rows into
+//! The modules: `header` gives the meaning of the columns, `lines` cuts the text into rows of numbers, `rules` turns rows into
 //! [`Classes`]. A reader of another kind of file (Parquet) hands its columns to [`from_rows`].
 
 mod header;
@@ -17,16 +17,16 @@ use crate::formats;
 pub use header::{Columns, SizeKind, ValueKind, ValueUnit, parse_size_unit, parse_type};
 pub use lines::{BY_QUOTA, Row};
 
-/// What is known of a table beside its header: options of a command line. They win over the header.
+/// Facts about a table that its header may leave out: options of a command line. They win over the header.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Options {
-    /// What the sizes are.
+    /// Meaning of the sizes.
     pub size: Option<SizeKind>,
-    /// How many of its units make a metre.
+    /// Number of its units in a metre.
     pub per_metre: Option<f64>,
-    /// What the values are.
+    /// Meaning of the values.
     pub values: Option<(ValueKind, Weighting)>,
-    /// What is assumed inside a class; the file's own word else.
+    /// Distribution inside a class; that of the file where this is left out.
     pub model: Option<Model>,
     /// Repair like MercuryDPM: negative values count as 0, values are divided by their last (or sum), a class is put in
     /// front of a table that does not begin with 0.
@@ -59,19 +59,19 @@ impl Model {
 pub struct SizeTable {
     /// The distribution.
     pub classes: Classes,
-    /// What was measured.
+    /// Quantity that was measured.
     pub weighting: Weighting,
     /// Diameters between the measured classes, m, with the empty ones at the ends.
     pub edges: Vec<f64>,
-    /// What was measured in each, scaled to the sum 1.
+    /// Measured share of each class, scaled to the sum 1.
     pub shares: Vec<f64>,
-    /// How many particles were counted, where the table counts particles.
+    /// Number of counted particles, where the table counts particles.
     pub counted: Option<f64>,
-    /// What was repaired or left out while reading.
+    /// Notes of what was repaired or left out while reading.
     pub notes: Vec<String>,
 }
 
-/// What a file of sizes holds.
+/// Content of a file of sizes.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Content {
     /// Shares of classes.
@@ -85,7 +85,7 @@ pub enum Content {
 pub struct SizeList {
     /// Diameters, m, in the order of the file.
     pub diameters: Vec<f64>,
-    /// Whether they say that they were drawn by quota, which fits better than chance.
+    /// Whether they are marked as drawn by quota, which fits better than chance.
     pub by_quota: bool,
 }
 
@@ -105,7 +105,7 @@ pub fn read(path: &Path) -> Result<SizeTable, FormatError> {
     }
 }
 
-/// Reads a file of sizes, with what the command line says of it.
+/// Reads a file of sizes, with the options of the command line.
 ///
 /// # Errors
 /// As [`read`].

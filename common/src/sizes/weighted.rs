@@ -4,7 +4,7 @@ use super::classes::WeightedClasses;
 use super::laws::WeightedLaw;
 
 /// A size distribution as seen when a quantity is counted: made by
-/// [`SizeDistribution::by`](super::SizeDistribution::by), evaluated as often as wanted.
+/// [`SizeDistribution::by`](super::SizeDistribution::by), evaluated any number of times.
 #[derive(Debug, Clone)]
 pub struct Weighted {
     pub(super) smallest: f64,

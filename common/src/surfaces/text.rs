@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 use super::Surface;
 use crate::formats::mesh::TriangleMesh;
 
-/// What stands for a mesh, whose triangles lie in a file of their own.
+/// Word for a mesh, whose triangles lie in a file of their own.
 const MESH: &str = "mesh";
 
 impl Surface {
@@ -51,7 +51,7 @@ impl Surface {
     /// Reads the text back; a mesh comes without triangles.
     ///
     /// # Errors
-    /// What is missing or wrong.
+    /// The text lacks a value, or a value is wrong.
     pub fn from_text(text: &str) -> Result<Self, String> {
         let mut words = text.split_whitespace();
         let kind = words.next().unwrap_or_default();

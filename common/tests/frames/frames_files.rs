@@ -329,7 +329,7 @@ fn a_resumed_file_has_the_bytes_of_one_that_never_stopped() {
         for damage in [false, true] {
             write(&resumed, &one_column(), &frames[..5]);
             if damage {
-                // What a loss of power may leave behind the last sync.
+                // A loss of power may leave half a frame behind the last sync.
                 let length = fs::metadata(&resumed).unwrap().len();
                 let file = fs::OpenOptions::new().write(true).open(&resumed).unwrap();
                 file.set_len(length - 20).unwrap();

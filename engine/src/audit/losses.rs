@@ -1,8 +1,8 @@
-//! What takes energy, by name.
+//! Sinks of energy, by name.
 
 use std::borrow::Cow;
 
-/// What the contact laws take energy by.
+/// Mechanisms by which contact laws take energy.
 const MECHANISMS: [&str; 4] = ["normal", "tangential", "rolling", "liquid"];
 
 /// Energies by name, J: the mechanisms of the contact laws (`normal`: viscous and plastic normal forces; `tangential`: sliding friction
@@ -45,7 +45,7 @@ impl Losses {
         self.0.iter().map(|(name, energy)| (name.as_ref(), *energy))
     }
 
-    /// The same.
+    /// The losses by name, in order.
     #[must_use]
     pub fn into_list(self) -> Vec<(Cow<'static, str>, f64)> {
         self.0

@@ -187,7 +187,7 @@ impl Auditor {
         });
     }
 
-    /// The same for walls that were there at the last forces and are not at these.
+    /// Notes the contacts of walls that were there at the last forces and are not at these.
     fn note_vanished_walls(&mut self, core: &Core) {
         for contact in &self.contacts {
             if contact.is_wall && !core.domain.walls[contact.partner as usize].state.present {
@@ -264,7 +264,7 @@ impl Core {
         moving
     }
 
-    /// The same of a vertex, by its number among those of all sheets.
+    /// Motion of a vertex, by its number among those of all sheets.
     fn moving_vertex(&self, mut number: usize, half: f64) -> Moving {
         for surface in &self.domain.surfaces {
             if let Some(velocity) = surface.velocities.get(number) {
@@ -282,7 +282,7 @@ impl Core {
         }
     }
 
-    /// The same of a point of a sheet, whose own energy counts: it does no work as walls do.
+    /// Motion of a point of a sheet, whose own energy counts: it does no work as walls do.
     fn moving_sheet(&self, exchange: &Exchange, half: f64) -> Moving {
         let at = exchange.sheet.unwrap_or_default();
         let surface = &self.domain.surfaces[usize::from(at.0)];
@@ -290,7 +290,7 @@ impl Core {
         Moving { velocity, spin }
     }
 
-    /// The same of a body, at the end of `lever` (m) from its centre. What is prescribed of it is not closed by an audit.
+    /// Motion of a body, at the end of `lever` (m) from its centre. An audit does not close for prescribed components.
     fn moving_body(
         &self,
         body: &Body,

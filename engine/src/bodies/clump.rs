@@ -34,9 +34,9 @@ pub enum ClumpError {
     /// Mass, volume, a moment or a radius is not above 0.
     #[error("{what} must be a number above 0, got {value}")]
     NotPositive {
-        /// Which.
+        /// Name of the quantity.
         what: &'static str,
-        /// What it is.
+        /// Value that was given.
         value: f64,
     },
     /// The position of a pebble is not a number.

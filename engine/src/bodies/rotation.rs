@@ -27,7 +27,8 @@ pub fn free_rotation(orientation: DQuat, momentum: DVec3, moments: DVec3, time: 
     free_motion(orientation, m, moments.recip(), time).0
 }
 
-/// The same for the angular momentum `m` in the body's frame and the inverse moments (1/(kg m^2)): orientation and `m` afterwards.
+/// Free rotation for the angular momentum `m` in the body's frame and the inverse moments (1/(kg m^2)): orientation and `m`
+/// afterwards.
 #[inline]
 pub(super) fn free_motion(
     orientation: DQuat,

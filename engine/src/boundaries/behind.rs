@@ -1,4 +1,4 @@
-//! What lies behind a one-sided wall is solid: Insertions place nothing there. A wall that acts on both sides has no solid side.
+//! Solid space behind one-sided walls: insertions place nothing there. A wall that acts on both sides has no solid side.
 
 use glam::DVec3;
 

@@ -10,7 +10,7 @@ use crate::state::{FIXED, PEBBLE, Particles};
 /// The way by which a particle left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Exit {
-    /// Into the deletion region of this index.
+    /// Removal in the deletion region of this index.
     Region(usize),
     /// Through this face of the domain: -x, +x, -y, +y, -z, +z.
     Face(usize),

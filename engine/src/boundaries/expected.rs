@@ -1,4 +1,4 @@
-//! How many particles the total of an insertion stands for.
+//! Number of particles in the total of an insertion.
 
 use mercury_common::scene::Total;
 use mercury_common::sizes::SizeDistribution;
@@ -23,7 +23,7 @@ pub fn mean_volume(sizes: &SizeDistribution, dimensions: u8) -> f64 {
     (0..AREA_POINTS).map(area).sum::<f64>() / f64::from(AREA_POINTS)
 }
 
-/// The particles that an insertion is expected to bring, where its total says so.
+/// The particles that an insertion is expected to bring, where its total gives them.
 #[must_use]
 pub fn expected_number(
     insertion: &InsertionPlan,

@@ -15,8 +15,8 @@ use super::{FluxPart, FluxPlan, Gate};
 use crate::cell::{Cell, NO_SHIFT};
 use crate::state::{FIXED, PEBBLE, Particles};
 
-/// What crossed a plane, of one material, since the last reading. Sums over those that crossed along the normal less those that
-/// crossed against it, but for sizes, which are those along it.
+/// Amounts that crossed a plane, of one material, since the last reading. Sums over those that crossed along the normal less
+/// those that crossed against it, but for sizes, which are those along it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Crossed {
     /// Particles and bodies along the normal.
@@ -192,7 +192,7 @@ impl Fluxes {
         &self.crossed
     }
 
-    /// The same, and resets the counts.
+    /// Takes the counts, and resets them.
     pub(super) fn take(&mut self) -> Vec<Crossed> {
         let nothing = vec![Crossed::default(); self.crossed.len()];
         std::mem::replace(&mut self.crossed, nothing)

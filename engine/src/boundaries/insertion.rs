@@ -18,7 +18,7 @@ use crate::walls::WallNow;
 /// Why an insertion did not insert more in the last step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Limit {
-    /// It has not begun.
+    /// The insertion has not begun.
     #[default]
     NotBegun,
     /// Its rate does not allow more yet.
@@ -70,7 +70,7 @@ pub struct InsertionState {
     pub sizes: Vec<PlacedSizes>,
     /// The particles placed of each ingredient; ingredients after the last one placed are left out.
     pub brought: Vec<Tally>,
-    /// How many were placed behind each of the [closing walls](InsertionPlan::closing); walls after the last one with any are
+    /// Number of grains placed behind each of the [closing walls](InsertionPlan::closing); walls after the last one with any are
     /// left out.
     pub behind: Vec<u64>,
 }

@@ -77,7 +77,7 @@ pub struct BoundaryState {
     pub faces: [Tally; 6],
     /// The largest distance of a particle from its listed position, m.
     pub margin: f64,
-    /// What crossed the flux planes since the last reading: plane by plane, each material by material.
+    /// Amounts that crossed the flux planes since the last reading: plane by plane, each material by material.
     pub crossed: Vec<Crossed>,
 }
 
@@ -112,7 +112,7 @@ pub struct Boundaries {
     /// The largest distance of a particle from its listed position, m.
     margin: f64,
     time_step: f64,
-    /// The progress to which long insertions report; it says whether they should go on.
+    /// The progress to which long insertions report; it decides whether they go on.
     task_progress: Arc<TaskProgress>,
 }
 
@@ -275,7 +275,7 @@ impl Boundaries {
         self.passages.take()
     }
 
-    /// The same as they came, for a checkpoint.
+    /// Passages in the order in which they came, for a checkpoint.
     #[must_use]
     pub fn passages(&self) -> &[Passage] {
         self.passages.all()
@@ -414,7 +414,8 @@ impl Boundaries {
         &self.deleted
     }
 
-    /// What crossed the flux planes since the last call: plane by plane, in the order of the plan, each material by material.
+    /// Amounts that crossed the flux planes since the last call: plane by plane, in the order of the plan, each material by
+    /// material.
     pub fn take_crossed(&mut self) -> Vec<Crossed> {
         self.fluxes.take()
     }

@@ -67,7 +67,7 @@ pub(super) struct Look {
     pub(super) material: MaterialIndex,
     pub(super) mass: f64,
     pub(super) volume: f64,
-    /// Of a body that of a sphere of its volume, m.
+    /// Diameter; of a body that of a sphere of its volume, m.
     pub(super) diameter: f64,
 }
 
@@ -167,7 +167,7 @@ impl Passages {
         }
     }
 
-    /// Those until now; a step adds them in an order that sorting of rows decides.
+    /// Passages until now; a step adds them in an order that sorting of rows decides.
     pub(super) fn all(&self) -> &[Passage] {
         &self.all
     }

@@ -43,7 +43,7 @@ impl PlacedSizes {
         *count = count.saturating_add(1);
     }
 
-    /// How many were counted.
+    /// Number of counted sizes.
     #[must_use]
     pub fn number(&self) -> u64 {
         self.diameters.len() as u64

@@ -1,4 +1,4 @@
-//! What a plan says about insertions, deletions, counted regions and flux planes.
+//! Plans of insertions, deletions, counted regions and flux planes.
 
 use glam::DVec3;
 use mercury_common::particle_properties::PropertyValue;
@@ -15,7 +15,7 @@ pub struct InsertionPlan {
     pub name: String,
     /// Where particles appear; they lie wholly inside.
     pub region: Region,
-    /// What appears; at least one ingredient.
+    /// Ingredients that are inserted; at least one.
     pub mixture: Vec<Ingredient>,
     /// Whether sizes are fixed in advance, one in each equal part of the distribution, instead of drawn independently; needs a total
     /// that is a number, mass or volume.
@@ -59,14 +59,14 @@ pub struct Ingredient {
 pub enum Rate {
     /// A steady flow from [`InsertionPlan::from`] on.
     Steady {
-        /// What is counted.
+        /// Measure of the amount.
         quantity: Quantity,
         /// Particles, kg or m^3 per second.
         per_second: f64,
     },
     /// A table of the cumulative amount over time.
     Table {
-        /// What is counted.
+        /// Measure of the amount.
         quantity: Quantity,
         /// Time (s of the simulation, ascending) and cumulative amount (not decreasing); linear between rows, nothing before
         /// the first row, going on at the slope of the last two rows after the last. To stop a flow write its end twice.
@@ -79,7 +79,7 @@ pub enum Rate {
 pub struct DeletionPlan {
     /// Unique among deletions.
     pub name: String,
-    /// By particle centre.
+    /// Region; a particle is in it by its centre.
     pub region: Region,
 }
 
@@ -88,7 +88,7 @@ pub struct DeletionPlan {
 pub struct CountedRegion {
     /// Unique among counted regions.
     pub name: String,
-    /// By centres.
+    /// Region; particles are counted by their centres.
     pub region: Region,
     /// Volume of its part within the domain, m^3; per metre of depth in two dimensions. Above 0.
     pub volume: f64,

@@ -40,7 +40,7 @@ struct Places {
 }
 
 impl Quota {
-    /// Of an insertion whose total is a number, mass or volume; the plan has refused others.
+    /// Quota of an insertion whose total is a number, mass or volume; the plan has refused others.
     pub(super) fn new(insertion: &InsertionPlan, setting: &BoundaryContext<'_>) -> Self {
         let dimensions = setting.dimensions;
         let mut stream = Stream::new(
@@ -230,7 +230,7 @@ mod tests {
         .into()
     }
 
-    /// Which of them have single sizes or empty classes.
+    /// Distributions that have single sizes or empty classes.
     const JUMPS: [bool; 5] = [false, false, false, true, true];
 
     /// The largest distance of the cumulative numbers.

@@ -55,11 +55,11 @@ pub enum Region {
     },
     /// The inside of a closed mesh.
     Mesh(Arc<Solid>),
-    /// What lies in any of them.
+    /// Points that lie in any of them.
     Union(Vec<Region>),
-    /// What lies in all of them.
+    /// Points that lie in all of them.
     Intersection(Vec<Region>),
-    /// What lies in the first and in none of the others.
+    /// Points that lie in the first and in none of the others.
     Difference(Vec<Region>),
 }
 

@@ -7,7 +7,7 @@ use super::{InsertionPlan, Quantity, Rate, Tally, Total};
 const ROUND_OFF: f64 = 1e-11;
 
 impl Rate {
-    /// What is counted.
+    /// Measure of the amount.
     #[must_use]
     pub fn quantity(&self) -> Quantity {
         match self {

@@ -57,7 +57,7 @@ struct Node {
 }
 
 impl Solid {
-    /// Of corners (m) and triangles, three indices each.
+    /// Solid of corners (m) and triangles, three indices each.
     ///
     /// # Errors
     /// If the surface is not closed, or nothing is inside.

@@ -1,7 +1,7 @@
 //! The cell: the box in which a simulation takes place, and everything that follows from its periodic axes.
 //!
-//! [`Cell`] alone knows how places, branch vectors and velocities change from one periodic image to another. All that need this
-//! are lent the cell of the present state and compute nothing by themselves.
+//! [`Cell`] alone computes how places, branch vectors and velocities change from one periodic image to another. All that need
+//! this are lent the cell of the present state and compute nothing by themselves.
 
 pub mod image;
 #[cfg(test)]

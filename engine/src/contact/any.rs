@@ -8,7 +8,7 @@ pub trait OneOf<Any>: Copy {
 
 /// The history of an [`any_law`], which is that of one law or not yet any.
 pub(super) trait Holds<Law, L> {
-    /// What the law remembers.
+    /// Memory of the law.
     type Own;
 
     /// That of this law; a new one, if this is of no law.

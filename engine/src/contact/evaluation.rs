@@ -21,7 +21,7 @@ pub struct PairLaw<N, T, R, A = NoAdhesion> {
     pub adhesion: A,
 }
 
-/// What the parts of a pair's law remember of a contact.
+/// Memory of a contact of all parts of a pair's law.
 pub type Histories<N, T, R, A = NoAdhesion, L = f64> = (
     <N as NormalLaw>::History<L>,
     <T as TangentialLaw>::History<L>,
@@ -29,7 +29,7 @@ pub type Histories<N, T, R, A = NoAdhesion, L = f64> = (
     <A as AdhesionLaw>::History<L>,
 );
 
-/// What a contact does to A; B gets the opposite force and couple.
+/// Action of a contact on A; B gets the opposite force and couple.
 #[derive(Debug, Clone, Copy)]
 pub struct Action<L = f64> {
     /// Whole force on A, N.
@@ -141,7 +141,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T
         }
     }
 
-    /// The same for two that do not touch: adhesion alone. What the other parts remember ends with the touch.
+    /// Action on two that do not touch: adhesion alone. The memory of the other parts ends with the touch.
     #[inline(always)]
     pub fn act_apart<L: Real>(
         &self,

@@ -1,4 +1,4 @@
-//! What a contact remembers.
+//! Memory of a contact.
 
 use crate::lanes::{Real, Vector};
 
@@ -15,13 +15,13 @@ pub trait History<L: Real = f64>:
     const LENGTH: usize;
     /// Unit and meaning of each of these numbers.
     fn columns() -> Vec<HistoryNumber>;
-    /// The same memory seen by the pair (B, A).
+    /// This memory seen by the pair (B, A).
     #[must_use]
     fn swapped(self) -> Self;
     /// Appends its numbers, for restart files and output.
     fn write(&self, numbers: &mut Vec<L>);
-    /// Appends the numbers that [`super::NormalLaw::columns`] and its like tell of: of a law that is chosen at run time, those of
-    /// the law that was chosen.
+    /// Appends the numbers that [`super::NormalLaw::columns`] and its like describe: of a law that is chosen at run time, those
+    /// of the law that was chosen.
     fn show(&self, numbers: &mut Vec<L>) {
         self.write(numbers);
     }
@@ -31,13 +31,14 @@ pub trait History<L: Real = f64>:
     /// That of the contact `one(k)` in lane `k`; all of them by the same law.
     #[must_use]
     fn gather(one: impl Fn(usize) -> Self::One) -> Self;
-    /// The same from where they are kept: a large memory is not copied for each of its numbers.
+    /// Gathers the memories from where they are kept: a large memory is not copied for each of its numbers.
     #[must_use]
     #[inline(always)]
     fn gather_from<'a>(one: impl Fn(usize) -> &'a Self::One) -> Self {
         Self::gather(|k| *one(k))
     }
-    /// The same for contacts all of which touch: what only acts across a gap may be left out, and [`History::put`] does not write it.
+    /// Gathers memories of contacts all of which touch: numbers that only act across a gap may be left out, and [`History::put`]
+    /// does not write them.
     #[must_use]
     #[inline(always)]
     fn gather_touching<'a>(one: impl Fn(usize) -> &'a Self::One) -> Self {

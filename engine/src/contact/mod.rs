@@ -46,7 +46,7 @@ pub use mercury_common::scene::{CoulombLimits, SlidingNormal};
 
 use crate::lanes::{Mask, Real, Vector};
 
-/// What scenes can say of every law, known to this version or refused by it: for reading scenes, and for the users' page.
+/// Keys of every law, known to this version or refused by it: for reading scenes, and for the users' page.
 #[must_use]
 pub fn law_keys() -> Vec<&'static LawKeys> {
     let laws = [AnyNormal::KEYS, AnyTangential::KEYS, AnyRolling::KEYS];
@@ -113,7 +113,7 @@ impl<L: Real> Contact<L> {
 }
 
 impl Contact {
-    /// The geometry `dt` (s) before, as the velocities, which are those of half a step before, say: of two particles to round-off.
+    /// The geometry `dt` (s) before, by the velocities, which are those of half a step before: of two particles to round-off.
     #[must_use]
     pub fn one_step_before(&self, dt: f64) -> Self {
         let way = self.centre_velocity * dt;
@@ -161,7 +161,7 @@ fn follow<L: Real>(
 ///
 /// The normal of the half step h halves the angle between the two normals. So the reflection s - 2 (s.h) h takes the old
 /// tangent plane to the new one, and does there what the rotation from one normal to the other does: it is of second order
-/// along any path, and needs neither root nor division. What it leaves along the normal is taken out, and the length is
+/// along any path, and needs neither root nor division. The remaining part along the normal is taken out, and the length is
 /// restored where that is more than round-off: where a contact passes on to another face of a wall, and by the rule
 /// [`SlidingNormal::Step`], whose h is the normal itself, so that this is a projection at constant length.
 #[inline(always)]

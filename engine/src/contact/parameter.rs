@@ -15,7 +15,7 @@ pub enum Origin {
     Contact(usize),
     /// The default of the format.
     Default,
-    /// Follows from other parameters of the pair, as the text says.
+    /// Follows from other parameters of the pair by the rule in the text.
     Derived(&'static str),
 }
 
@@ -54,7 +54,7 @@ impl fmt::Display for Value {
 pub struct Parameter {
     /// Key of the scene format with the part it belongs to: `normal.restitution`.
     pub name: String,
-    /// What it is.
+    /// Value of the parameter.
     pub value: Value,
     /// SI unit; empty for pure numbers.
     pub unit: &'static str,

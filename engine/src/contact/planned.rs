@@ -1,4 +1,4 @@
-//! What the plan needs of a law: its keys in a scene, how it comes from two materials, and how stiff it is at most.
+//! Interface of a law for the plan: its keys in a scene, how it comes from two materials, and how stiff it is at most.
 
 use mercury_common::scene::LawKeys;
 
@@ -35,7 +35,7 @@ impl Scale {
 
 /// A normal law that scenes can name.
 pub trait PlannedNormal: NormalLaw {
-    /// What scenes say to name it and to give its parameters.
+    /// Keys in scenes that name the law and give its parameters.
     const KEYS: &'static LawKeys;
 
     /// The law of two materials; errors are recorded in the pair.
@@ -80,7 +80,7 @@ pub struct StiffestTangential {
 
 /// A tangential law that scenes can name.
 pub trait PlannedTangential: TangentialLaw {
-    /// What scenes say to name it and to give its parameters.
+    /// Keys in scenes that name the law and give its parameters.
     const KEYS: &'static LawKeys;
 
     /// The law of two materials beside their normal law; errors are recorded in the pair.
@@ -93,7 +93,7 @@ pub trait PlannedTangential: TangentialLaw {
 
 /// A rolling law that scenes can name.
 pub trait PlannedRolling: RollingLaw {
-    /// What scenes say to name it and to give its parameters.
+    /// Keys in scenes that name the law and give its parameters.
     const KEYS: &'static LawKeys;
 
     /// Whether the law of two materials takes its stiffness from the tangential one, which then stays even without friction.

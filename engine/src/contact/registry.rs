@@ -45,8 +45,8 @@ impl LawTable {
         })
     }
 
-    /// The table for a loop that knows no other laws than `N`, `T`, `R` and `A`, if it has none; pairs that never meet get the law of
-    /// some pair that does.
+    /// The table for a loop that has no other laws than `N`, `T`, `R` and `A`, if it has none; pairs that never meet get the law
+    /// of some pair that does.
     pub(crate) fn narrow<N, T, R, A>(&self) -> Option<Vec<PairLaw<N, T, R, A>>>
     where
         N: OneOf<AnyNormal>,

@@ -24,7 +24,7 @@ struct Alone {
     memory: Memory,
 }
 
-/// What was before, from which the history of any law is made.
+/// State before the step, from which the history of any law is made.
 #[derive(Debug, Clone)]
 struct Memory {
     /// Over the present overlap.
@@ -117,7 +117,7 @@ fn answers<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw, L: Rea
     answers.extend([adhesion.normal.elastic, adhesion.normal.viscous]);
     let swapped = history.swapped();
     swapped.write(&mut answers);
-    // The same pair, as far apart as it overlapped.
+    // The pair again, as far apart as it overlapped.
     let mut apart = *contact;
     apart.overlap = -contact.overlap;
     let mut history = <Histories<N, T, R, A, L> as History<L>>::read(numbers);
@@ -190,7 +190,7 @@ fn compare<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw, const 
     Ok(())
 }
 
-/// The same for 2, 4 and 8 lanes.
+/// Compares 2, 4 and 8 lanes.
 fn compare_all<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw>(
     law: PairLaw<N, T, R, A>,
     alone: &[Alone; 8],

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::state::{Id, WallIndex};
 
-/// What is wrong with a contact.
+/// Fault of a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AlarmKind {
     /// It overlaps too much.
@@ -43,7 +43,7 @@ pub enum Other {
 pub struct Alarm {
     /// The particle, or the vertex, which is a sphere of half the thickness of its sheet.
     pub of: Subject,
-    /// What it touches.
+    /// Partner that it touches.
     pub other: Other,
     /// Its centre, m.
     pub position: DVec3,

@@ -115,7 +115,8 @@ mod tests {
         }
     }
 
-    /// What a block parks is delivered to the row that it is for; the number of lists follows from the blocks that are reached.
+    /// Loads that a block parks are delivered to the row that they are for; the number of lists follows from the blocks that are
+    /// reached.
     #[test]
     fn lists_reach_as_far_as_contacts() {
         let mut outbox = Outbox::default();

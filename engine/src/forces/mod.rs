@@ -69,7 +69,7 @@ pub struct StepContext<'a> {
     pub overlap_limit: f64,
     /// Overlap with a wall over the radius beyond which the centre may go through the wall; infinite if this is not checked.
     pub deep: f64,
-    /// What to observe of the contacts; `None` in most steps.
+    /// Observation to make of the contacts; `None` in most steps.
     pub watch: Option<Watch>,
     /// The number of contacts that are evaluated side by side; changes no bit.
     pub width: Width,

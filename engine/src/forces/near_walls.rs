@@ -93,7 +93,7 @@ pub fn find_near_walls(
     by_rows(&found, records.len())
 }
 
-/// The same for the vertices of a sheet as spheres, in any order: each with each wall, as deep as walls hold them from behind.
+/// Near walls of the vertices of a sheet as spheres, in any order: each with each wall, as deep as walls hold them from behind.
 #[must_use]
 pub fn near_walls_of_vertices(
     vertices: &[Particle],

@@ -1,10 +1,10 @@
-//! What contacts and parts of the step need of it, and a new candidate list as they receive it.
+//! Needs of contacts and parts in the step, and a new candidate list as they receive it.
 
 use super::NearWall;
 use crate::neighbours::CandidateList;
 use crate::state::{Particles, Row};
 
-/// What a part needs of the step: only these decide how the step is made.
+/// Needs of a part in the step: only these decide how the step is made.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Needs {
     /// Largest gap between the surfaces of two particles, or of a particle and a wall, across which it acts, m. Pairs are listed
@@ -25,7 +25,7 @@ pub struct Needs {
 }
 
 impl Needs {
-    /// What two need together.
+    /// Needs of two together.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self {

@@ -6,7 +6,7 @@ use crate::state::{Load, WallIndex};
 use crate::surface::SurfacePoint;
 use crate::walls::WallStiffness;
 
-/// What to observe in a force evaluation.
+/// Observation to make in a force evaluation.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Watch {
     /// Keep a record of every contact.
@@ -124,7 +124,7 @@ pub struct ContactRecord {
     pub tangential: DVec3,
     /// Couple on A beyond the lever arm of the force, N m.
     pub couple: DVec3,
-    /// What `.fstat` calls the tangential overlap, m.
+    /// Tangential overlap in the sense of `.fstat`, m.
     pub tangential_overlap: f64,
     /// Volume of the liquid bridge, m^3; 0 where there is none.
     pub bridge_volume: f64,
@@ -193,7 +193,7 @@ impl Observation {
         self.records.extend_from_slice(&other.records);
     }
 
-    /// The same, without the records of single contacts.
+    /// Adds another observation, without the records of single contacts.
     pub fn merge_sums(&mut self, other: &Self) {
         self.particle_contacts += other.particle_contacts;
         self.wall_contacts += other.wall_contacts;

@@ -283,7 +283,7 @@ impl SavedSlots {
     /// Whether they can be pairs of so many rows, with histories of this length.
     ///
     /// # Errors
-    /// What is wrong.
+    /// The histories have another length, or a pair names a missing particle or image.
     pub fn check_pairs(&self, numbers: usize, rows: usize) -> Result<(), String> {
         self.check_numbers(numbers)?;
         let is_row = |row: u32| (row as usize) < rows;
@@ -296,10 +296,10 @@ impl SavedSlots {
         Ok(())
     }
 
-    /// The same of rows near so many walls.
+    /// Checks the slots of rows near so many walls.
     ///
     /// # Errors
-    /// What is wrong.
+    /// The histories have another length, or a contact names a missing particle or wall.
     pub fn check_at_walls(&self, numbers: usize, rows: usize, walls: usize) -> Result<(), String> {
         self.check_numbers(numbers)?;
         let fits = |head: &Head| (head.row as usize) < rows && (head.partner as usize) < walls;

@@ -5,7 +5,7 @@ pub use mercury_common::scene::GuardPolicy;
 /// Limits, and what happens beyond them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Guard {
-    /// What happens.
+    /// Action beyond a limit.
     pub policy: GuardPolicy,
     /// Largest overlap over the smaller radius.
     pub overlap: f64,

@@ -12,7 +12,7 @@ use crate::spray::Sprays;
 use crate::state::{Pieces, Plain, WallIndex};
 use crate::step::{Core, Engine, Exchanged, Part, RunError};
 
-/// What the guard of a run has seen.
+/// Counts of the guard of a run.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct GuardPart {
     /// By kind of contact, then long ways, then vertices that left the domain.
@@ -188,7 +188,7 @@ impl GuardPart {
         if (count.worst).is_none_or(|worst| event.part() > worst.part()) {
             count.worst = Some(event);
         }
-        // What touches a wall from behind is where it should not be, but nothing is wrong with its motion.
+        // A particle that touches a wall from behind is where it should not be, but nothing is wrong with its motion.
         let stops = !matches!(what, What::Contact(AlarmKind::Behind, _));
         let is_strict = core.physics().guard.policy == GuardPolicy::Strict;
         if stops && is_strict && !self.off && self.stop.is_none() {
@@ -209,7 +209,7 @@ impl GuardPart {
         })
     }
 
-    /// What was beyond a limit since the start, counted: a line for each kind.
+    /// Counts of events beyond a limit since the start: a line for each kind.
     fn counted(&self, core: &Core) -> Vec<String> {
         let counts = self.counts.iter();
         counts
@@ -246,7 +246,7 @@ impl Engine {
         self.complete_step()
     }
 
-    /// What was beyond a limit since the start, counted: a line for each kind.
+    /// Counts of events beyond a limit since the start: a line for each kind.
     #[must_use]
     pub fn guard_warnings(&self) -> Vec<String> {
         let guard = self.part::<GuardPart>();

@@ -23,7 +23,7 @@
 //! assert_eq!(root(Lanes([4.0, -4.0])), Lanes([2.0, 0.0]));
 //! ```
 //!
-//! What makes the bits independent of the number of lanes: operations of IEEE 754 alone (+, -, *, /, root, comparisons), no
+//! Rules that make the bits independent of the number of lanes: operations of IEEE 754 alone (+, -, *, /, root, comparisons), no
 //! fused multiply-add, and never a sum across lanes.
 //!
 //! How many lanes there are is chosen when the program runs, by what the processor has ([`Width`]); a [`Task`] is the code that is
@@ -65,7 +65,7 @@ pub trait Real:
     + Mul<f64, Output = Self>
     + Div<f64, Output = Self>
 {
-    /// What a comparison gives.
+    /// Result of a comparison.
     type Mask: Mask;
     /// How many numbers it holds.
     const LANES: usize;
@@ -74,7 +74,7 @@ pub trait Real:
     /// 1 in every lane.
     const ONE: Self;
 
-    /// The same number in every lane.
+    /// One number in every lane.
     #[must_use]
     fn splat(number: f64) -> Self;
     /// The number in lane `k` < [`Real::LANES`].

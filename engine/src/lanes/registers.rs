@@ -1,7 +1,7 @@
 //! Lanes in registers: two in one of SSE2 or NEON, four of AVX2.
 //!
-//! What is `unsafe` here: instructions that a processor may not have. Every x86-64 has SSE2, and every aarch64 has NEON. A `Four`
-//! is made and used only inside of [`Width::run`](super::Width::run), which first checks the processor.
+//! Use of `unsafe`: instructions that a processor may not have. Every x86-64 has SSE2, and every aarch64 has NEON. A `Four` is
+//! made and used only inside of [`Width::run`](super::Width::run), which first checks the processor.
 
 #[cfg(target_arch = "x86_64")]
 mod four;
@@ -18,7 +18,7 @@ pub(super) use {four::Four, two::Two};
 /// One instruction, or some.
 macro_rules! instructions {
     ($($what:tt)*) => {{
-        // SAFETY: the processor has them, as the documentation of this module says; what is read or written are whole values
+        // SAFETY: the processor has them, see the documentation of this module; what is read or written are whole values
         // behind references.
         #[allow(unused_unsafe)]
         unsafe { $($what)* }

@@ -89,7 +89,7 @@ impl<L: Real> Vector<L> {
         }
     }
 
-    /// The same vector in every lane.
+    /// One vector in every lane.
     #[inline(always)]
     #[must_use]
     pub fn splat(vector: Vector) -> Self {

@@ -12,7 +12,7 @@ type Two = super::Lanes<2>;
 
 /// Work that can be done in lanes of any number.
 pub trait Task {
-    /// What comes of it.
+    /// Result of the task.
     type Output;
 
     /// Performs the task. To be marked `inline(always)`, as all functions that its inner loops call: only what is inlined here is
@@ -53,7 +53,7 @@ impl Width {
         all.collect()
     }
 
-    /// That of so many lanes, if this processor can.
+    /// Width of so many lanes, if this processor can.
     #[must_use]
     pub fn of(lanes: usize) -> Option<Self> {
         match lanes {

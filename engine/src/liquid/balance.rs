@@ -2,7 +2,7 @@
 
 use super::{Sum, Weighed};
 
-/// What came and went since the start; volumes in m^3.
+/// Liquid that came and went since the start; volumes in m^3.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LiquidBalance {
     /// In films at the start, and in bridges that went on from another run.
@@ -27,7 +27,7 @@ pub struct LiquidBalance {
     pub clamped: u64,
     /// Energy set free as bridges formed and took liquid, J, up to the last force evaluation.
     pub set_free: f64,
-    /// The same after it: the next evaluation is the first that sees these bridges.
+    /// Energy set free after the last force evaluation, J: the next one is the first that sees these bridges.
     pub next_set_free: f64,
 }
 
@@ -49,7 +49,7 @@ crate::state::plain!(LiquidBalance {
 /// The liquid of a run at one time; volumes in m^3.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LiquidRow {
-    /// What came and went until then.
+    /// Balance until then.
     pub balance: LiquidBalance,
     /// In films.
     pub films: f64,
@@ -61,7 +61,7 @@ pub struct LiquidRow {
     pub bridge_count: u64,
     /// Of sprays: in flight, emitted, caught by particles, lost at walls, left the domain.
     pub sprayed: [f64; 5],
-    /// What is there and what went, less what was there at the start and what came: 0 but for round-off.
+    /// Balance error: present + removed - initial - added; zero up to rounding.
     pub error: f64,
 }
 

@@ -1,13 +1,13 @@
 //! How liquid moves when bridges form and break.
 //!
 //! The rules are those of Mani et al. (2013), *Granular Matter* 15, 447, and Roy et al. (2018), *Phys. Rev. E* 98, 052906, with what
-//! they leave open decided as the [theory page](../../docs/theory/liquid.md) says:
+//! they leave open decided by the [theory page](../../docs/theory/liquid.md):
 //!
 //! - *A touch.* The films of both sides hold T together. If T > 0 and T >= the least volume, a bridge of min(T, largest volume) forms;
 //!   each film gives in proportion. A pair that touches without enough liquid stays dry until it has parted.
 //!   With [`BridgesForm::Films`] it forms as soon as the films meet, where it reaches across the gap.
 //! - *A break.* Each end takes half (a particle at a wall all but the share that a wall with a film keeps), and hands the share
-//!   `distribution` of it on to its other bridges in equal parts, each up to its own largest volume. What is left goes to the film of
+//!   `distribution` of it on to its other bridges in equal parts, each up to its own largest volume. The rest goes to the film of
 //!   that end.
 //!
 //! A wall with a film takes part like a particle, with what the shadow of the grain covers of the triangle.
@@ -26,13 +26,13 @@ use crate::state::Particles;
 use crate::walls::{WallFilms, WallNow, WallPlace};
 use mercury_common::particle_properties::FILM_VOLUME;
 
-/// What the rules read beside the particles, and the films of walls.
+/// Data that the rules read beside the particles, and the films of walls.
 pub struct MigrationContext<'a> {
     /// The laws of all pairs of materials.
     pub laws: &'a LawTable,
     /// The walls as they are.
     pub walls: &'a [WallNow],
-    /// What walls hold.
+    /// Films of walls.
     pub films: &'a mut WallFilms,
 }
 
@@ -236,7 +236,7 @@ impl Liquids {
             let held = around.films.volume(wall);
             let holds = held + around.films.keeps(wall) * volume;
             around.films.set(wall, holds);
-            // What the addition has rounded off stays with the particle.
+            // Round-off of the addition stays with the particle.
             (half, rest) = (volume - (holds - held), 0.0);
             self.carry(particles, End::Row(site.row), End::Outside, holds - held);
         }

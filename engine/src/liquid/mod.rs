@@ -55,10 +55,10 @@ pub struct Liquids {
     pub balance: LiquidBalance,
 }
 
-/// What a checkpoint holds of the liquid beside films and bridges.
+/// State of the liquid in a checkpoint beside films and bridges.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SavedLiquid {
-    /// What came and went.
+    /// Balance since the start.
     pub balance: LiquidBalance,
     /// Volumes on walls, m^3: of each wall those of its triangles.
     pub walls: Vec<Vec<f64>>,
@@ -67,7 +67,7 @@ pub struct SavedLiquid {
 crate::state::plain!(SavedLiquid { balance, walls });
 
 impl Liquids {
-    /// What a checkpoint holds of it.
+    /// State in a checkpoint.
     #[must_use]
     pub fn save(&self, films: &WallFilms) -> SavedLiquid {
         SavedLiquid {
@@ -97,7 +97,7 @@ impl Liquids {
         self.weigh_films(first, particles);
     }
 
-    /// What is there at the start, bridges of another run included, is what the balance begins with.
+    /// Liquid at the start, that in bridges of another run included, begins the balance.
     pub fn note_first(
         &mut self,
         contacts: &dyn ContactForces,

@@ -163,8 +163,8 @@ impl Engine {
         Some(liquid.row(&self.particles, contacts, &self.domain.wall_films, sprayed))
     }
 
-    /// What liquid brought to particles from outside since the start: mass (kg, where it has any) and energy (J), by the rules of migration
-    /// and evaporation, and by droplets.
+    /// Contribution of liquid from outside to the particles since the start: mass (kg, where it has any) and energy (J), by the
+    /// rules of migration and evaporation, and by droplets.
     #[must_use]
     pub fn liquid_brought(&self) -> [[f64; 2]; 2] {
         let liquid = self.part().map_or([0.0; 2], |liquid: &Liquids| {

@@ -23,7 +23,7 @@ pub struct Weight {
     pub lag: f64,
 }
 
-/// What came from outside of the particles and went there since the start.
+/// Amounts that came from outside of the particles and went there since the start.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Weighed {
     /// kg
@@ -88,7 +88,7 @@ impl Weight {
             let speeds = record.velocity.length_squared();
             if let Some(velocity) = velocity {
                 record.velocity += (mass / after) * (velocity - record.velocity);
-                // What comes does not turn.
+                // Liquid that comes does not turn.
                 record.angular_velocity *= before / after;
             }
             gained = 0.5 * (after * record.velocity.length_squared() - before * speeds)

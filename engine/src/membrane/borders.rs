@@ -23,7 +23,7 @@ pub(super) struct Border {
 }
 
 impl Border {
-    /// Of these vertices.
+    /// Border of these vertices.
     pub(super) fn new(sheet: &Sheet, is_held: Vec<bool>) -> Self {
         let joins = |corners: &[u32]| {
             let mut held = corners.iter().map(|&k| is_held[k as usize]);
@@ -66,7 +66,7 @@ pub(super) struct SheetShape<'a> {
     pub positions: &'a [DVec3],
     /// 1/kg; 0 of those that are held.
     pub inverse_masses: &'a [f64],
-    /// Of [`Sheet::dashpots`], N s/m.
+    /// Coefficients of [`Sheet::dashpots`], N s/m.
     pub dashpots: &'a [f64],
 }
 
@@ -88,7 +88,7 @@ impl Sheet {
                 let is_free = at.inverse_masses[k] > 0.0;
                 is_free && !border.is_held[k]
             });
-            // What is held elsewhere does not move at all.
+            // Vertices that are held elsewhere do not move at all.
             let mass: f64 = free.map(|k| self.masses()[k]).sum();
             if mass > 0.0 { mass } else { f64::INFINITY }
         };

@@ -11,9 +11,9 @@ use super::{HoldCourse, MembranePlan};
 /// Upper bounds of the eigenvalues of a sheet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rates {
-    /// Of stiffness over mass, 1/s^2: omega^2.
+    /// Rate of stiffness over mass, 1/s^2: omega^2.
     pub stiffness: f64,
-    /// Of damping over mass, 1/s: 2 z omega.
+    /// Rate of damping over mass, 1/s: 2 z omega.
     pub damping: f64,
 }
 
@@ -24,7 +24,7 @@ impl Rates {
     pub fn critical_step(&self) -> f64 {
         let omega = self.stiffness.sqrt();
         let z = 0.5 * self.damping / omega;
-        // The same without a difference of large numbers.
+        // Equal to the formula above, without a difference of large numbers.
         2.0 / omega / ((1.0 + z * z).sqrt() + z)
     }
 }

@@ -50,7 +50,7 @@ impl<L: Real> Strained<L> {
         self.response([e11, e12, e22], stiffness, nu)
     }
 
-    /// The same for a strain (11, 12, 22), m^2.
+    /// Stress and energy for a strain (11, 12, 22), m^2.
     #[inline(always)]
     fn response(&self, [e11, e12, e22]: [L; 3], stiffness: f64, nu: f64) -> ([L; 3], L) {
         let [h11, h12, h22] = self.inverse;
@@ -85,7 +85,7 @@ impl<L: Real> Strained<L> {
 }
 
 impl Strained {
-    /// Of the corners at rest.
+    /// Triangle with these corners at rest.
     #[must_use]
     pub fn new([a, b, c]: [DVec3; 3]) -> Self {
         let (d1, d2) = (b - a, c - a);
@@ -148,7 +148,7 @@ pub(super) struct Sides<L> {
 }
 
 impl<L: Real> Sides<L> {
-    /// Of the sides from the first corner to the second and the third, m.
+    /// Sides from the first corner to the second and the third, m.
     #[inline(always)]
     pub(super) fn new(ab: Vector<L>, ac: Vector<L>) -> Self {
         let bc = ac - ab;
@@ -260,7 +260,7 @@ pub struct Fold {
 }
 
 impl Fold {
-    /// Of four corners and the area vectors of the two triangles (normal times area, m^2).
+    /// Fold of four corners and the area vectors of the two triangles (normal times area, m^2).
     #[must_use]
     pub fn new(corners: [DVec3; 4], area1: DVec3, area2: DVec3) -> Self {
         let edge = corners[3] - corners[2];

@@ -4,9 +4,10 @@
 //! All that is inside a sheet is a tension along each edge and, at the corners of each triangle, a force along its normal. The law of the continuum
 //! is no exception: three forces in a plane without sum and torque are tensions along the three sides ([`Strained::tensions`]).
 //!
-//! What a hinge exerts on the corners of one of its triangles is along the normal of that triangle. With the moment m = factor (sin(theta/2) -
-//! sin(theta0/2)) of the hinge, its edge d and the opposite corner p, the corners p, start and end of the edge get m/|d| times d.d, (p - end).d and
-//! -(p - start).d along n/A. So a triangle needs one number of each of its hinges. The rate of the angle has the same three factors ([`Sides`]).
+//! Forces of a hinge on the corners of one of its triangles are along the normal of that triangle. With the moment m = factor
+//! (sin(theta/2) - sin(theta0/2)) of the hinge, its edge d and the opposite corner p, the corners p, start and end of the edge
+//! get m/|d| times d.d, (p - end).d and -(p - start).d along n/A. So a triangle needs one number of each of its hinges. The rate
+//! of the angle has the same three factors ([`Sides`]).
 //!
 //! The passes over edges and triangles are made in lanes. Chunks are shared among threads. Neither changes a bit. No closure here computes in lanes:
 //! one that is not inlined would be compiled for a processor without them, and be several times as slow.
@@ -27,7 +28,8 @@ const CHUNK: usize = 1024;
 /// Memory of the passes; nothing in it outlives an evaluation but the areas.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Workspace {
-    /// Of each triangle normal times area, m^2, as of the last evaluation, and behind it, of sheets with hinges, the inverse of the area, 1/m^2.
+    /// Normal times area of each triangle, m^2, as of the last evaluation, and behind it, of sheets with hinges, the inverse of
+    /// the area, 1/m^2.
     faces: Vec<Quad>,
     /// Positions of the vertices, m.
     places: Vec<Quad>,
@@ -35,8 +37,8 @@ pub struct Workspace {
     speeds: Vec<Quad>,
     /// Tensions of the sides of each triangle over their lengths, N/m, and zeros behind the last one; of the continuum alone.
     sides: Vec<Quad>,
-    /// What the velocities of the corners of each triangle make of the rates of its three hinges, times the lengths of their edges, m/s; of
-    /// sheets with damped hinges alone.
+    /// Contributions of the velocities of each triangle's corners to the rates of its three hinges, times the lengths of their
+    /// edges, m/s; of sheets with damped hinges alone.
     rates: Vec<Quad>,
     /// Tension of each edge over its length, N/m.
     tensions: Vec<f64>,
@@ -75,9 +77,9 @@ impl Workspace {
 /// Results of an evaluation beside the forces: the loss of the dashpots, and the stretch of the edges.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Powers {
-    /// Of dashpots along edges, W.
+    /// Power of dashpots along edges, W.
     pub edges: f64,
-    /// Of dashpots of hinges, W.
+    /// Power of dashpots of hinges, W.
     pub hinges: f64,
     /// Least and largest length of an edge over its length without force; not numbers where a vertex has no place.
     pub stretches: [f64; 2],
@@ -99,7 +101,7 @@ impl Default for Powers {
 impl Powers {
     fn stretch(&mut self, [least, largest]: [f64; 2]) {
         let [own_least, own_largest] = &mut self.stretches;
-        // What is no number stays: comparisons with it are false.
+        // A value that is not a number stays: comparisons with it are false.
         if least < *own_least || least.is_nan() {
             *own_least = least;
         }
@@ -116,7 +118,7 @@ pub struct Evaluation<'a> {
     pub positions: &'a [DVec3],
     /// In m/s.
     pub velocities: &'a [DVec3],
-    /// Of [`Sheet::dashpots`].
+    /// Coefficients of [`Sheet::dashpots`].
     pub dashpots: &'a [f64],
     /// Pressure on the back of the triangles, Pa: it pushes along the normals.
     pub pressure: f64,
@@ -504,11 +506,11 @@ struct Pulls<'a> {
     ends: &'a [[u32; 2]],
     /// Their indices among the sides of the triangles, as [`of_sides`] has them.
     sides_of: &'a [[u32; 2]],
-    /// Of springs: stiffness times length without force, N.
+    /// Stiffness of springs times length without force, N.
     pull: &'a [f64],
     /// Over the length without force, 1/m.
     inverse: &'a [f64],
-    /// Of the hinges, which are the first of the edges: Ke e0^2/(A1 + A2), N m.
+    /// Factors of the hinges, which are the first of the edges: Ke e0^2/(A1 + A2), N m.
     factor: &'a [f64],
     half_sine: &'a [f64],
     is_continuum: bool,
@@ -524,7 +526,7 @@ struct Pulls<'a> {
     moments: &'a mut [f64],
     /// The first edge of those that are done now.
     begin: usize,
-    /// By edges and by hinges, W.
+    /// Lost power by edges and by hinges, W.
     lost: [Columns; 2],
     least: Columns,
     largest: Columns,
@@ -580,7 +582,7 @@ impl InLanes for Hinges<'_, '_> {
 }
 
 impl Pulls<'_> {
-    /// Of the edges from `at` on behind the first of these: tensions. Returns their branches, lengths and the inverse of these.
+    /// Tensions of the edges from `at` on behind the first of these. Returns their branches, lengths and the inverse of these.
     #[inline(always)]
     fn stretch<L: Real>(&mut self, at: usize) -> (Vector<L>, L, L) {
         let range = self.begin + at..self.begin + at + L::LANES;
@@ -686,7 +688,7 @@ impl InLanes for Along<'_> {
     }
 }
 
-/// What a chunk of vertices adds up.
+/// Sums of a chunk of vertices.
 struct Gather<'a> {
     sheet: &'a Sheet,
     first: usize,

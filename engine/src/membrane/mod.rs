@@ -1,6 +1,6 @@
 //! Elastic sheets: the mechanics of a mesh whose vertices have mass.
 //!
-//! [`Topology`] says which triangles meet at which edges, [`Sheet`] what the sheet is at rest and which forces act on its vertices. All are
+//! [`Topology`] holds which triangles meet at which edges, [`Sheet`] the sheet at rest and the forces on its vertices. All are
 //! functions of positions and velocities; the state of a run lies elsewhere. See `docs/theory/membranes.md`.
 
 mod borders;

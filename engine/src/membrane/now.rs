@@ -18,16 +18,16 @@ use crate::walls::{Motion, Pose, Touches, WallNow, WallStiffness};
 /// Stands for "not held".
 const FREE: u32 = u32::MAX;
 
-/// What a plan says of a sheet, beside its surface.
+/// Plan of a sheet, beside its surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MembranePlan {
     /// Its mechanics.
     pub sheet: Arc<Sheet>,
-    /// What sets its pressure.
+    /// Source of its pressure.
     pub load: Load,
     /// V0, the enclosed volume at the start, m^3.
     pub first_volume: f64,
-    /// What holds it.
+    /// Holds of its vertices.
     pub holds: Vec<HoldPlan>,
 }
 
@@ -36,7 +36,7 @@ pub struct MembranePlan {
 pub struct HoldPlan {
     /// Name as in the scene.
     pub name: String,
-    /// Which.
+    /// Vertices that are held.
     pub vertices: Vec<u32>,
     /// How they move.
     pub ramp: HoldCourse,
@@ -51,14 +51,14 @@ pub struct HoldPlan {
 pub enum HoldCourse {
     /// With these components of the velocity, m/s; those without one are free.
     Velocity([Option<f64>; 3]),
-    /// As a rigid body.
+    /// Motion of a rigid body.
     Motion(Box<Motion>),
     /// With the wall of this index.
     Wall(usize),
 }
 
 impl HoldCourse {
-    /// Which components are held.
+    /// Components that are held.
     fn axes(&self) -> [bool; 3] {
         match self {
             Self::Velocity(components) => components.map(|component| component.is_some()),
@@ -76,14 +76,14 @@ impl HoldCourse {
     }
 }
 
-/// What a sheet does to a hold.
+/// Load of a sheet on a hold.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct HoldLoad {
     /// All that acts on the held vertices but the hold, N.
     pub force: DVec3,
     /// Its torque about the origin, N m.
     pub torque: DVec3,
-    /// Of the hold on the sheet, W.
+    /// Power of the hold on the sheet, W.
     pub power: f64,
 }
 
@@ -138,24 +138,24 @@ pub struct MembraneNow {
     /// Where a held vertex is in the frame of its hold, m.
     place: Vec<DVec3>,
     is_active: Vec<bool>,
-    /// Of the last evaluation, Pa.
+    /// Pressure of the last evaluation, Pa.
     pub pressure: f64,
     /// Works since the start.
     pub works: Works,
-    /// What the sheet does to each hold, by the last evaluation.
+    /// Load of the sheet on each hold, by the last evaluation.
     pub hold_loads: Vec<HoldLoad>,
     /// Steps in which it was beyond the limits of the guard, where that does not stop the run.
     pub faults: u64,
     /// Holds on walls that began farther from the wall than an edge is long.
     pub gaps: Vec<Gap>,
     dashpots: Vec<f64>,
-    /// Of the vertices that each wall holds, by the number of the wall.
+    /// Borders of the vertices that each wall holds, by the number of the wall.
     borders: Vec<(usize, Border)>,
     powers: Powers,
     workspace: Workspace,
 }
 
-/// What must be kept of a [`MembraneNow`] to go on later.
+/// State of a [`MembraneNow`] that must be kept to go on later.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SavedMembrane {
     /// The hold of each vertex.
@@ -168,11 +168,11 @@ pub struct SavedMembrane {
     pub pressure: f64,
     /// Works since the start.
     pub works: Works,
-    /// What the sheet does to each hold.
+    /// Load of the sheet on each hold.
     pub hold_loads: Vec<HoldLoad>,
     /// Steps beyond the limits of the guard.
     pub faults: u64,
-    /// As of [`MembraneNow`].
+    /// Gaps of [`MembraneNow`].
     pub gaps: Vec<Gap>,
 }
 
@@ -190,7 +190,7 @@ crate::state::plain!(SavedMembrane {
 /// When an evaluation or a motion happens, and what it depends on.
 #[derive(Debug, Clone, Copy)]
 pub struct Moment<'a> {
-    /// Of the positions at the end, s.
+    /// Time of the positions at the end, s.
     pub time: f64,
     /// Time step, s.
     pub dt: f64,
@@ -206,7 +206,7 @@ pub struct Moment<'a> {
     pub width: Width,
 }
 
-/// What is wrong with a sheet.
+/// Fault of a sheet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Fault {
     /// An edge is too short or too long.
@@ -308,7 +308,7 @@ impl MembraneNow {
         self.note_holds(plan, surface);
     }
 
-    /// What follows from what holds each vertex: dashpots, and borders of what walls hold.
+    /// Values that follow from the holds of the vertices: dashpots, and borders of the parts that walls hold.
     fn note_holds(&mut self, plan: &MembranePlan, surface: &Surface) {
         self.dashpots = plan.sheet.dashpots(&surface.inverse_masses);
         let wall_of = |hold: &u32| {
@@ -556,7 +556,7 @@ impl MembraneNow {
         found
     }
 
-    /// What is wrong with the sheet by the last evaluation.
+    /// Fault of the sheet by the last evaluation, if there is one.
     #[must_use]
     pub fn fault(&self, plan: &MembranePlan, surface: &Surface) -> Option<Fault> {
         let [least, largest] = self.powers.stretches;
@@ -580,7 +580,7 @@ impl MembraneNow {
         worst.map(|(ends, stretch, _)| Fault::Stretch { ends, stretch })
     }
 
-    /// What must be kept.
+    /// State that must be kept.
     #[must_use]
     pub fn save(&self) -> SavedMembrane {
         SavedMembrane {
@@ -595,7 +595,7 @@ impl MembraneNow {
         }
     }
 
-    /// As saved; the surface is restored already.
+    /// Restores the saved state; the surface is restored already.
     ///
     /// # Errors
     /// If it was another sheet.

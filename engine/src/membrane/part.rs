@@ -11,7 +11,7 @@ use crate::state::{Pieces, Plain};
 use crate::step::{BesideContacts, Core, CriticalStep, Engine, Part, RunError, SizeEstimate};
 use crate::surface::Surface;
 
-/// What moves the sheets of a core.
+/// Mechanics of the sheets of a core.
 pub(crate) struct Membranes {
     /// The mechanics of the sheets, one for each, or none at all.
     all: Vec<MembraneNow>,
@@ -47,7 +47,7 @@ impl Part for Membranes {
         "membranes"
     }
 
-    /// What holds sheets at the start holds them.
+    /// Holds act from the start.
     fn of(core: &mut Core) -> Option<Self> {
         let (is_near, stale) = (
             vec![true; core.domain.walls.len()],

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::sheet::Sheet;
 
-/// What sets the pressure.
+/// Source of the pressure.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Load {
     /// Times in s, rising, and pressures in Pa; linear between them, constant before and after. Empty: none.
@@ -150,7 +150,7 @@ impl Sheet {
     }
 }
 
-/// What moves a corner of the closed surface.
+/// Source of the motion of a corner of the closed surface.
 enum Owner<'a> {
     Vertex(u32),
     Mean(&'a [u32]),

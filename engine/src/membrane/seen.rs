@@ -1,4 +1,4 @@
-//! What outputs and the energy budget see of a sheet: energies, tensions, stretches.
+//! Values of a sheet for outputs and the energy budget: energies, tensions, stretches.
 
 use glam::{DVec2, DVec3};
 
@@ -193,6 +193,6 @@ fn anisotropy(lengths: [f64; 3], area: f64) -> f64 {
 pub struct Scatter {
     /// Root of the mean square over the triangles.
     pub deviation: f64,
-    /// Of the worst triangle.
+    /// Value of the worst triangle.
     pub worst: f64,
 }

@@ -12,7 +12,7 @@ fn whole(parts: f64, least: u32) -> u32 {
     (parts.round() as u32).max(least)
 }
 
-/// How many triangles the shape has at most, before it is built.
+/// Largest number of triangles of the shape, before it is built.
 #[must_use]
 pub fn about_triangles(area: f64, edge: f64) -> f64 {
     area / (0.5 * HEIGHT * edge * edge)

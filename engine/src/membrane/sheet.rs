@@ -39,7 +39,7 @@ pub struct Bending {
     pub rests_flat: bool,
 }
 
-/// What a sheet is made of.
+/// Mechanical parameters of a sheet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Law {
     /// Thickness, m.
@@ -109,7 +109,7 @@ pub(super) struct RestTriangle {
     pub lengths: [f64; 3],
 }
 
-/// Of all edges at rest what each step reads.
+/// Values of all edges at rest that each step reads.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct RestEdges {
     /// Stiffness times length without force, N.
@@ -118,7 +118,7 @@ pub(super) struct RestEdges {
     pub inverse: Vec<f64>,
 }
 
-/// Of all hinges at rest what each step reads, as [`RestHinge`] has it.
+/// Values of all hinges at rest that each step reads, as in [`RestHinge`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct RestHinges {
     /// N m
@@ -157,7 +157,7 @@ impl<T: Ord + Copy> Grouped<T> {
     }
 }
 
-/// What each vertex adds up.
+/// Edges and corners that each vertex sums over.
 #[derive(Debug, Clone, PartialEq, Default)]
 struct Gathers {
     edges: Grouped<[u32; 2]>,
@@ -173,17 +173,17 @@ pub struct Sheet {
     pub(super) hinges: Vec<RestHinge>,
     pub(super) triangles: Vec<RestTriangle>,
     masses: Vec<f64>,
-    /// Of all edges, component by component.
+    /// Values of all edges, component by component.
     pub(super) rest: RestEdges,
-    /// Of all hinges, component by component.
+    /// Values of all hinges, component by component.
     pub(super) bends: RestHinges,
     /// Ends of all edges.
     pub(super) ends: Vec<[u32; 2]>,
-    /// What each vertex adds up.
+    /// Edges and corners that each vertex sums over.
     gathers: Gathers,
     /// The edges of each triangle, from its first, second and third corner on.
     pub(super) edges_of: Vec<[u32; 3]>,
-    /// Of which triangles and which of their sides each edge is: four times the triangle, plus the side. On a rim the second triangle is one
+    /// Triangles and sides that each edge belongs to: four times the triangle, plus the side. On a rim the second triangle is one
     /// behind the last.
     pub(super) sides_of: Vec<[u32; 2]>,
 }
@@ -368,7 +368,7 @@ impl Sheet {
         &self.topology
     }
 
-    /// What it is made of.
+    /// Mechanical parameters of the sheet.
     #[must_use]
     pub fn law(&self) -> &Law {
         &self.law

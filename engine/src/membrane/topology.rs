@@ -1,4 +1,4 @@
-//! Which triangles of a sheet meet at which edges, and its rims.
+//! Topology of a sheet: the triangles that meet at each edge, and its rims.
 
 use glam::DVec3;
 use thiserror::Error;
@@ -41,9 +41,9 @@ pub enum TopologyError {
     Corners {
         /// Its number.
         triangle: usize,
-        /// As given.
+        /// Corners as given.
         corners: [u32; 3],
-        /// How many there are.
+        /// Number of vertices.
         vertices: usize,
     },
     /// More than two triangles at an edge.
@@ -53,7 +53,7 @@ pub enum TopologyError {
         triangle: usize,
         /// The edge.
         ends: [u32; 2],
-        /// Those before it.
+        /// Triangles before it.
         others: [usize; 2],
     },
     /// Two neighbours with opposite normals.
@@ -246,7 +246,7 @@ impl Topology {
         rims
     }
 
-    /// How many vertices.
+    /// Number of vertices.
     #[must_use]
     pub fn vertices(&self) -> usize {
         self.vertices

@@ -58,8 +58,8 @@ pub struct Boxes<'a> {
 }
 
 impl<'a> Boxes<'a> {
-    /// Of particles sorted by the cells of `grid`; `extra_skin` (m; empty for none) counts as part of the radius. `parallel`: with the
-    /// threads of the pool from within which it is called.
+    /// Boxes of particles sorted by the cells of `grid`; `extra_skin` (m; empty for none) counts as part of the radius.
+    /// `parallel`: with the threads of the pool from within which it is called.
     #[must_use]
     pub fn new(grid: &'a Grid, records: &[Particle], extra_skin: &[f64], parallel: bool) -> Self {
         let cells = grid.ordered_counts();

@@ -7,12 +7,12 @@ use crate::state::Particles;
 
 /// One particle of this many gets extra skin.
 const FEW: usize = 200;
-/// How much farther than the rest a particle must have gone: pairs of particles with extra skin are harder to find.
+/// Factor on the way of the rest that a particle must have gone: pairs of particles with extra skin are harder to find.
 const WORTH_IT: f64 = 2.0;
-/// How much farther a particle may go, over what it went while the last list lasted: a fast particle may be accelerating.
+/// Factor on the way of a particle while the last list lasted: a fast particle may be accelerating.
 const MORE: f64 = 1.5;
 
-/// How much farther than half the skin each particle may go before the next list is built, m, by how far it went while the last
+/// Distance beyond half the skin that each particle may go before the next list is built, m, by how far it went while the last
 /// list lasted; empty if none may go farther.
 ///
 /// The list is built anew when a particle has used up its part of the skin. Where a few move much farther than all others (a stone
@@ -22,7 +22,7 @@ const MORE: f64 = 1.5;
 pub fn extra_skins(particles: &Particles, skin: &Skin, parallel: bool) -> Vec<f64> {
     let few = particles.len() / FEW;
     let half = 0.5 * skin.thickness;
-    // No pair is listed farther out than the largest skin says.
+    // No pair is listed farther out than the largest skin.
     let most = 0.5 * skin.largest - half;
     if few == 0 || most <= 0.0 {
         return Vec::new();

@@ -42,8 +42,8 @@ impl Levels {
         )
     }
 
-    /// The same for particles that do not exist yet: `sizes` gives the expected number for each radius (m), `extent` the extent
-    /// of their centres along x, y, z (m).
+    /// Levels for particles that do not exist yet: `sizes` gives the expected number for each radius (m), `extent` the extent of
+    /// their centres along x, y, z (m).
     #[must_use]
     pub fn for_sizes(
         sizes: impl Iterator<Item = (f64, f64)> + Clone,
@@ -93,7 +93,7 @@ struct Class {
 
 /// The quantities on which the cost depends.
 struct Classes {
-    /// By size, ascending; each holds a particle.
+    /// Classes by size, ascending; each holds a particle.
     classes: Vec<Class>,
     /// Extent of the particles' centres, m.
     extent: DVec3,

@@ -68,7 +68,7 @@ impl Lines {
         self.middle * first_c + slab * first_b + strip * (c - first_c) + (b - first_b)
     }
 
-    /// Those lines next to line `b` of layer `c` that come later, so that each pair of neighbours occurs once.
+    /// Lines next to line `b` of layer `c` that come later, so that each pair of neighbours occurs once.
     pub(super) fn later(&self, b: usize, c: usize) -> impl Iterator<Item = usize> {
         let own = self.at(b, c);
         let next = b + 1 < self.middle;

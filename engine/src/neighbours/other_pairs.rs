@@ -47,7 +47,7 @@ impl OtherPairs {
         Self { pairs }
     }
 
-    /// Those whose lower row is `row` or a later one.
+    /// Pairs whose lower row is `row` or a later one.
     pub(super) fn from(&self, row: u32) -> &[(u32, Candidate)] {
         &self.pairs[self.pairs.partition_point(|pair| pair.0 < row)..]
     }

@@ -8,7 +8,7 @@ use crate::cell::Cell;
 const REBUILD_OVER_TEST: [f64; 2] = [200.0, 100.0];
 
 /// Largest thickness over the mean radius. Only where particles are sparse and fast does the cost of lists
-/// ask for so much; beyond it a list holds pairs by the volume around a particle, and gains nothing.
+/// need so much; beyond it a list holds pairs by the volume around a particle, and gains nothing.
 const WIDEST: f64 = 3.0;
 
 /// The distance beyond contact at which a pair is listed, and the rule by which it adapts to the scene.

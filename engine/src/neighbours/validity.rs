@@ -1,4 +1,4 @@
-//! How long a candidate list stays valid.
+//! Validity of a candidate list over time.
 
 use rayon::prelude::*;
 
@@ -82,7 +82,7 @@ mod tests {
 
     proptest! {
         /// Particles set out at any speed, with more skin than most or less, along a line, so that the way is the displacement:
-        /// as long as the list is said to be valid, no particle is beyond its own limit; it is valid for most of that time if the
+        /// as long as the list counts as valid, no particle is beyond its own limit; it is valid for most of that time if the
         /// speeds do not change.
         #[test]
         fn no_particle_goes_beyond_its_own_skin(

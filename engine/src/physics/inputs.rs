@@ -1,4 +1,4 @@
-//! What a run simulates, to be filled in.
+//! Inputs of a simulation, to be filled in.
 
 use std::fmt;
 use std::sync::Arc;
@@ -29,28 +29,28 @@ pub enum InputError {
     /// A number that cannot be computed with.
     #[error("{what} must be {expected}, got {found}")]
     Number {
-        /// Which.
+        /// Name of the number.
         what: String,
-        /// What it has to be.
+        /// Range of permitted values.
         expected: &'static str,
-        /// What it is.
+        /// Value that was given.
         found: String,
     },
     /// Something names what is not there.
     #[error("{what} is of {kind} {index}; there are {count}")]
     Missing {
-        /// What names it.
+        /// Name of the object with the index.
         what: String,
-        /// What is missing.
+        /// Kind of the missing object.
         kind: &'static str,
         /// Its index.
         index: u32,
-        /// How many there are.
+        /// Number of such objects.
         count: usize,
     },
 }
 
-/// What a run simulates, to be filled in: set the fields, then [`Inputs::physics`] makes consistent [`Physics`] of them.
+/// Inputs of a simulation, to be filled in: set the fields, then [`Inputs::physics`] makes consistent [`Physics`] of them.
 ///
 /// [`Inputs::new`] has one material, an empty domain and no gravity. Radii, and all else that follows from the particles and insertions, are
 /// found when the physics are made.
@@ -66,7 +66,7 @@ pub struct Inputs {
     pub time_step: f64,
     /// Steps to make.
     pub steps: u64,
-    /// Also ends when the particles are at rest.
+    /// Whether the run also ends when the particles are at rest.
     pub until_at_rest: bool,
     /// The periodic box at the start.
     pub cell: Cell,
@@ -82,7 +82,7 @@ pub struct Inputs {
     pub startup_increment: bool,
     /// Contacts of clumps are damped by the mass at the contact point instead of that of the whole body.
     pub contact_point_mass: bool,
-    /// What a run may not do in silence; off.
+    /// Limits beyond which a run may not go in silence; off.
     pub guard: Guard,
     /// Films at the start and rules for liquid. Where laws have liquid and this is `None`, the default holds.
     pub liquid: Option<LiquidPlan>,
@@ -223,7 +223,7 @@ impl Inputs {
         all
     }
 
-    /// What an engine starts from that watches nothing.
+    /// Setup of an engine that watches nothing.
     ///
     /// # Errors
     /// As [`Inputs::physics`].
@@ -410,7 +410,7 @@ fn positive(what: &str, value: f64) -> Result<(), InputError> {
     }
 }
 
-/// The same for one of many entries, whose name is made only for an error.
+/// Check of one of many entries, whose name is made only for an error.
 fn positive_of(what: &str, index: usize, value: f64) -> Result<(), InputError> {
     if value > 0.0 && value.is_finite() {
         Ok(())

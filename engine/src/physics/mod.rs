@@ -1,4 +1,4 @@
-//! What a run simulates: what an engine starts from.
+//! Physics of a run, from which an engine starts.
 
 mod event;
 mod inputs;
@@ -19,13 +19,13 @@ use crate::forces::SavedSlots;
 /// Contacts that continue from other runs, by rows in the order of the ids of the start.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Carried {
-    /// Those of pairs.
+    /// Histories of pairs.
     pub pairs: SavedSlots,
-    /// Those with walls.
+    /// Histories of contacts with walls.
     pub near_walls: SavedSlots,
 }
 
-/// What a run simulates: everything that decides how its particles move. Made by [`Inputs::physics`], consistent, and never changed.
+/// Physics of a run: everything that decides how its particles move. Made by [`Inputs::physics`], consistent, and never changed.
 ///
 /// Its numbers are the fields of the [`Inputs`]: `physics.time_step`. The functions here compute.
 #[derive(Debug, Clone)]
@@ -52,7 +52,7 @@ impl Physics {
         self
     }
 
-    /// What it was made of.
+    /// Inputs that it was made of.
     #[must_use]
     pub fn inputs(&self) -> &Inputs {
         &self.inputs

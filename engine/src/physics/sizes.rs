@@ -4,7 +4,7 @@ use crate::bodies::{Clump, NewBody};
 use crate::boundaries::{InsertionPlan, expected_number};
 use crate::state::NewParticle;
 
-/// What an insertion that fills its region counts in the mean radius: it is large beside single particles.
+/// Weight in the mean radius of an insertion that fills its region: it is large beside single particles.
 const FULL_COUNTS_AS: f64 = 1e4;
 
 /// Radii that can occur, m.
@@ -21,7 +21,7 @@ pub struct Sizes {
 }
 
 impl Sizes {
-    /// Of all particles, of the start and of insertions; `densities` of all materials, kg/m^3.
+    /// Sizes of all particles, of the start and of insertions; `densities` of all materials, kg/m^3.
     #[must_use]
     pub fn of(
         densities: &[f64],

@@ -1,4 +1,4 @@
-//! What the outputs of a run need an engine to watch in every step.
+//! Data that the outputs of a run need an engine to watch in every step.
 
 use std::sync::Arc;
 
@@ -6,16 +6,16 @@ use super::Physics;
 use crate::boundaries::FluxPlan;
 use crate::tracks::Tracking;
 
-/// What an engine starts from.
+/// Setup that an engine starts from.
 #[derive(Debug, Clone)]
 pub struct Setup {
-    /// What it simulates.
+    /// Physics of the simulation.
     pub physics: Arc<Physics>,
-    /// What it watches.
+    /// Data that the engine watches.
     pub watched: Watched,
 }
 
-/// What an engine can start from: a [`Setup`], or what holds one, as a plan does.
+/// Type that an engine can start from: a [`Setup`], or one that holds a setup, as a plan does.
 pub trait ToSetup {
     /// The setup.
     fn to_setup(&self) -> Setup;
@@ -42,7 +42,7 @@ impl Setup {
     }
 }
 
-/// What an engine watches in every step, and could not find out afterwards. It changes nothing in the motion.
+/// Data that an engine watches in every step, and could not find out afterwards. It changes nothing in the motion.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Watched {
     /// Planes that count what crosses them.
@@ -53,6 +53,6 @@ pub struct Watched {
     pub triangle_loads: bool,
     /// Whether sums of them over time are read for frames, and for the files for ParaView.
     pub load_sums: [bool; 2],
-    /// Which particles are followed.
+    /// Particles that are followed.
     pub tracking: Tracking,
 }

@@ -18,7 +18,7 @@ pub struct Drag {
     pub velocity: DVec3,
 }
 
-/// What moves the droplets of one nozzle.
+/// Forces on the droplets of one nozzle.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Flight {
     gravity: DVec3,
@@ -149,7 +149,7 @@ const PART_DIGITS: u32 = 7;
 struct Power {
     /// 2^(0.687 n).
     twos: Vec<f64>,
-    /// Of the middle of each part of (1, 2): its inverse, and its power.
+    /// Inverse and power of the middle of each part of (1, 2).
     middles: [[f64; 2]; PARTS],
 }
 

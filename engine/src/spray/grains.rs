@@ -41,7 +41,7 @@ impl Grains {
     pub(super) const BYTES_OF_ROW: usize =
         CELLS_PER_GRAIN * (size_of::<u32>() + size_of::<Member>());
 
-    /// Of all particles as they are now.
+    /// Grid of all particles as they are now.
     pub(super) fn new(particles: &Particles, domain: &Cell) -> Self {
         let mean = if particles.is_empty() {
             f64::INFINITY

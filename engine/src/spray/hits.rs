@@ -19,14 +19,14 @@ const LEAST: f64 = 1e-3;
 pub(super) struct Path {
     pub(super) from: DVec3,
     pub(super) to: DVec3,
-    /// Of the droplet, m.
+    /// Radius of the droplet, m.
     pub(super) radius: f64,
     /// Before the end of the step, s: at its beginning and at its end.
     pub(super) begin: f64,
     pub(super) end: f64,
 }
 
-/// What is hit.
+/// Object that a droplet hits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Catcher {
     /// The particle of a row.
@@ -41,9 +41,9 @@ pub(super) struct Hit {
     pub(super) by: Catcher,
     /// Share of the piece at which it happens.
     pub(super) share: f64,
-    /// Of a particle: the shift of the image that is hit, m.
+    /// Shift of the image of a particle that is hit, m.
     pub(super) shift: DVec3,
-    /// Of a wall: its normal towards the droplet, and its velocity there, m/s.
+    /// Normal of a wall towards the droplet, and its velocity there, m/s.
     pub(super) normal: DVec3,
     pub(super) velocity: DVec3,
 }
@@ -142,7 +142,7 @@ impl<'a> Passing<'a> {
     }
 }
 
-/// What is on a path first.
+/// First object on a path.
 pub(super) fn first(
     path: &Path,
     grains: &Grains,

@@ -92,13 +92,13 @@ pub struct SprayBalance {
     pub emitted: Sum,
     /// Caught by particles.
     pub absorbed: Sum,
-    /// Into films of walls.
+    /// Volume into films of walls.
     pub to_walls: Sum,
     /// Lost at walls.
     pub lost: Sum,
     /// Left the domain.
     pub left: Sum,
-    /// What the addition to the last film rounded off.
+    /// Round-off of the addition to the last film.
     pub rest: f64,
     /// Momentum that particles got, N s.
     pub momentum: [f64; 3],
@@ -140,7 +140,7 @@ crate::state::plain!(SprayState {
     balance
 });
 
-/// What droplets fly among.
+/// Surroundings of the droplets.
 pub struct SprayContext<'a> {
     /// Time at the end of the step, s.
     pub time: f64,
@@ -156,14 +156,14 @@ pub struct SprayContext<'a> {
     pub cell: &'a Cell,
     /// Largest speed of a particle in this step, m/s.
     pub fastest: f64,
-    /// How often lists were built: rows have not changed since the last call if it is the same.
+    /// Number of lists built so far: rows have not changed since the last call if it is the same.
     pub rebuilds: u64,
 }
 
 /// The step part that sprays.
 #[derive(Debug, Clone, Default)]
 pub struct Sprays {
-    /// What a checkpoint holds.
+    /// State in a checkpoint.
     pub state: SprayState,
     /// How far each droplet and what surrounds it may move before it must be looked at again, m.
     clearance: Vec<f64>,
@@ -496,15 +496,15 @@ impl Sprays {
         false
     }
 
-    /// What a film (m^3) holds that takes a droplet (m^3), and what it is too large to hold: that goes to the next one, so that rounding
-    /// errors do not add up.
+    /// Volume of a film (m^3) that takes a droplet (m^3), and the part that the film is too large to hold: that goes to the next
+    /// one, so that rounding errors do not add up.
     fn poured(&self, film: f64, droplet: f64) -> (f64, f64) {
         let given = droplet + self.state.balance.rest;
         let holds = film + given;
         (holds, given - (holds - film))
     }
 
-    /// A particle takes the droplet into its film, and its momentum where the spray says so.
+    /// A particle takes the droplet into its film, and its momentum where the spray has this option.
     fn absorb(
         &mut self,
         droplet: &Droplet,

@@ -22,13 +22,13 @@ pub struct NozzlePlan {
     pub gravity: bool,
     /// Drag of the gas, if any.
     pub drag: Option<Drag>,
-    /// What walls do with droplets.
+    /// Effect of walls on droplets.
     pub at_walls: AtWalls,
     /// Restitution of bounces.
     pub restitution: f64,
     /// Whether particles get the momentum of what they catch.
     pub momentum: bool,
-    /// And its mass.
+    /// Whether particles get the mass of what they catch.
     pub mass: bool,
     /// Most droplets in flight.
     pub max_droplets: u64,
@@ -187,7 +187,7 @@ pub(super) struct Released {
     pub(super) velocity: DVec3,
     pub(super) radius: f64,
     pub(super) volume: f64,
-    /// How long before the end of the step, s.
+    /// Time before the end of the step, s.
     pub(super) age: f64,
 }
 

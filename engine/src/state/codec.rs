@@ -13,19 +13,19 @@ use crate::parallel::each_part_by;
 
 /// The first bytes.
 const MAGIC: &[u8; 8] = b"MERCSTAT";
-/// Of the layout of the head and the sections, and of what is in them. Any other version is refused.
+/// Version of the layout of the head and the sections, and of their content. Any other version is refused.
 pub const VERSION: u32 = 21;
 
 /// Why bytes are not a valid state.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum DecodeError {
-    /// They do not begin like a state.
+    /// The bytes do not begin like a state.
     #[error("this is not the state of a run: it begins with other bytes")]
     Foreign,
     /// There are no bytes.
     #[error("the file is empty: there is no state of a run in it")]
     Empty,
-    /// They are of another version of this program.
+    /// The bytes are of another version of this program.
     #[error(
         "the state has the layout of version {found}, this program reads version {VERSION}\n\
          help: go on with the version of the program that wrote it"
@@ -34,7 +34,7 @@ pub enum DecodeError {
         /// The version in the head.
         found: u32,
     },
-    /// They end too early.
+    /// The bytes end too early.
     #[error("the state is cut off in section `{section}`")]
     Cut {
         /// Where.
@@ -47,9 +47,9 @@ pub enum DecodeError {
     Damaged {
         /// Where.
         section: String,
-        /// Of the bytes.
+        /// Checksum of the bytes.
         found: u32,
-        /// As written.
+        /// Checksum as written.
         expected: u32,
     },
     /// An impossible value, or sections in another order.
@@ -57,7 +57,7 @@ pub enum DecodeError {
     Wrong {
         /// Where.
         section: String,
-        /// What is wrong.
+        /// Description of the problem.
         reason: String,
     },
 }
@@ -73,7 +73,7 @@ pub trait Plain: Sized + Sync {
     /// Takes a value from the front.
     ///
     /// # Errors
-    /// What is wrong with the bytes.
+    /// The bytes are too few, or are no value of this type.
     fn take(bytes: &mut &[u8]) -> Result<Self, String>;
 }
 
@@ -86,10 +86,10 @@ fn front<'a>(bytes: &mut &'a [u8], count: usize) -> Result<&'a [u8], String> {
     Ok(front)
 }
 
-/// What `take` makes of all of the bytes.
+/// Value that `take` makes of all of the bytes.
 ///
 /// # Errors
-/// Those of `take`, and if it leaves some.
+/// Errors of `take`, and bytes that it leaves.
 pub fn whole<T>(
     mut bytes: &[u8],
     take: impl FnOnce(&mut &[u8]) -> Result<T, String>,
@@ -314,9 +314,9 @@ macro_rules! plain {
 /// A piece of the bytes of a state.
 #[derive(Debug, Default)]
 pub struct Piece {
-    /// What is in it.
+    /// Bytes of the piece.
     pub bytes: Vec<u8>,
-    /// It is large, and its memory is worth keeping.
+    /// Whether the piece is large, and its memory is worth keeping.
     is_large: bool,
 }
 
@@ -407,7 +407,7 @@ impl Encoder {
         Self::reusing(Vec::new())
     }
 
-    /// The same in the memory of an earlier state: the system takes longer to provide new memory for a million particles than it
+    /// Encoder in the memory of an earlier state: the system takes longer to provide new memory for a million particles than it
     /// takes to fill it.
     #[must_use]
     pub fn reusing(spent: Vec<Piece>) -> Self {

@@ -1,8 +1,8 @@
 //! Numbers of particles beyond the record, each in a column that exists only where the plan has it.
 //!
-//! New particles get the default, the sort moves values along, and checkpoints hold them. What scenes give and frames write is a
-//! [property](mercury_common::particle_properties), whose column is there where the [`Inputs`](crate::physics::Inputs) say so; a part of the
-//! step may add others for itself (`docs/how-to/add-a-column.md`).
+//! New particles get the default, the sort moves values along, and checkpoints hold them. A column that scenes give and frames
+//! write is a [property](mercury_common::particle_properties), whose column is there where the [`Inputs`](crate::physics::Inputs)
+//! name it; a part of the step may add others for itself (`docs/how-to/add-a-column.md`).
 
 use mercury_common::particle_properties::{OfClump, ParticleProperty};
 
@@ -46,7 +46,7 @@ impl Columns {
         Some(&column.values)
     }
 
-    /// The same, to be changed.
+    /// The column of this name, to be changed.
     #[must_use]
     pub fn get_mut(&mut self, name: &str) -> Option<&mut [f64]> {
         let column = self.0.iter_mut().find(|column| column.name == name)?;
@@ -77,7 +77,7 @@ impl Columns {
         ))
     }
 
-    /// How many there are.
+    /// Number of columns.
     #[must_use]
     pub fn len(&self) -> usize {
         self.0.len()
@@ -123,11 +123,11 @@ impl Plain for Columns {
 /// Values of a property at the start that are not the default.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StartValues {
-    /// Of what.
+    /// Property of the values.
     pub property: &'static ParticleProperty,
     /// Number of the particle, in the order of the start, and value, SI.
     pub particles: Vec<(usize, f64)>,
-    /// The same of bodies.
+    /// Number of the body, in the order of the start, and value, SI.
     pub bodies: Vec<(usize, f64)>,
 }
 
@@ -204,7 +204,7 @@ mod tests {
     use crate::state::{Material, MaterialIndex, NewParticle};
 
     proptest! {
-        /// Of an amount the sum is kept to round-off, and no share is negative; of other numbers each row has the value.
+        /// Sums of an amount are kept to round-off, and no share is negative; of other numbers each row has the value.
         #[test]
         fn values_of_a_grain_of_several_rows(
             radii in prop::collection::vec(1e-4..1e-2_f64, 1..20),

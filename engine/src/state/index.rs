@@ -36,7 +36,7 @@ macro_rules! index {
                 self.number() as usize
             }
 
-            /// The same, as columns hold it.
+            /// The index as a number, as columns hold it.
             #[inline]
             #[must_use]
             pub fn number(self) -> u32 {
@@ -104,7 +104,7 @@ macro_rules! number {
                 Self(number)
             }
 
-            /// As files and columns hold it.
+            /// The id as a number, as files and columns hold it.
             #[inline]
             #[must_use]
             pub const fn number(self) -> $number {

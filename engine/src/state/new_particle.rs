@@ -35,9 +35,9 @@ pub struct NewParticle {
 /// Components of a motion that are prescribed.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PrescribedMotion {
-    /// Of the velocity, m/s.
+    /// Prescribed components of the velocity, m/s.
     pub velocity: [Option<f64>; 3],
-    /// Of the angular velocity, rad/s.
+    /// Prescribed components of the angular velocity, rad/s.
     pub angular_velocity: [Option<f64>; 3],
 }
 
@@ -84,7 +84,7 @@ impl NewParticle {
         components.any(Option::is_some)
     }
 
-    /// What of its motion is prescribed.
+    /// Prescribed part of its motion.
     #[must_use]
     pub fn prescribed_motion(&self) -> PrescribedMotion {
         self.prescribed.as_deref().copied().unwrap_or_default()

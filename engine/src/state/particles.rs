@@ -351,7 +351,7 @@ impl Particles {
     /// Whether it can be of a run with so many materials.
     ///
     /// # Errors
-    /// What is wrong.
+    /// Columns differ in length, or an index is out of range.
     pub fn check(&self, materials: usize) -> Result<(), String> {
         if !self.is_consistent() {
             return Err("columns differ in length, or a row index is out of range".to_owned());

@@ -36,7 +36,7 @@ impl Particle {
         bytemuck::must_cast_ref(self)
     }
 
-    /// The same, to be changed.
+    /// The quads, to be changed.
     #[inline(always)]
     pub(crate) fn quads_mut(&mut self) -> &mut [Quad; 3] {
         bytemuck::must_cast_mut(self)
@@ -90,7 +90,7 @@ impl Load {
         bytemuck::must_cast_ref(self)
     }
 
-    /// The same, to be changed.
+    /// The quads, to be changed.
     #[inline(always)]
     pub(crate) fn quads_mut(&mut self) -> &mut [Quad; 2] {
         bytemuck::must_cast_mut(self)

@@ -75,10 +75,10 @@ impl Sections {
         }
     }
 
-    /// The same state with another value in the section of this name.
+    /// This state with another value in the section of this name.
     ///
     /// # Errors
-    /// Those of [`Sections::get`].
+    /// Errors of [`Sections::get`].
     pub fn edited<T: Plain>(
         &self,
         name: &str,
@@ -104,7 +104,7 @@ impl Sections {
         checksum.finalize()
     }
 
-    /// As bytes, with a version and checksums.
+    /// Bytes of the state, with a version and checksums.
     #[must_use]
     pub fn encode(&self) -> Vec<u8> {
         let mut encoder = Encoder::new();

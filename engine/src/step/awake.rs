@@ -46,7 +46,7 @@ impl SpinGate {
     }
 }
 
-/// The same, and how many threads kept watch from the beginning.
+/// Result of the work, and how many threads kept watch from the beginning.
 ///
 /// Only those may. Once there is work to share, a thread that waits for a part of it may come to its watch from within that part; it would keep watch
 /// until all is over, and the part would never end.

@@ -125,7 +125,7 @@ impl Core {
         self.clock.step
     }
 
-    /// What it simulates.
+    /// Physics of the simulation.
     #[must_use]
     pub fn physics(&self) -> &Arc<Physics> {
         &self.physics
@@ -200,7 +200,7 @@ impl Core {
         self.threads.pool.as_ref()
     }
 
-    /// What is known of the candidate lists.
+    /// Facts about the candidate lists.
     #[must_use]
     pub fn lists(&self) -> &Lists {
         &self.lists

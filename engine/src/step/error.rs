@@ -69,7 +69,7 @@ pub enum RunError {
     OtherState {
         /// Its name.
         section: String,
-        /// What is wrong with it.
+        /// Description of the problem.
         reason: String,
     },
     /// A sheet cannot be where it should be.

@@ -1,4 +1,4 @@
-//! What comes, what goes and what passes.
+//! Exchange of particles: those that come, leave and pass.
 
 use super::{Arrival, Core, Domain, Engine, Exchanged, Leaving, RunError};
 use crate::boundaries::{Crossed, Passage};
@@ -100,7 +100,8 @@ impl Core {
         self.domain.boundaries.take_passages()
     }
 
-    /// What crossed the flux planes since the last call: plane by plane, in the order of the plan, each material by material.
+    /// Amounts that crossed the flux planes since the last call: plane by plane, in the order of the plan, each material by
+    /// material.
     pub fn take_crossed(&mut self) -> Vec<Crossed> {
         self.domain.boundaries.take_crossed()
     }

@@ -78,7 +78,7 @@ impl Core {
             .merge(self.advance_bodies(kicks, drift))
     }
 
-    /// The same for bodies, whose pebbles the pass over the particles leaves alone.
+    /// Advances the bodies, whose pebbles the pass over the particles leaves alone.
     pub(super) fn advance_bodies(&mut self, kicks: u32, drift: f64) -> MotionBound {
         let Particles {
             records, bodies, ..

@@ -10,7 +10,7 @@ use crate::state::{Particle, Particles, Row};
 use crate::surface::Surface;
 use crate::walls::WallNow;
 
-/// What is known of the present lists.
+/// Facts about the present lists.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lists {
     /// Thickness of the skin, and its limits.
@@ -40,7 +40,7 @@ impl Lists {
     /// Whether it can be of so many rows.
     ///
     /// # Errors
-    /// What is wrong.
+    /// The skin, a number of steps, or the length of the extra skins is wrong.
     pub(super) fn check(&self, rows: usize) -> Result<(), String> {
         if !self.skin.is_possible() {
             return Err("invalid skin thickness".to_owned());

@@ -45,7 +45,7 @@ use awake::awake;
 
 use crate::forces::{Observation, Watch};
 
-/// The engine: the whole state of a run and the way from one step to the next. What is there to see and to change between steps
+/// The engine: the whole state of a run and the way from one step to the next. The part to see and to change between steps
 /// is that of the [`Core`].
 pub struct Engine {
     core: Core,
@@ -74,7 +74,7 @@ impl DerefMut for Engine {
 impl Engine {
     /// Makes one time step: velocity Verlet as kick, drift, kick, rotation alike.
     ///
-    /// `watch` says what to see of the contacts; the [`Engine::observation`] then belongs to the end of the step.
+    /// `watch` selects what to observe of the contacts; the [`Engine::observation`] then belongs to the end of the step.
     ///
     /// # Errors
     /// If a particle's motion is no longer a number, or if the guard of the plan is strict and something is beyond its limits.
@@ -149,7 +149,7 @@ impl Engine {
         parts.iter_mut().for_each(|part| act(part.as_mut(), core));
     }
 
-    /// The same, until one of them fails.
+    /// Calls all parts in their order, until one of them fails.
     fn try_call(
         &mut self,
         mut act: impl FnMut(&mut dyn Part, &mut Core) -> Result<(), RunError>,
@@ -166,14 +166,14 @@ impl Engine {
         self.parts.iter().any(|part| part.ends_run())
     }
 
-    /// What was seen of the contacts in the last watched step.
+    /// Observation of the contacts in the last watched step.
     #[must_use]
     pub fn observation(&self) -> Observation {
         let walls = self.physics.walls.len();
         self.with_parts(self.contacts.observation(walls, true))
     }
 
-    /// The same, without leaving the records of contacts behind.
+    /// Observation of the contacts in the last watched step, without leaving their records behind.
     pub fn take_observation(&mut self) -> Observation {
         let walls = self.physics.walls.len();
         let records = self.contacts.take_records();

@@ -112,7 +112,8 @@ impl Task for Advance<'_> {
     }
 }
 
-/// Turns orientations by the angular velocities over `drift` seconds, exactly for constant ones. Several at once, as `width` says.
+/// Turns orientations by the angular velocities over `drift` seconds, exactly for constant ones. Several at once, in lanes of
+/// `width`.
 pub(super) fn turn_orientations(
     orientations: &mut [DQuat],
     records: &[Particle],

@@ -130,7 +130,7 @@ pub trait Part: Any + Send {
         Ok(())
     }
 
-    /// What the laws of contacts need to know of it.
+    /// Adds the data of the part that the laws of contacts need.
     fn inform<'a>(&'a self, context: &mut StepContext<'a>) {
         let _ = context;
     }
@@ -171,7 +171,7 @@ pub trait Part: Any + Send {
         false
     }
 
-    /// What a user should know at the end of the run, a line each.
+    /// Warnings for the user at the end of the run, a line each.
     fn warnings(&self, core: &Core) -> Vec<String> {
         let _ = core;
         Vec::new()
@@ -234,7 +234,7 @@ pub struct Leaving<'a> {
     pub wall_films: &'a mut WallFilms,
     /// Walls as they are now.
     pub walls: &'a [WallNow],
-    /// What is simulated.
+    /// Physics of the simulation.
     pub physics: &'a Physics,
 }
 
@@ -249,11 +249,11 @@ pub struct Arrival {
     pub before: u64,
 }
 
-/// What came and went in a step.
+/// Particles that came and went in a step.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Exchanged {
     /// Rows were added or removed.
     pub changed: bool,
-    /// What came.
+    /// Particles that came.
     pub arrivals: Vec<Arrival>,
 }

@@ -81,7 +81,7 @@ impl Engine {
         Some((part, &mut self.core))
     }
 
-    /// What a user should know at the end of the run, a line each.
+    /// Warnings for the user at the end of the run, a line each.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let parts = self.parts.iter();

@@ -174,7 +174,7 @@ impl Snapshot {
         &self.0
     }
 
-    /// The same with another value in a section, for tests.
+    /// This snapshot with another value in a section, for tests.
     ///
     /// # Errors
     /// Those of [`Sections::get`].
@@ -218,7 +218,7 @@ impl Snapshot {
         self.0.get(NEAR_WALLS)
     }
 
-    /// What is known of the candidate lists.
+    /// Facts about the candidate lists.
     ///
     /// # Errors
     /// Those of [`Sections::get`].
@@ -261,7 +261,7 @@ impl Engine {
         Self::resume(setup, snapshot, StartOptions::threads(threads))
     }
 
-    /// The same for a run that was started with [`Engine::start`], with the same contacts and forces.
+    /// Resumes a run that was started with [`Engine::start`], with the same contacts and forces.
     ///
     /// # Errors
     /// Also if these are not the forces of the snapshot.

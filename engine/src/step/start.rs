@@ -90,7 +90,7 @@ impl Engine {
         Self::start(setup, StartOptions::threads(threads))
     }
 
-    /// The same with more to choose.
+    /// Starts an engine with more options.
     ///
     /// # Errors
     /// As [`Engine::new`].

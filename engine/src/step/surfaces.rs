@@ -36,7 +36,7 @@ pub(super) fn start(
 
 /// Largest part of a period by which a sheet may go farther than particles.
 const LEAST_PART: f64 = 0.1;
-/// The same in skins where its vertices touch walls.
+/// Largest distance, in skins, that a sheet may go farther than particles where its vertices touch walls.
 const MOST_BESIDE_WALLS: f64 = 4.0;
 
 /// How far a place is from a box or its nearest image, m.

@@ -8,7 +8,7 @@ use crate::state::WallIndex;
 use crate::walls::{SectionBox, Shape, WallError, area};
 
 impl Engine {
-    /// Gives walls the surfaces that parts want them to have.
+    /// Gives walls the surfaces that parts set.
     pub(super) fn reshape_walls(&mut self) -> Result<(), RunError> {
         if !self.constants.needs.reshapes_walls {
             return Ok(());
@@ -80,7 +80,7 @@ impl Core {
         }
     }
 
-    /// What is wrong with a wall, by its name.
+    /// Error of a wall, by its name.
     pub(crate) fn wall_error(&self, wall: WallIndex, error: WallError) -> RunError {
         let of_plan = self.physics.walls.get(wall.index());
         RunError::Wall {

@@ -1,7 +1,7 @@
-//! Sheets: surfaces of triangles whose vertices have mass and move as forces say.
+//! Sheets: surfaces of triangles whose vertices have mass and move by forces.
 //!
 //! A [`Surface`] owns the state of its vertices. The engine lets a mesh wall borrow its shape, so that lists, candidates, patches,
-//! histories and periodic images are those of mesh walls. What the contacts do to a triangle arrives at its vertices.
+//! histories and periodic images are those of mesh walls. The load of contacts on a triangle arrives at its vertices.
 //!
 //! In a step the contacts are evaluated first; [`Surface::loads`] and [`Surface::forces`] are then what they do to each vertex. Further forces
 //! are added to [`Surface::forces`]. The next step begins with [`Surface::advance`], after which the mesh follows.
@@ -41,8 +41,8 @@ pub struct Surface {
     pub inverse_masses: Vec<f64>,
     /// Forces of particles and walls on them in the present step, N.
     pub loads: Vec<DVec3>,
-    /// Forces of particles on each triangle in the present step, N. What touches an edge or corner counts for the triangle of the lowest
-    /// number there.
+    /// Forces of particles on each triangle in the present step, N. A contact with an edge or corner counts for the triangle of
+    /// the lowest number there.
     pub triangle_loads: Vec<DVec3>,
     /// Whether anything acts on it in the present step: else the loads are zeros.
     pub is_loaded: bool,
@@ -50,7 +50,7 @@ pub struct Surface {
     pub forces: Vec<DVec3>,
     /// Largest v^2 of a vertex when they were last kicked, m^2/s^2.
     pub squared_speed: f64,
-    /// How much farther than particles it may go before the candidate list is built anew, m: nothing is near.
+    /// Distance beyond that of particles that it may go before the candidate list is built anew, m: nothing is near.
     pub room: f64,
     triangles: Vec<[u32; 3]>,
     /// Positions when the candidate list was built, m.
@@ -146,7 +146,7 @@ impl Surface {
         }
     }
 
-    /// By how much the present forces and `gravity` (m/s^2) change the velocity of a vertex in `time` (s), m/s.
+    /// Change of the velocity of a vertex by the present forces and `gravity` (m/s^2) in `time` (s), m/s.
     #[inline]
     #[must_use]
     pub fn kick(&self, vertex: usize, time: f64, gravity: DVec3) -> DVec3 {

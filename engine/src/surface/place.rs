@@ -19,7 +19,7 @@ pub struct SurfacePoint {
     pub weights: [f64; 3],
 }
 
-/// What a contact does to a triangle.
+/// Load of a contact on a triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfaceLoad {
     /// Index of the sheet.

@@ -1,10 +1,10 @@
-//! What a run knows of a sheet before its first step.
+//! Plan of a sheet, as known before the first step of a run.
 
 use glam::DVec3;
 
 use crate::state::MaterialIndex;
 
-/// Which faces of a sheet touch particles.
+/// Faces of a sheet that touch particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Faces {
     /// Both.
@@ -14,7 +14,7 @@ pub enum Faces {
     Front,
 }
 
-/// A surface of triangles whose vertices move as forces say: a sheet.
+/// A surface of triangles whose vertices move by forces: a sheet.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfacePlan {
     /// Name as in the scene.
@@ -24,7 +24,7 @@ pub struct SurfacePlan {
     /// Thickness, m. Particles touch the triangles themselves, which are the middle of the sheet; vertices touch walls as spheres of half
     /// the thickness.
     pub thickness: f64,
-    /// Which faces touch particles.
+    /// Faces that touch particles.
     pub faces: Faces,
     /// Whether its vertices touch walls.
     pub touches_walls: bool,

@@ -1,4 +1,4 @@
-//! What must be kept of a sheet to go on later.
+//! State of a sheet that must be kept to go on later.
 
 use glam::DVec3;
 
@@ -21,7 +21,7 @@ pub struct SavedSurface {
     pub forces: Vec<DVec3>,
     /// Positions when the candidate list was built, m.
     pub listed: Vec<DVec3>,
-    /// How much farther than particles it may go before the next list, m.
+    /// Distance beyond that of particles that it may go before the next list, m.
     pub room: f64,
 }
 
@@ -37,7 +37,7 @@ crate::state::plain!(SavedSurface {
 });
 
 impl Surface {
-    /// What must be kept.
+    /// State that must be kept.
     #[must_use]
     pub fn save(&self) -> SavedSurface {
         SavedSurface {

@@ -1,4 +1,4 @@
-//! What lies behind a wall: one that acts on one side, or one that has moved.
+//! Space behind a wall: one that acts on one side, or one that has moved.
 
 use glam::DVec3;
 

@@ -60,7 +60,7 @@ impl Cylinder {
         }
     }
 
-    /// The same without ends.
+    /// This cylinder without ends.
     #[must_use]
     pub fn endless(&self) -> Self {
         match &self.0 {

@@ -1,4 +1,4 @@
-//! What can be wrong with the description of a wall or of its motion.
+//! Errors in the description of a wall or of its motion.
 
 use glam::DVec3;
 
@@ -12,7 +12,7 @@ pub enum WallError {
     NoDirection {
         /// The scene key.
         key: &'static str,
-        /// What stands there.
+        /// Value that was given.
         value: DVec3,
     },
     /// A number or a vector that is infinite or not a number.
@@ -20,7 +20,7 @@ pub enum WallError {
     NotFinite {
         /// The scene key.
         key: &'static str,
-        /// What stands there.
+        /// Value that was given.
         value: String,
     },
     /// A length that must be positive.
@@ -28,7 +28,7 @@ pub enum WallError {
     NotPositive {
         /// The scene key.
         key: &'static str,
-        /// What stands there.
+        /// Value that was given.
         value: f64,
     },
     /// A quantity that must not be negative.
@@ -36,7 +36,7 @@ pub enum WallError {
     Negative {
         /// The scene key.
         key: &'static str,
-        /// What stands there.
+        /// Value that was given.
         value: f64,
     },
     /// An interval whose end does not lie after its beginning.
@@ -69,7 +69,7 @@ pub enum WallError {
     /// A profile that is no line.
     #[error("profile: must have at least 2 points, got {count}")]
     TooFewPoints {
-        /// How many points there are.
+        /// Number of points.
         count: usize,
     },
     /// A piece of a profile without length.
@@ -97,9 +97,9 @@ pub enum WallError {
     /// Places for another number of corners than the mesh has.
     #[error("corners: the mesh has {corners}, {given} places were given")]
     Corners {
-        /// How many the mesh has.
+        /// Number of corners of the mesh.
         corners: usize,
-        /// How many there are.
+        /// Number of places that were given.
         given: usize,
     },
     /// A triangle that has become a line or a point.
@@ -134,9 +134,9 @@ pub enum WallError {
     /// A mesh whose triangles are all lines or points.
     #[error("file: none of the {count} triangles has an area: they are thinner than {precision}")]
     NoTriangle {
-        /// How many triangles there are.
+        /// Number of triangles.
         count: usize,
-        /// What thinner triangles do not have an area by.
+        /// Precision below which thinner triangles have no area.
         precision: Precision,
     },
 }

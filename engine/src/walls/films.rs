@@ -15,7 +15,7 @@ pub struct WallFilmPlan {
     pub keeps: f64,
 }
 
-/// What a wall holds.
+/// Liquid on a wall.
 #[derive(Debug, Clone, PartialEq)]
 struct WallFilm {
     areas: Vec<f64>,
@@ -33,7 +33,7 @@ pub struct WallFilms {
 /// A place that holds liquid: the wall, and the triangle.
 pub type WallPlace = (usize, usize);
 
-/// Which of the films of a shape holds the liquid at a feature: of an edge or a corner of a mesh that of the first of its triangles.
+/// Film of a shape that holds the liquid at a feature: of an edge or a corner of a mesh that of the first of its triangles.
 #[must_use]
 pub fn film_at(shape: &Shape, feature: u32) -> Option<usize> {
     let Shape::Mesh(mesh) = shape else {
@@ -45,7 +45,7 @@ pub fn film_at(shape: &Shape, feature: u32) -> Option<usize> {
 }
 
 impl WallFilms {
-    /// As they are at the start.
+    /// Films at the start.
     #[must_use]
     pub fn start(plan: &[Option<WallFilmPlan>]) -> Self {
         let film = |plan: &WallFilmPlan| WallFilm {
@@ -84,7 +84,7 @@ impl WallFilms {
         self.film(place).map_or(0.0, |(film, k)| film.volumes[k])
     }
 
-    /// What a grain of this radius (m) can take of it, m^3: the share of the triangle that its shadow covers.
+    /// Volume that a grain of this radius (m) can take of it, m^3: the share of the triangle that its shadow covers.
     #[must_use]
     pub fn within_reach(&self, place: WallPlace, radius: f64) -> f64 {
         self.film(place).map_or(0.0, |(film, k)| {
@@ -143,7 +143,7 @@ impl WallFilms {
         }
     }
 
-    /// What a checkpoint keeps: the volumes of each wall, none of walls that hold no liquid.
+    /// State in a checkpoint: the volumes of each wall, none of walls that hold no liquid.
     #[must_use]
     pub fn save(&self) -> Vec<Vec<f64>> {
         let volumes = |film: &Option<WallFilm>| {

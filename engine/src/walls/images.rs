@@ -1,4 +1,4 @@
-//! By which periodic images of a particle a wall is met.
+//! Periodic images of a particle that meet a wall.
 //!
 //! A wall stands where its motion puts it, less whole periods, so that it stays within half a period of where it covers the domain best.
 //! From there it is met by all images that may come near, however far it has gone.
@@ -9,15 +9,14 @@ use super::near_box::Corners;
 use super::{Pose, Shape, WallState};
 use crate::cell::{Cell, image};
 
-/// By this much more than half a period (in periods) places may be away and still count as within it: what is at the very face stays
-/// where it is.
+/// Excess over half a period (in periods) at which places still count as within it: a place at the very face stays where it is.
 const FACE: f64 = 1e-6;
 
 /// Beyond its faces a particle of the domain feels less far than this, in periods: its radius, the skin and the range of forces
 /// fit into half a period ([`crate::neighbours::Skin::first`]).
 const REACH: f64 = 0.5;
 
-/// By this much less than a period (in periods) a surface may be long and still count as spanning it.
+/// Lack to a period (in periods) at which a surface still counts as spanning it.
 const SPANS: f64 = 1e-9;
 
 /// How a wall is met along one axis.
@@ -25,19 +24,19 @@ const SPANS: f64 = 1e-9;
 enum Along {
     /// Where particles are: the axis is not periodic, or the surface has no end along it.
     Once,
-    /// By the image that is between the faces of a mesh that goes on for ever.
+    /// The image that is between the faces of a mesh that goes on for ever.
     BetweenFaces,
-    /// By every image that may come near.
+    /// Every image that may come near.
     All,
 }
 
-/// By which images a wall is met.
+/// Images that meet a wall.
 #[derive(Debug, Clone)]
 pub(super) struct MetBy {
     along: [Along; 3],
     /// Middle of the surface in its own frame, m; along axes without an end that of the domain.
     middle: DVec3,
-    /// By how much the middle must go to be in the domain, m: whole periods.
+    /// Translation of the middle into the domain, m: whole periods.
     home: DVec3,
     codes: Vec<u32>,
     /// Whether the motion of the wall leaves the direction of each axis as it is.
@@ -96,7 +95,7 @@ impl MetBy {
         }
     }
 
-    /// The same for another shape of the wall.
+    /// Images for another shape of the wall.
     pub(super) fn of_shape(&self, shape: &Shape, cell: &Cell) -> Self {
         Self::new(shape, cell, self.keeps_axis)
     }
@@ -123,8 +122,8 @@ impl MetBy {
         &self.codes
     }
 
-    /// What must be added to a pose to take whole periods off it, m: zero while the wall is within half a period of where it covers
-    /// the domain best.
+    /// Translation that takes whole periods off a pose, m: zero while the wall is within half a period of where it covers the
+    /// domain best.
     pub(super) fn whole_periods(&self, pose: &Pose, cell: &Cell) -> DVec3 {
         let mut back = DVec3::ZERO;
         if !self.along.iter().any(|along| along.is_set_back()) {

@@ -11,7 +11,7 @@ use crate::cell::Cell;
 
 /// Places that are no farther apart than this part of the reach of a particle are one: far above round-off, far below any overlap.
 const SAME: f64 = 1e-9;
-/// The same for feet of one particle on two images, which round-off moves along the surface.
+/// Part of the reach below which two feet of one particle on two images are one, which round-off moves along the surface.
 const SAME_FOOT: f64 = 1e-6;
 
 impl WallNow {

@@ -2,7 +2,7 @@
 //!
 //! [`Shape::touches`] is the one query: given a sphere's centre in the wall's own frame it lists the faces and edges within
 //! reach. The frame moves with the wall: [`Motion`] gives its [`Pose`] and its [`RigidVelocity`] at any time, in closed form but
-//! for a [`Servo`], whose state the engine keeps. This module knows nothing of particles, contact laws or neighbour lists.
+//! for a [`Servo`], whose state the engine keeps. This module does not depend on particles, contact laws or neighbour lists.
 //!
 //! ```
 //! use glam::DVec3;

@@ -423,7 +423,7 @@ impl Motion {
         self.driven_pose(time, &[])
     }
 
-    /// Where the wall is at `time` (s), its servos, in the order of the list, as `driven` says.
+    /// Pose of the wall at `time` (s), its servos, in the order of the list, as in `driven`.
     #[must_use]
     pub fn driven_pose(&self, time: f64, driven: &[ServoState]) -> Pose {
         let components = self.with_states(driven);

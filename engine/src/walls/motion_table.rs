@@ -33,7 +33,7 @@ pub struct MotionTable {
     rows: Vec<Row>,
 }
 
-/// What a table reaches until some time.
+/// Limits that a table reaches until some time.
 pub(super) struct Limits {
     pub(super) speed: f64,
     pub(super) angular_speed: f64,
@@ -166,7 +166,7 @@ impl MotionTable {
         }
     }
 
-    /// What the motion reaches until `end`.
+    /// Limits that the motion reaches until `end`.
     pub(super) fn limits(&self, end: f64) -> Limits {
         let mut limits = Limits {
             speed: 0.0,

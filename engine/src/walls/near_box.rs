@@ -1,4 +1,5 @@
-//! Whether a wall may be near anything in a box: never wrong where it says no, so that whole boxes of particles need no test.
+//! Whether a wall may be near anything in a box: never wrong where the answer is no, so that whole boxes of particles need no
+//! test.
 
 use glam::DVec3;
 
@@ -6,9 +7,9 @@ use super::{Pose, Scratch, Shape, WallNow};
 use crate::cell::Cell;
 use crate::neighbours::Block;
 
-/// What sums of a few products may be off by, over the largest coordinate that is met.
+/// Largest error of sums of a few products, over the largest coordinate that is met.
 const ROUND_OFF: f64 = 1e-12;
-/// The same over the distance itself.
+/// Largest error of a distance, over the distance itself.
 const RELATIVE: f64 = 1e-9;
 
 /// A box, m; unbounded axes reach from minus to plus infinity.

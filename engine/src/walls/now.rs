@@ -23,7 +23,7 @@ pub struct WallNow {
     /// How far each of its servos has come, in the order of the motions.
     pub servos: Vec<ServoState>,
     shape: Shape,
-    /// By which images it is met.
+    /// Images that meet the wall.
     met_by: MetBy,
     /// Whole periods that were taken off its way, m: now, and when the candidate list was built.
     taken_off: [DVec3; 2],
@@ -41,7 +41,7 @@ pub struct WallNow {
     half_thickness: f64,
 }
 
-/// What must be kept of a [`WallNow`] to go on later, beside the time.
+/// State of a [`WallNow`] that must be kept to go on later, beside the time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SavedWall {
     /// How far each of its servos has come.
@@ -102,7 +102,7 @@ impl WallNow {
         self.wears
     }
 
-    /// It borrows the shape of a sheet of this `thickness` (m) from now on.
+    /// Borrows the shape of a sheet of this `thickness` (m) from now on.
     pub fn set_surface(&mut self, number: u16, thickness: f64) {
         self.surface = Some(number);
         self.half_thickness = 0.5 * thickness;
@@ -152,7 +152,7 @@ impl WallNow {
         }
     }
 
-    /// The same in one go from any earlier shape.
+    /// Takes these places of the corners in one go from any earlier shape.
     ///
     /// # Errors
     /// If the mesh cannot take these places.
@@ -208,7 +208,7 @@ impl WallNow {
         self.note_images(cell);
     }
 
-    /// Moves on by a step of `dt` (s) that ends at `time` (s), as the plan says, in a domain with these images.
+    /// Moves on by a step of `dt` (s) that ends at `time` (s), as planned, in a domain with these images.
     pub fn advance(&mut self, wall: &Wall, time: f64, dt: f64, cell: &Cell) {
         for (motor, state) in wall.motion.all_servos().zip(&mut self.servos) {
             *state = motor.advance(*state, time, dt);
@@ -345,7 +345,7 @@ impl WallNow {
         }
     }
 
-    /// What must be kept to go on later.
+    /// State that must be kept to go on later.
     #[must_use]
     pub fn save(&self) -> SavedWall {
         SavedWall {

@@ -33,7 +33,7 @@ impl Plane {
         self.point
     }
 
-    /// Of length 1, into the space of the particles.
+    /// Normal of length 1, into the space of the particles.
     #[must_use]
     pub fn normal(&self) -> DVec3 {
         self.normal

@@ -194,7 +194,7 @@ impl Profile {
         all.flat_map(|point| point.to_array()).collect()
     }
 
-    /// The same polygon through other points; `None` if it is none or if pieces come or go.
+    /// This polygon through other points; `None` if it is none or if pieces come or go.
     pub(super) fn with_numbers(&self, numbers: &[f64]) -> Option<Self> {
         let (points, rest) = numbers.as_chunks::<2>();
         let new = Self::new(points, self.side).ok()?;

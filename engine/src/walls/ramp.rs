@@ -1,4 +1,4 @@
-//! What a servo aims at: a force or a pressure, constant or by a table of time.
+//! Target of a servo: a force or a pressure, constant or by a table of time.
 
 use std::path::Path;
 
@@ -143,16 +143,16 @@ impl Ramp {
 pub enum Area {
     /// This one, m^2.
     Given(f64),
-    /// That of the wall, of planes the part within the domain that no other plane cuts off (`walls/section.rs`).
+    /// Area of the wall, of planes the part within the domain that no other plane cuts off (`walls/section.rs`).
     OfWall,
 }
 
-/// What a servo aims at.
+/// Target of a servo.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Target {
     /// Force of the wall on the particles along the axis, N.
     Force(Ramp),
-    /// The same over an area, Pa: positive where the wall presses along the axis.
+    /// Force of the wall over an area, Pa: positive where the wall presses along the axis.
     Pressure(Ramp, Area),
 }
 

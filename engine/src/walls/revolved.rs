@@ -38,7 +38,7 @@ impl Revolved {
         &self.axis
     }
 
-    /// Of length 1, along the axis.
+    /// Direction of length 1, along the axis.
     pub(super) fn direction(&self) -> DVec3 {
         self.axis.direction
     }

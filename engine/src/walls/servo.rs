@@ -29,7 +29,7 @@ use super::ramp::{Area, Target};
 /// Windows of the means in the time for which a servo has acted.
 const WINDOWS: f64 = 20.0;
 
-/// What a servo is to do.
+/// Servo: its direction, target and limits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Servo {
     /// Direction; later motions of the wall turn it along.
@@ -63,7 +63,7 @@ pub struct ServoState {
 pub struct Followed {
     /// Sums of the actual and the target values, N or Pa, with the weights of their steps.
     sums: [f64; 2],
-    /// The same sum of the squares of the actual less the target values, N^2 or Pa^2.
+    /// Sum of the squares of the actual less the target values, with the weights of their steps, N^2 or Pa^2.
     squares: f64,
     /// Sum of the weights: 1 after a time that is long beside the window.
     weight: f64,
@@ -76,7 +76,7 @@ pub struct Followed {
 }
 
 impl Followed {
-    /// What the mean may miss, over the largest target so far, to count as there.
+    /// Largest distance of the mean from the target, over the largest target so far, to count as there.
     pub const NEAR: f64 = 0.05;
 
     /// Adds the actual and the target value (N or Pa) of a step that ends at `time` (s) and is this share of the window.
@@ -228,7 +228,7 @@ impl Servo {
         middle >= self.from && middle < self.until
     }
 
-    /// The area that a pressure acts over, m^2: a given one, or what `own` says of the wall. 1 of a force.
+    /// The area that a pressure acts over, m^2: a given one, or the wall's `own`. 1 of a force.
     #[must_use]
     pub fn area(&self, own: impl FnOnce() -> f64) -> f64 {
         match self.target {

@@ -210,7 +210,7 @@ impl Shape {
         pose
     }
 
-    /// What a picture of the surface needs to know, in its own frame.
+    /// Surface for a picture, in its own frame.
     #[must_use]
     pub fn outline(&self) -> Surface {
         match self {

@@ -14,8 +14,8 @@ use glam::{DQuat, DVec3};
 /// turns in itself does so exactly.
 const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
 
-/// What is left of `rotation` when it is preceded by the turn about `axis` (unit) that makes the rest
-/// smallest: a rotation about an axis normal to `axis`.
+/// Rest of `rotation` when it is preceded by the turn about `axis` (unit) that makes the rest smallest: a rotation about an axis
+/// normal to `axis`.
 fn swing(rotation: DQuat, axis: DVec3) -> DQuat {
     let along = DVec3::new(rotation.x, rotation.y, rotation.z).dot(axis);
     let norm = (along * along + rotation.w * rotation.w).sqrt();

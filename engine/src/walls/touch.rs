@@ -13,11 +13,11 @@ pub struct Touch {
     pub distance: f64,
     /// Unit vector at the surface, towards the particle's side: the direction of a repulsive force.
     pub normal: DVec3,
-    /// Which face or edge of the wall this is. Contact histories are kept per feature.
+    /// Face or edge of the wall that is touched. Contact histories are kept per feature.
     pub feature: u32,
     /// Principal curvatures of the wall at the foot of the normal in 1/m: positive if the wall is
     /// convex towards the particle (a sphere from outside), negative if concave (a cylinder from
-    /// inside). Zero at edges and tips, where an ideal shape has none: the scene does not say how
+    /// inside). Zero at edges and tips, where an ideal shape has none: the scene does not state how
     /// far the real edge is rounded.
     pub curvature: [f64; 2],
     /// How the normal turns when the centre moves along the surface.
@@ -124,7 +124,7 @@ impl Touches {
         }
     }
 
-    /// How many touches there are.
+    /// Number of touches.
     #[must_use]
     pub const fn len(&self) -> usize {
         self.len

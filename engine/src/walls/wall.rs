@@ -55,7 +55,7 @@ impl Wall {
         self.driven_state(time, dt, &[])
     }
 
-    /// The same with its servos as `driven` says.
+    /// State with servos as in `driven`.
     #[must_use]
     pub fn driven_state(&self, time: f64, dt: f64, driven: &[ServoState]) -> WallState {
         let moves = !self.motion.is_static();

@@ -1,10 +1,10 @@
-//! How much a contact wears.
+//! Wear of a contact.
 
 use crate::forces::{Impact, Rub};
 
 pub use mercury_common::scene::WearBasis;
 
-/// What a plan says of a wall that wears.
+/// Plan of a wall that wears.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WearPlan {
     /// Index of the wall in the plan.
@@ -15,7 +15,7 @@ pub struct WearPlan {
     pub acceleration: f64,
     /// Whether the surface follows.
     pub moves: bool,
-    /// It follows when a vertex would move by more than this part of its shortest edge.
+    /// Part of its shortest edge by which a vertex may be due to move before the surface follows.
     pub step: f64,
     /// Part of its volume that a vertex shares with its neighbours at each move.
     pub smoothing: f64,
@@ -30,7 +30,7 @@ pub enum WearLaw {
     Archard {
         /// K/H, 1/Pa.
         rate: f64,
-        /// What the volume is proportional to.
+        /// Quantity that the volume is proportional to.
         basis: WearBasis,
     },
     /// Finnie (1960), Wear 3, 87: V = c m v^2 f(a), f = sin 2a - 3 sin^2 a where tan a is below 1/3, else cos^2 a / 3.

@@ -25,7 +25,7 @@ use crate::walls::WallNow;
 pub struct Wear {
     /// The walls that wear, in the order of the plan.
     pub walls: Vec<Worn>,
-    /// Of each wall of the plan its place in `walls`, if it wears.
+    /// Place in `walls` of each wall of the plan, if it wears.
     place_of: Vec<Option<usize>>,
     /// Contacts of the last evaluation; kept for its memory.
     rubs: Vec<Rub>,
@@ -59,7 +59,7 @@ impl Wear {
         &mut self.rubs
     }
 
-    /// Adds what the contacts of the list wear. Afterwards [`Worn::is_due`] says which surfaces are to move.
+    /// Adds the wear by the contacts of the list. Afterwards [`Worn::is_due`] marks the surfaces to move.
     pub fn note(&mut self, walls: &[WallNow]) {
         for rub in &self.rubs {
             let index = usize::from(rub.wall);

@@ -11,13 +11,13 @@ use crate::walls::{Mesh, Scratch};
 const MOST_TURNED: f64 = 0.5;
 /// A triangle keeps at least this part of its first area.
 const LEAST_AREA: f64 = 0.01;
-/// And this many times the height below which a mesh takes triangles for lines.
+/// Least height of a triangle, over the height below which a mesh takes triangles for lines.
 const LEAST_HEIGHTS: f64 = 4.0;
 /// Share of the space along a periodic axis that is used.
 const ROOM_USED: f64 = 0.9;
-/// How often a move is shortened by half before its vertices stay where they are.
+/// Number of times that a move is shortened by half before its vertices stay where they are.
 const HALVINGS: u32 = 8;
-/// How often what could not be placed is offered to the neighbours.
+/// Number of times that a rest is offered to the neighbours.
 const OFFERS: usize = 2;
 /// Faces of a thin body that come closer than this part of an edge are worn through.
 const THIN: f64 = 1e-3;
@@ -181,7 +181,7 @@ impl Worn {
             }
         };
         let (swept, goal, volume) = achieved;
-        // A factor at its bounds places more or less than was wanted: the books follow what was swept.
+        // A factor at its bounds places more or less than was intended: the books follow what was swept.
         let whole: f64 = movers
             .iter()
             .map(|mover| (mover.part * mover.volume).abs())
@@ -219,7 +219,7 @@ impl Worn {
         let is_steady = normal.length() > 1e-6 * whole;
         let mut direction = normal.normalize_or_zero();
         if !self.skin.axes.is_empty() {
-            // What goes on along an axis moves across it, unless it faces along it.
+            // A surface that goes on along an axis moves across it, unless it faces along it.
             let mut across = direction;
             self.skin.axes.iter().for_each(|&axis| across[axis] = 0.0);
             if across.length() >= 0.5 {
@@ -235,8 +235,8 @@ impl Worn {
         }
     }
 
-    /// How far a node that wants to go by `way` (m) may go at once, m: no farther than to a part of the gap behind its triangles, so that no face passes
-    /// another one unseen.
+    /// How far a node that should go by `way` (m) may go at once, m: no farther than to a part of the gap behind its triangles,
+    /// so that no face passes another one unseen.
     fn longest_way(&self, node: u32, way: f64, mesh: &Mesh, scratch: &mut Scratch) -> f64 {
         let mut most = f64::INFINITY;
         for &triangle in self.skin.around(node) {

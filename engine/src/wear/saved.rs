@@ -1,11 +1,11 @@
-//! What a checkpoint holds of worn walls: of the vertices and triangles that are worn alone.
+//! State of worn walls in a checkpoint: of the vertices and triangles that are worn alone.
 
 use glam::DVec3;
 
 use super::Wear;
 use super::worn::{Worn, WornThrough};
 
-/// What must be kept of all worn walls to go on later, in the order of the plan.
+/// State of all worn walls that must be kept to go on later, in the order of the plan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SavedWear {
     /// One for each wall that wears.
@@ -14,7 +14,7 @@ pub struct SavedWear {
 
 crate::state::plain!(SavedWear { walls });
 
-/// What must be kept of a worn wall.
+/// State of a worn wall that must be kept.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SavedWorn {
     /// Nodes that have moved, owe something, or are held, ascending.
@@ -50,7 +50,7 @@ crate::state::plain!(SavedWorn {
 });
 
 impl Wear {
-    /// What must be kept to go on later.
+    /// State that must be kept to go on later.
     #[must_use]
     pub fn save(&self) -> SavedWear {
         SavedWear {

@@ -6,17 +6,18 @@ use glam::DVec3;
 
 use crate::walls::Mesh;
 
-/// What does not change of a worn mesh. Corners are those of [`Mesh::corners`]; those that move alike are one node: copies along periodic axes, the two
-/// faces of a period, and corners of files that do not share them. Nodes are numbered by their first appearance in the file.
+/// Constant data of a worn mesh. Corners are those of [`Mesh::corners`]; those that move alike are one node: copies along
+/// periodic axes, the two faces of a period, and corners of files that do not share them. Nodes are numbered by their first
+/// appearance in the file.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Skin {
     /// Places of the corners, m.
     pub(super) first: Vec<DVec3>,
-    /// Of each corner.
+    /// Node of each corner.
     pub(super) node_of: Vec<u32>,
     /// Corners of the file in the order of their first appearance.
     pub(super) vertices: Vec<u32>,
-    /// How many of `vertices` each node has.
+    /// Number of `vertices` of each node.
     pub(super) members: Vec<u32>,
     /// Corners of the triangles, in the order of the file.
     pub(super) triangles: Vec<[u32; 3]>,
@@ -130,7 +131,7 @@ impl Skin {
         }
     }
 
-    /// How many nodes there are.
+    /// Number of nodes.
     pub(super) fn nodes(&self) -> usize {
         self.members.len()
     }
@@ -177,7 +178,7 @@ impl Skin {
     }
 }
 
-/// Of each corner the one that stands for all that move like it.
+/// Leader of each corner: the one that stands for all that move like it.
 fn leaders(mesh: &Mesh, places: &[DVec3]) -> Vec<u32> {
     let mut leader: Vec<u32> = (0..places.len() as u32).collect();
     fn find(leader: &mut [u32], mut corner: u32) -> u32 {

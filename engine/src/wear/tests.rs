@@ -73,7 +73,7 @@ fn slab(sides: [f64; 3]) -> Mesh {
     mesh(&vertices, &triangles)
 }
 
-/// What a small ball at `centre` touches, worn by `volume`.
+/// Rub of a small ball at `centre`, worn by `volume`.
 fn rub(mesh: &Mesh, centre: DVec3, volume: f64) -> Rub {
     let mut touches = Touches::default();
     mesh.touches(centre, 1.0, &mut touches);

@@ -14,11 +14,12 @@ use crate::walls::Mesh;
 pub struct Worn {
     pub(super) plan: WearPlan,
     pub(super) skin: Skin,
-    /// Of the nodes from their first places, m: apart from the coordinates, so that none is lost to round-off far from the origin.
+    /// Displacements of the nodes from their first places, m: apart from the coordinates, so that none is lost to round-off far
+    /// from the origin.
     pub(super) displacement: Vec<DVec3>,
-    /// What each node owes and has not placed, m^3.
+    /// Volume that each node owes and has not placed, m^3.
     pub(super) waiting: Vec<f64>,
-    /// What of it the last move could not place, m^3.
+    /// Part of it that the last move could not place, m^3.
     pub(super) left: Vec<f64>,
     /// Nodes that owe something, in the order in which they began to; which they are.
     pub(super) owing: Vec<u32>,
@@ -34,7 +35,7 @@ pub struct Worn {
     /// Sums over all contacts on the side of the normals, and on the other, m^3.
     pub(super) front: f64,
     pub(super) back: f64,
-    /// What has been placed by all moves, m^3.
+    /// Volume that all moves have placed, m^3.
     pub(super) placed: f64,
     pub(super) moves: u64,
     /// The largest move of a vertex at once, over what `step` allows.
@@ -42,14 +43,14 @@ pub struct Worn {
     pub(super) worn_through: Option<WornThrough>,
     pub(super) is_worn: bool,
 
-    // What follows from the displacements.
+    // The fields below follow from the displacements.
     /// Areas of the triangles at each node, m^2.
     pub(super) areas: Vec<f64>,
     /// The volume at which each node moves by `step` of its shortest edge, m^3.
     pub(super) limits: Vec<f64>,
     /// A node has reached its limit.
     pub(super) is_due: bool,
-    /// Of each triangle how near others came when that was looked at last (m), plus twice `travelled` then.
+    /// Distance of others from each triangle when that was looked at last (m), plus twice `travelled` then.
     pub(super) clear: Vec<f64>,
     /// How far nodes have moved in all moves together, at most, and in the last one, m.
     pub(super) travelled: f64,
@@ -72,17 +73,17 @@ pub struct WornThrough {
 /// A worn wall in numbers: a row of `.wear.csv`. Volumes in m^3.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct WearRow {
-    /// By the law, of all contacts.
+    /// Volume by the law, of all contacts.
     pub owed: f64,
     /// Signed volume between the first surface and the present one, positive on the side that owes more.
     pub removed: f64,
-    /// What waits.
+    /// Volume that is owed and not yet placed.
     pub pending: f64,
     /// Owed by contacts on the side of the normals.
     pub front: f64,
     /// Owed by contacts on the other side.
     pub back: f64,
-    /// Of the deepest vertex, m.
+    /// Depth of the deepest vertex, m.
     pub max_depth: f64,
     /// Its first place, own frame, m.
     pub place: DVec3,
@@ -103,7 +104,7 @@ pub struct WornVertex {
     pub displacement: DVec3,
     /// Depth on the side that owes more, against its first normal, m.
     pub depth: f64,
-    /// What waits, m^3.
+    /// Volume that is owed and not yet placed, m^3.
     pub owed: f64,
 }
 
@@ -155,14 +156,15 @@ impl Worn {
         worn
     }
 
-    /// By what part of its limit a volume (m^3) that one contact wears at once moves a vertex, at most: at the vertex with the lowest limit.
+    /// Largest part of its limit by which a volume (m^3) that one contact wears at once moves a vertex: at the vertex with the
+    /// lowest limit.
     #[must_use]
     pub fn part_of_step(&self, volume: f64) -> f64 {
         let least = self.limits.iter().copied().fold(f64::INFINITY, f64::min);
         volume / least
     }
 
-    /// What the plan says of it.
+    /// Plan of the wall.
     #[must_use]
     pub fn plan(&self) -> &WearPlan {
         &self.plan
@@ -323,7 +325,7 @@ impl Worn {
             })
     }
 
-    /// What a triangle has lost, m^3. Never -0: an interrupted run is to write the same bytes.
+    /// Volume that a triangle has lost, m^3. Never -0: an interrupted run is to write the same bytes.
     pub(super) fn lost(&self, triangle: u32) -> f64 {
         0.0 - self.skin.swept(triangle, &self.displacement)
     }

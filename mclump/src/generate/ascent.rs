@@ -57,7 +57,7 @@ pub(crate) fn ascend(field: &impl DistanceField, start: DVec3, reach: f64) -> (D
         let (there, slope) = field.at(centre + step);
         if there - value >= 0.2 * rise {
             for cut in &mut cuts {
-                // The field is not concave: a slope from elsewhere may lie below the field here, and says nothing then.
+                // The field is not concave: a slope from elsewhere may lie below the field here, and is of no use then.
                 cut.excess = (cut.excess + cut.slope.dot(step) - (there - value)).max(0.0);
             }
             centre += step;

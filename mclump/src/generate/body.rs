@@ -30,7 +30,7 @@ pub(crate) struct Body {
     pub(crate) volume: f64,
     /// Smallest and largest coordinates.
     pub(crate) bounds: (DVec3, DVec3),
-    /// What the integrals over the mesh are, in the frame of the mesh.
+    /// Mass properties of the mesh by its integrals, in the frame of the mesh.
     pub(crate) properties: MassProperties,
     /// Corners and outward unit normal of the triangles that have an area.
     pub(crate) faces: Vec<Face>,
@@ -164,8 +164,8 @@ impl Body {
         }
     }
 
-    /// How often the surface winds around a point: 1 inside, 0 outside, by the solid angles of all triangles (van
-    /// Oosterom and Strackee 1983, doi:10.1109/TBME.1983.325207). Slow, and right for every closed surface.
+    /// Winding number of the surface around a point: 1 inside, 0 outside, by the solid angles of all triangles (van Oosterom and
+    /// Strackee 1983, doi:10.1109/TBME.1983.325207). Slow, and right for every closed surface.
     pub(crate) fn winding_number(&self, point: DVec3) -> f64 {
         let angle = |face: &Face| {
             let [a, b, c] = face.corners.map(|corner| corner - point);

@@ -8,7 +8,7 @@ const COLUMNS: usize = 200;
 
 /// Volume of the space that balls cover, to about 1e-4: midpoint rule over columns along z, exact in each.
 ///
-/// What is reported in the end is the integral of [`crate::inertia::union`]; this one costs milliseconds.
+/// Reports give the integral of [`crate::inertia::union`]; this one costs milliseconds.
 pub(super) fn union_volume(balls: &[Pebble], (low, high): (glam::DVec3, glam::DVec3)) -> f64 {
     let extent = high - low;
     let edge = extent.x.max(extent.y) / COLUMNS as f64;

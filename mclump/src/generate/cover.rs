@@ -61,7 +61,7 @@ impl Lattice {
         }
     }
 
-    /// How many points the ball would cover that no ball before it did.
+    /// Number of points that the ball would cover and no ball before it did.
     pub(super) fn gain(&self, ball: &Pebble) -> u32 {
         let mut gain = 0;
         self.visit(ball, &mut |word, mask| {

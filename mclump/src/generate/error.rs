@@ -5,7 +5,7 @@ use crate::table::number;
 const TARGET_ADVICE: &str = "allow smaller pebbles (--smallest-radius) or some protrusion (--protrusion), ask for a number of pebbles (--pebbles) \
      instead, or use another method (--generate)";
 
-/// What keeps a generator from making pebbles, and what to do about it.
+/// Reason why a generator cannot make pebbles, with advice.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum GenerateError {
     /// No triangles, or only triangles without area.
@@ -38,7 +38,7 @@ pub enum GenerateError {
     Parameter {
         /// The parameter, in words.
         name: &'static str,
-        /// What was given.
+        /// Value that was given.
         value: f64,
         /// The allowed range.
         expected: &'static str,
@@ -51,7 +51,7 @@ pub enum GenerateError {
     /// The corners are too close to a plane or a line.
     #[error("the convex hull of the surface cannot be found: {reason}")]
     ConvexHull {
-        /// What the hull algorithm says.
+        /// Message of the hull algorithm.
         reason: String,
     },
     /// Nothing to compare.
@@ -72,9 +72,9 @@ pub enum GenerateError {
     TargetNotReached {
         /// The requested value.
         target: f64,
-        /// What the pebbles reach.
+        /// Value that the pebbles reach.
         reached: f64,
-        /// How many there are.
+        /// Number of pebbles.
         pebbles: usize,
     },
     /// The axis of Favier's method leaves the body.

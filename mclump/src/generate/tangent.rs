@@ -13,7 +13,7 @@ use super::body::{Body, Face};
 use super::cover::Lattice;
 use super::{Limits, Tangent};
 
-/// So many of the largest tangent balls are also moved to a local maximum of the distance to the surface.
+/// Number of the largest tangent balls that are also moved to a local maximum of the distance to the surface.
 const CLIMBERS: usize = 16;
 
 /// Balls in order of their making: each adds, of all tangent balls, the most volume to those before.
@@ -23,7 +23,7 @@ const CLIMBERS: usize = 16;
 pub(super) struct Balls {
     lattice: Lattice,
     candidates: Vec<Pebble>,
-    /// What is added to each radius when gains are counted.
+    /// Length that is added to each radius when gains are counted.
     protrusion: f64,
     /// Gain at the time `made`, index of the candidate.
     queue: BinaryHeap<(u32, Reverse<usize>, usize)>,

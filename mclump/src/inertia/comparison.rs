@@ -7,7 +7,7 @@ use mercury_common::formats::mesh::TriangleMesh;
 
 use super::{Estimate, MassProperties, pebbles, surface, union, voxels};
 
-/// Pebbles overlap if their sum is larger than their union by this fraction (MercuryDPM's MClump says nothing; a
+/// Pebbles overlap if their sum is larger than their union by this fraction (MercuryDPM's MClump gives no warning; a
 /// tenth of a per cent is the accuracy to which a density is known).
 pub const OVERLAP_LIMIT: f64 = 1e-3;
 /// Pebbles stand badly for the surface if volume or a principal moment differ by more than this fraction.
@@ -20,7 +20,7 @@ pub enum Route {
     Surface,
     /// The space that the pebbles cover, by sections.
     Union,
-    /// The same by voxels.
+    /// The space that the pebbles cover, by voxels.
     Voxels,
     /// Every pebble for itself.
     Pebbles,
@@ -45,12 +45,12 @@ impl fmt::Display for Route {
     }
 }
 
-/// What one route found, for unit density.
+/// Result of one route, for unit density.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
-    /// Which route.
+    /// Route to the mass properties.
     pub route: Route,
-    /// What it found.
+    /// Mass properties that it found.
     pub properties: MassProperties,
     /// Estimated relative error; `None` for a closed form.
     pub relative_error: Option<f64>,
@@ -104,8 +104,8 @@ pub fn row(
     })
 }
 
-/// What the differences between routes say, in words; empty where they agree. `chosen` is the route that the clump takes;
-/// pebbles `generated` from the surface are in its frame and unit.
+/// Warnings of differences between routes, in words; empty where they agree. `chosen` is the route that the clump takes; pebbles
+/// `generated` from the surface are in its frame and unit.
 #[must_use]
 pub fn warnings(rows: &[Row], chosen: Route, generated: bool) -> Vec<String> {
     let find = |route: Route| rows.iter().find(|row| row.route == route);

@@ -41,8 +41,8 @@ pub fn integrate(mesh: &TriangleMesh) -> Option<MassProperties> {
 /// The third central moment of the body along a direction in m6: the integral of s³, s counted from `centre` along the
 /// unit vector `direction`.
 ///
-/// Of a tetrahedron with s_1..s_4 at its corners it is V/20 times the sum of all products s_i s_j s_k with i <= j <= k (the
-/// complete homogeneous polynomial of degree 3).
+/// Third moment of a tetrahedron with s_1..s_4 at its corners: V/20 times the sum of all products s_i s_j s_k with i <= j <= k
+/// (the complete homogeneous polynomial of degree 3).
 #[must_use]
 pub fn third_moment(mesh: &TriangleMesh, centre: DVec3, direction: DVec3) -> f64 {
     let parts: Vec<f64> = mesh

@@ -38,7 +38,7 @@ pub fn integrate(pebbles: &[Pebble], tolerance: f64) -> Option<Estimate> {
     let tolerance = tolerance.clamp(1e-12, 0.1);
     let balls = without_hidden(pebbles, origin);
     let slices = Slices::new(&balls);
-    // What the tolerance is relative to: the union is at least as large as its largest ball, and not larger than the sum.
+    // Scale of the tolerance: the union is at least as large as its largest ball, and not larger than the sum.
     let scale = slices.scale(every_pebble(&balls)?.volume);
     let length: f64 = slices
         .panels
@@ -199,7 +199,7 @@ impl<'a> Slices<'a> {
             .iter()
             .map(|ball| super::pebbles::volume(ball.radius))
             .fold(0.0, f64::max);
-        // A crude integral over the panels says how much of the sum is left after overlaps.
+        // A crude integral over the panels gives the share of the sum that is left after overlaps.
         let crude: f64 = self
             .panels
             .iter()

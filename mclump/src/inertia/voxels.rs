@@ -13,7 +13,7 @@ pub const DEFAULT_VOXELS: u32 = 100;
 /// Refinement ends here: 8e9 voxels.
 pub const MOST_VOXELS: u32 = 2000;
 
-/// Grids shifted by these fractions of a voxel: how much they differ says how far each is off.
+/// Grids shifted by these fractions of a voxel: their differences estimate the error of each.
 const SHIFTS: [[f64; 3]; 3] = [[0.5, 0.5, 0.5], [0.25, 0.5, 0.75], [0.75, 0.25, 0.5]];
 
 /// Volume, centre and second moments of the voxels whose centre lies strictly inside a pebble, with an error estimate.

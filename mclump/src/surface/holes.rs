@@ -8,7 +8,8 @@ use super::edges::Edges;
 use super::report::plural;
 use crate::inertia::surface::area;
 
-/// Closes every hole whose patch is small, by one triangle or by a fan around the middle of its border, and says what was done.
+/// Closes every hole whose patch is small, by one triangle or by a fan around the middle of its border, and reports what was
+/// done.
 ///
 /// For a flat hole any patch encloses the same volume; for others the fan is one guess among many, which is why it must be small.
 pub(super) fn close_holes(mesh: &mut TriangleMesh) -> Option<String> {

@@ -1,4 +1,4 @@
-//! What can be mended without guessing much: equal vertices, doubled triangles, triangles turned the wrong way, small holes.
+//! Repairs that need little guessing: equal vertices, doubled triangles, triangles turned the wrong way, small holes.
 
 use mercury_common::formats::mesh::TriangleMesh;
 
@@ -8,7 +8,7 @@ use super::report::{inspect, plural};
 use super::shells::Sets;
 use super::{WELD_FRACTION, diagonal};
 
-/// Mends the mesh and says what was done.
+/// Mends the mesh and reports what was done.
 pub(super) fn repair(mesh: &mut TriangleMesh) -> Vec<String> {
     let mut done = Vec::new();
     if !inspect(mesh).open_edges.is_empty() {

@@ -1,4 +1,4 @@
-//! What a surface is like.
+//! Report on the properties of a surface.
 
 use std::fmt;
 
@@ -7,10 +7,10 @@ use mercury_common::formats::mesh::TriangleMesh;
 use super::edges::{Edges, Use, is_collapsed};
 use super::shells::{Shell, shells};
 
-/// How many edges or triangles a message names.
+/// Number of edges or triangles that a message names.
 const NAMED: usize = 4;
 
-/// What [`inspect`] found. Edges are pairs of vertices, triangles count from 0 here and from 1 in messages.
+/// Report of [`inspect`]. Edges are pairs of vertices, triangles count from 0 here and from 1 in messages.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
     /// Number of triangles.
@@ -31,7 +31,7 @@ pub struct Report {
     pub inconsistent_edges: Vec<[u32; 2]>,
     /// Edges of more than two triangles.
     pub crowded_edges: Vec<[u32; 2]>,
-    /// How many of those are not passed equally in both directions.
+    /// Number of those that are not passed equally in both directions.
     pub uneven_edges: usize,
     /// Number of edges.
     pub edges: usize,
@@ -143,7 +143,7 @@ impl Report {
         self.shells.iter().filter(|shell| shell.is_cavity()).count()
     }
 
-    /// What is odd about a closed surface, in words.
+    /// Oddities of a closed surface, in words.
     pub(super) fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         if !self.duplicates.is_empty() {

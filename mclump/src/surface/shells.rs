@@ -10,7 +10,7 @@ use super::tetrahedron;
 
 /// Point-triangle tests that are spent on finding which shell lies in which.
 const MOST_TESTS: usize = 200_000_000;
-/// Of more shells not even the boxes are compared: a broken surface may have as many as triangles.
+/// Number of shells beyond which not even the boxes are compared: a broken surface may have as many as triangles.
 const MOST_SHELLS: usize = 3000;
 const NONE: u32 = u32::MAX;
 
@@ -21,7 +21,7 @@ pub struct Shell {
     pub triangles: usize,
     /// Signed volume in m3: negative if turned inward. Only means something if the shell is closed.
     pub volume: f64,
-    /// How many closed shells it lies in: 0 outside, 1 a cavity, 2 a body in a cavity, ...
+    /// Number of closed shells in which it lies: 0 outside, 1 a cavity, 2 a body in a cavity, ...
     pub depth: u32,
     /// One of its triangles.
     pub first_triangle: u32,
@@ -134,7 +134,7 @@ fn nest(mesh: &TriangleMesh, labels: &[u32], shells: &mut [Shell]) -> bool {
     true
 }
 
-/// How often a shell winds around a point, by the solid angles of its triangles (van Oosterom and Strackee 1983,
+/// Winding number of a shell around a point, by the solid angles of its triangles (van Oosterom and Strackee 1983,
 /// doi:10.1109/TBME.1983.325207).
 fn winding_number(mesh: &TriangleMesh, labels: &[u32], shell: usize, point: DVec3) -> f64 {
     let angles: Vec<f64> = labels
@@ -159,7 +159,7 @@ fn winding_number(mesh: &TriangleMesh, labels: &[u32], shell: usize, point: DVec
 }
 
 /// Turns round the outer shells that are turned inward, and with `cavities` also shells inside another one that are turned
-/// outward; says what it did.
+/// outward; reports what it did.
 pub(super) fn turn_outward(
     mesh: &mut TriangleMesh,
     report: &mut Report,

@@ -228,7 +228,7 @@ fn a_numerical_error_makes_nearly_equal_moments_equal() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// The same body gives the same pebbles whatever its input pose, to 1e-9 of its size at a distance of up to 100 sizes.
+    /// Pebbles of a body are the same whatever its input pose, to 1e-9 of its size at a distance of up to 100 sizes.
     #[test]
     fn poses_do_not_matter(
         numbers in [-1.0..1.0f64, -1.0..1.0, -1.0..1.0, 0.1..1.0],
@@ -245,7 +245,7 @@ proptest! {
         }
     }
 
-    /// The same with the inertia of a surface, whose vertices are kept in double precision.
+    /// Pebbles do not depend on the pose with the inertia of a surface either, whose vertices are kept in double precision.
     #[test]
     fn poses_of_a_surface_do_not_matter(
         numbers in [-1.0..1.0f64, -1.0..1.0, -1.0..1.0, 0.1..1.0],

@@ -368,7 +368,7 @@ fn bad_input_is_named() {
         assert!(text.contains(expected), "{line}: {text}");
     }
     assert!(!path.join("open.clump.toml").exists() && !path.join("bad.clump.toml").exists());
-    // The same surface with --repair says what it did.
+    // With --repair the program reads the same surface and lists its changes.
     let text = succeeds(path, &["open.stl", "rod.csv", "--repair"]);
     assert!(text.contains("done: 1 hole closed"), "{text}");
 }

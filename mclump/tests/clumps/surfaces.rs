@@ -142,7 +142,7 @@ fn a_cavity_counts_as_one_if_it_is_turned_inward() {
     );
     assert!(prepared.done.is_empty() && prepared.warnings.is_empty());
     assert_close(volume(&prepared.mesh), 1.0 - 0.125, 1e-14, "volume");
-    // Turned outward it is a mistake or a doubled part: said, and turned by repair only.
+    // Turned outward it is a mistake or a doubled part: reported, and turned by repair only.
     let doubtful = together(&cube(), &small);
     let prepared = prepare(doubtful.clone(), false).unwrap();
     assert_eq!(prepared.warnings.len(), 1, "{:?}", prepared.warnings);
@@ -255,7 +255,7 @@ fn the_torture_surfaces_are_refused_with_their_edges() {
                     assert!(text.contains("edge"), "{name}: {text}");
                 }
                 Ok(prepared) => {
-                    // Only a repair that says so may make it closed.
+                    // Only a reported repair may make it closed.
                     assert!(repair && !prepared.done.is_empty(), "{name}");
                     assert!(prepared.report.is_closed(), "{name}");
                 }

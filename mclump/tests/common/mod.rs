@@ -1,4 +1,4 @@
-//! What the tests share: shapes with closed forms, bodies in any pose, the reference data.
+//! Helpers of the tests: shapes with closed forms, bodies in any pose, the reference data.
 #![allow(dead_code, reason = "each test file uses a part")]
 
 use std::collections::HashMap;

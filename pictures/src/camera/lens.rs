@@ -15,7 +15,7 @@ const MARGIN: f64 = 0.03;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Lens {
     axes: Axes,
-    /// What is seen in the middle of the window (m along the axes).
+    /// Point in the middle of the window (m along the axes).
     target: DVec3,
     /// Pixels per metre in the plane of the target.
     scale: f64,
@@ -124,14 +124,14 @@ impl Lens {
         self.distance.map_or(f64::NEG_INFINITY, |d| 1e-3 * d)
     }
 
-    /// The same lens at another scale in the plane of the target; in perspective the eye stays where it is.
+    /// This lens at another scale in the plane of the target; in perspective the eye stays where it is.
     pub(crate) fn with_scale(mut self, scale: f64) -> Self {
         self.distance = self.distance.map(|d| d * (scale / self.scale));
         self.scale = scale;
         self
     }
 
-    /// The same lens for pixels of `1 / factor` the size.
+    /// This lens for pixels of `1 / factor` the size.
     pub(crate) fn finer(mut self, factor: f64) -> Self {
         self.scale *= factor;
         self.distance = self.distance.map(|d| d * factor);

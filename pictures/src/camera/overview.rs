@@ -1,4 +1,4 @@
-//! What several frames have in common: one camera and one range of colours for a whole film.
+//! Overview of several frames: one camera and one range of colours for a whole film.
 
 use std::collections::BTreeSet;
 
@@ -57,7 +57,7 @@ impl Default for Overview {
 }
 
 impl Overview {
-    /// Of one frame.
+    /// Overview of one frame.
     #[must_use]
     pub fn of(frame: &Frame, options: &Options) -> Self {
         let mut overview = Self::default();
@@ -121,7 +121,7 @@ impl Overview {
         }
     }
 
-    /// What the camera must see.
+    /// Extent that the camera must see.
     fn framed(&self, framing: Framing) -> Extent {
         let around = self.walls.union(self.domain);
         match framing {

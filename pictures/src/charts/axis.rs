@@ -1,4 +1,4 @@
-//! What an axis shows.
+//! Axis of a chart: its quantity, unit, scale and range.
 
 use mercury_common::normal::normal_quantile;
 
@@ -7,7 +7,7 @@ use mercury_common::normal::normal_quantile;
 pub enum Scale {
     /// Evenly.
     Linear,
-    /// By their logarithm; zero and negative values have no place.
+    /// Scale by the logarithm; zero and negative values have no place.
     Log,
     /// Shares between 0 and 1 by the quantile of the normal distribution, labelled in per cent: a normal distribution is a straight
     /// line, over a logarithmic axis a log-normal one.
@@ -42,7 +42,7 @@ impl Scale {
 /// `N`, `Pa`, `W`, `Hz` and quotients that begin with one of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
-    /// What it shows: `time`.
+    /// Name of the quantity: `time`.
     pub name: String,
     /// Its SI unit: `s`; empty for pure numbers.
     pub unit: String,
@@ -86,14 +86,14 @@ impl Axis {
         Self::new(name, "%", Scale::RosinRammler)
     }
 
-    /// The same axis from `low` to `high` (SI).
+    /// This axis from `low` to `high` (SI).
     #[must_use]
     pub fn within(mut self, low: f64, high: f64) -> Self {
         self.range = Some((low, high));
         self
     }
 
-    /// What is wrong with it, if anything.
+    /// Fault of the axis, if there is one.
     pub(super) fn fault(&self) -> Option<String> {
         let (low, high) = self.range?;
         let places = (self.scale.place(low), self.scale.place(high));

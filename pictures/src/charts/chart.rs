@@ -1,4 +1,4 @@
-//! What a chart shows, as data.
+//! Content of a chart, as data.
 
 use super::axis::Axis;
 use super::palette::{Dash, Hue, Marker};
@@ -19,7 +19,7 @@ pub struct Chart {
     pub notes: Vec<Note>,
     /// Where series are named.
     pub legend: Legend,
-    /// What stands in a chart without any value to draw.
+    /// Text of a chart without any value to draw.
     pub when_empty: String,
     /// Whether one unit is as long to the right as upwards, as on a map. It needs two linear axes and leaves some space free.
     pub to_scale: bool,
@@ -41,21 +41,21 @@ impl Chart {
         }
     }
 
-    /// The same chart with one unit as long to the right as upwards.
+    /// This chart with one unit as long to the right as upwards.
     #[must_use]
     pub fn to_scale(mut self) -> Self {
         self.to_scale = true;
         self
     }
 
-    /// The same chart with one series more.
+    /// This chart with one series more.
     #[must_use]
     pub fn with(mut self, series: Series) -> Self {
         self.series.push(series);
         self
     }
 
-    /// The same chart with a note.
+    /// This chart with a note.
     #[must_use]
     pub fn note(mut self, text: &str, place: Place) -> Self {
         self.notes.push(Note {
@@ -65,21 +65,21 @@ impl Chart {
         self
     }
 
-    /// The same chart with its legend elsewhere.
+    /// This chart with its legend elsewhere.
     #[must_use]
     pub fn legend(mut self, legend: Legend) -> Self {
         self.legend = legend;
         self
     }
 
-    /// What is wrong with it, if anything.
+    /// Fault of the chart, if there is one.
     pub(super) fn fault(&self) -> Option<String> {
         let axes = [&self.x, &self.y].into_iter().find_map(Axis::fault);
         axes.or_else(|| self.series.iter().find_map(Series::fault))
     }
 }
 
-/// Something drawn in a chart. What is not set of its look follows from its place in the list.
+/// Data drawn in a chart. The look, where it is not set, follows from its place in the list.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     /// In the legend; empty: not there.
@@ -98,7 +98,7 @@ pub struct Series {
     pub width: f64,
 }
 
-/// The values of a series. Where a value is not a number, a line is broken and a point left out; the chart says how many.
+/// The values of a series. Where a value is not a number, a line is broken and a point left out; the chart gives their number.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
     /// A line through points.
@@ -238,35 +238,35 @@ impl Series {
         thin.hue(Hue::Grey).dash(Dash::Dashed)
     }
 
-    /// The same series in this colour.
+    /// This series in this colour.
     #[must_use]
     pub fn hue(mut self, hue: Hue) -> Self {
         self.hue = Some(hue);
         self
     }
 
-    /// The same series with lines broken in this way.
+    /// This series with lines broken in this way.
     #[must_use]
     pub fn dash(mut self, dash: Dash) -> Self {
         self.dash = Some(dash);
         self
     }
 
-    /// The same series with these markers.
+    /// This series with these markers.
     #[must_use]
     pub fn marker(mut self, marker: Marker) -> Self {
         self.marker = Some(marker);
         self
     }
 
-    /// The same series with lines of this width (points).
+    /// This series with lines of this width (points).
     #[must_use]
     pub fn width(mut self, width: f64) -> Self {
         self.width = width;
         self
     }
 
-    /// The same series with a second line in the legend.
+    /// This series with a second line in the legend.
     #[must_use]
     pub fn about(mut self, text: &str) -> Self {
         self.about = text.into();

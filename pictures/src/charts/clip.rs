@@ -1,4 +1,4 @@
-//! What of a line or an area lies inside a chart, whose corners are (0, 0) and (1, 1).
+//! Clipping of lines and areas to a chart, whose corners are (0, 0) and (1, 1).
 
 /// A point as shares of the chart's width and height; `None`: it has no place.
 pub(super) type Shares = Option<(f64, f64)>;
@@ -79,8 +79,8 @@ pub(super) fn area(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     points
 }
 
-/// The same line for the eye, with at most four points to a column: the first, the lowest, the highest and the last of those that
-/// share it, in their order.
+/// Thinned line that looks like the original, with at most four points to a column: the first, the lowest, the highest and the
+/// last of those that share it, in their order.
 pub(super) fn thinned(points: &[(f64, f64)], column: f64) -> Vec<(f64, f64)> {
     let column = |point: &(f64, f64)| (point.0 / column).floor();
     points

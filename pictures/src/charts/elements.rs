@@ -1,4 +1,4 @@
-//! What series are made of, as elements of plotters; their points are shares of the chart's width and height.
+//! Parts of series, as elements of plotters; their points are shares of the chart's width and height.
 
 use plotters::element::{Drawable, PointCollection};
 use plotters_backend::BackendCoord;
@@ -39,12 +39,12 @@ pub(super) struct Cells {
     pub(super) colours: Vec<Colour>,
 }
 
-/// What an element puts onto the canvas where its points are.
+/// Drawing of an element onto the canvas, given the places of its points.
 trait Paint {
     fn paint(&self, spots: &[Spot], canvas: &mut dyn Canvas);
 }
 
-/// Makes an element known to plotters, which says where its points are.
+/// Makes an element known to plotters, with the places of its points.
 macro_rules! element {
     ($element:ty, |$this:ident| $points:expr) => {
         impl<'a> PointCollection<'a, (f64, f64)> for &'a $element {

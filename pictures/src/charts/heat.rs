@@ -17,7 +17,7 @@ const AROUND: f64 = 7.0;
 /// Steps of colour in a bar.
 const STEPS: usize = 128;
 
-/// What the colours of a heat map mean.
+/// Colour scale of a heat map.
 pub(super) struct Bar {
     map: ColourMap,
     range: (f64, f64),

@@ -1,4 +1,4 @@
-//! Which series is which.
+//! Legend of a chart: the names of its series.
 
 use super::chart::{Chart, Legend, Shape};
 use super::elements::mark;
@@ -132,7 +132,7 @@ pub(super) fn draw_row(
     }
 }
 
-/// What the series looks like, from `x` on and around the height `y`.
+/// Sample of the series in the legend, from `x` on and around the height `y`.
 fn sample(canvas: &mut dyn Canvas, shape: &Shape, look: &Look, (x, y): Spot, lettering: f64) {
     let half = 0.42 * lettering;
     let corners = [

@@ -11,7 +11,7 @@ pub(super) struct Look {
     pub(super) marker: Marker,
 }
 
-/// The look of each series: what it says itself, else the next of each cycle.
+/// The look of each series: its own, else the next of each cycle.
 pub(super) fn looks(series: &[Series]) -> Vec<Look> {
     let (mut hues, mut dashes, mut markers) = (
         Hue::CYCLE.iter().cycle(),

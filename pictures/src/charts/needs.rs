@@ -1,4 +1,4 @@
-//! What the series of a chart need of its axes.
+//! Needs of the series of a chart: the range and the ends of each axis.
 
 use super::axis::{Axis, Scale};
 use super::chart::{Chart, Shape};
@@ -7,7 +7,7 @@ use super::ruler::Need;
 /// Points that have no place on a chart, by the reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Lost {
-    /// Not numbers, or infinite.
+    /// Values that are not numbers, or infinite.
     no_value: usize,
     /// Zero or negative on a logarithmic axis.
     no_logarithm: usize,
@@ -61,7 +61,7 @@ fn is_there(axis: &Axis, value: f64) -> bool {
     axis.scale.place(value).is_some() || infinite
 }
 
-/// What all series need of both axes.
+/// Needs of all series for both axes.
 pub(super) struct Needs {
     pub(super) x: Need,
     pub(super) y: Need,

@@ -9,7 +9,7 @@ use super::ruler::Span;
 /// Half the width of the end of an error bar (points).
 const CAP: f64 = 2.2;
 
-/// A chart's series on axes that know their ends.
+/// A chart's series on axes with known ends.
 pub(super) struct Outline<'a> {
     pub(super) chart: &'a Chart,
     pub(super) x: Span,

@@ -91,7 +91,7 @@ impl ChartPage {
         }
     }
 
-    /// The same page in another size (points).
+    /// This page in another size (points).
     #[must_use]
     pub fn size(mut self, width: f64, height: f64) -> Self {
         self.size = (width, height);

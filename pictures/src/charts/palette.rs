@@ -42,7 +42,7 @@ impl Hue {
         Self::Olive,
     ];
 
-    /// As red, green and blue.
+    /// Colour as red, green and blue.
     #[must_use]
     pub fn colour(self) -> Colour {
         match self {
@@ -63,7 +63,7 @@ impl Hue {
 /// How a line is broken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dash {
-    /// Not at all.
+    /// No dashes.
     Solid,
     /// Dashes.
     Dashed,
@@ -96,7 +96,7 @@ impl Dash {
     }
 }
 
-/// What a point looks like.
+/// Shape of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Marker {
     /// A filled disc.

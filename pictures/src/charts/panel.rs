@@ -30,7 +30,7 @@ const SMALL: f64 = 10.0;
 const SMALLEST_PRINT: f64 = 7.0;
 /// Length of a tick.
 const TICK: f64 = 4.0;
-/// How much of what lies below shows through a band and a bar (1: nothing).
+/// Part of the lines below that shows through a band and a bar (1: nothing).
 pub(super) const BAND: f64 = 0.2;
 pub(super) const BARS: f64 = 0.35;
 /// No chart is smaller than this between its axes (points).
@@ -45,7 +45,7 @@ pub(super) struct Margins {
     pub(super) bottom: f64,
 }
 
-/// A chart whose axes know their ends.
+/// A chart whose axes have known ends.
 pub(super) struct Panel<'a> {
     outline: Outline<'a>,
     looks: Vec<Look>,
@@ -74,7 +74,7 @@ impl<'a> Panel<'a> {
         }
     }
 
-    /// What it needs around it, if it and its surroundings are `height` points high.
+    /// Room that the panel needs around it, if it and its surroundings are `height` points high.
     pub(super) fn margins(&self, height: f64, legend: Legend) -> Margins {
         let heading = if self.outline.chart.title.is_empty() && self.lost.all() == 0 {
             8.0

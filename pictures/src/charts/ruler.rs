@@ -9,14 +9,14 @@ use crate::scale::{Unit, decimal_exponent, power_of_ten};
 
 /// Units that take prefixes; a quotient that begins with one of them too.
 const PREFIXABLE: [&str; 7] = ["s", "m", "J", "N", "Pa", "W", "Hz"];
-/// Of these, the units that are not used with kilo.
+/// Units that are not used with kilo.
 const NEVER_LARGER: [&str; 2] = ["s", "m"];
 /// Free space beyond the series, as a share of the axis.
 const ROOM: f64 = 0.04;
 /// A logarithmic axis that finds its own ends reaches at most this many decades below its upper end: the digits of an f64.
 const MOST_DECADES: f64 = 16.0;
 
-/// What the series of a chart need of an axis.
+/// Needs of the series of a chart for one axis.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Need {
     /// Smallest and largest value that has a place (SI).
@@ -85,7 +85,8 @@ impl Span {
         share.is_finite().then_some(share)
     }
 
-    /// As [`Span::share`]; what lies infinitely far on the axis, as zero on a logarithmic one, is beyond its end.
+    /// Share of a value as by [`Span::share`]; a value infinitely far on the axis, as zero on a logarithmic one, is beyond its
+    /// end.
     pub(super) fn reach(&self, value: f64) -> Option<f64> {
         let beyond = match self.scale {
             Scale::Linear => None,
@@ -96,7 +97,7 @@ impl Span {
         self.share(value).or(beyond)
     }
 
-    /// What a linear axis reaches over (SI); `None` of others.
+    /// Length of a linear axis (SI); `None` of others.
     pub(super) fn extent(&self) -> Option<f64> {
         let extent = (self.ends.1 - self.ends.0) * self.unit.size;
         (self.scale == Scale::Linear && extent > 0.0).then_some(extent)
@@ -184,7 +185,7 @@ fn widened_evenly((low, high): (f64, f64), tight: bool) -> (f64, f64) {
     (low - below, high + above)
 }
 
-/// The same for non-linear scales; the free space is a share of the axis as drawn.
+/// Widened ends of a non-linear scale; the free space is a share of the axis as drawn.
 fn widened(scale: Scale, (low, high): (f64, f64), tight: bool) -> (f64, f64) {
     if scale == Scale::Log {
         let low = low.max(high * power_of_ten(-MOST_DECADES as i32));
@@ -203,7 +204,7 @@ fn widened(scale: Scale, (low, high): (f64, f64), tight: bool) -> (f64, f64) {
     (low - share * low, high + share * (1.0 - high))
 }
 
-/// An axis of a chart as plotters wants it; its values are places from 0 to 1.
+/// An axis of a chart in the form of plotters; its values are places from 0 to 1.
 #[derive(Debug, Clone)]
 pub(super) struct Ruler {
     ticks: Vec<Tick>,

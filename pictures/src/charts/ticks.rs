@@ -44,7 +44,7 @@ impl Stretch {
         }
     }
 
-    /// How many numbers fit side by side.
+    /// Number of labels that fit side by side.
     fn room_for(&self) -> usize {
         let each = if self.across {
             6.0 * self.lettering

@@ -1,4 +1,4 @@
-//! What differs between two pictures of a film.
+//! Differences between two pictures of a film.
 
 use crate::image::Image;
 

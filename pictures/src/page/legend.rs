@@ -49,7 +49,7 @@ impl Legend {
         self.bars.is_empty() && self.dots.is_empty()
     }
 
-    /// The width it wants (pixels); 0 if there is nothing to show.
+    /// The width it needs (pixels); 0 if there is nothing to show.
     pub(crate) fn width(&self, unit: f64) -> f64 {
         if self.is_empty() {
             return 0.0;
@@ -285,7 +285,7 @@ fn logarithmic_ticks(low: f64, high: f64, count: usize) -> Vec<f64> {
     }
 }
 
-/// How many powers of ten lie from one number to the next.
+/// Powers of ten from one number to the next.
 fn powers_apart(powers: usize, most: usize) -> usize {
     powers.div_ceil(most.max(1)).max(1)
 }

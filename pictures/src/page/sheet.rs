@@ -1,4 +1,4 @@
-//! What a picture is to show, and its drawing.
+//! Sheet of a picture: its content, and its drawing.
 
 use super::layout::{Layout, Wishes, unit};
 use super::legend::Legend;
@@ -73,7 +73,7 @@ impl Sheet<'_> {
         (layout, lenses)
     }
 
-    /// As pixels.
+    /// Picture of the sheet as pixels.
     pub(crate) fn image(&self, options: &Options) -> Image {
         let (layout, lenses) = self.laid_out(options);
         let mut image = self.scenes(options, &lenses);
@@ -90,7 +90,7 @@ impl Sheet<'_> {
         image
     }
 
-    /// As SVG: the scenes as pixels, what is written and drawn about them as text and shapes.
+    /// Picture of the sheet as SVG: the scenes as pixels, texts and drawings about them as text and shapes.
     pub(crate) fn svg(&self, options: &Options) -> Result<String, PictureError> {
         let (layout, lenses) = self.laid_out(options);
         let size = (f64::from(options.width), f64::from(options.height));

@@ -1,4 +1,4 @@
-//! Which things may touch which tile.
+//! Bins: the objects that may touch each tile.
 
 use super::TILE;
 

@@ -96,7 +96,7 @@ impl Facet {
     pub(super) fn owns(&self, u: f64, v: f64) -> bool {
         let [a, b, c] = self.corners;
         [(a, b), (b, c), (c, a)].into_iter().all(|(from, to)| {
-            // The same arithmetic for both triangles at an edge: from its lesser to its greater end.
+            // Both triangles at an edge compute with the same numbers: from its lesser to its greater end.
             let swapped = from > to;
             let (p, q) = if swapped { (to, from) } else { (from, to) };
             let side = (q.0 - p.0) * (v - p.1) - (q.1 - p.1) * (u - p.0);
@@ -212,7 +212,8 @@ fn in_front(places: &[DVec3; 3], lens: &Lens) -> Vec<DVec3> {
 /// mesh of scanned stone or one seen at a slant, they would cover more than a tenth of it and make a dark band of it.
 const SPACE_BETWEEN_EDGES: f64 = 10.0;
 
-/// How much of a surface with this normal the eye sees: 1 straight from before, 0 from its edge. In perspective that of the ray in the middle.
+/// Part of a surface with this normal that the eye sees: 1 straight from before, 0 from its edge. In perspective that of the ray
+/// in the middle.
 pub(super) fn facing(lens: &Lens, normal: DVec3) -> f64 {
     let (x, y) = lens.direction(normal);
     (1.0 - x * x - y * y).max(0.0).sqrt()

@@ -1,4 +1,4 @@
-//! What lets light through, laid over each sample, the farthest first.
+//! Translucent layers over each sample, the farthest first.
 
 use crate::colour::Colour;
 

@@ -8,7 +8,7 @@ use crate::colour::Colour;
 /// Light without direction, and light of the lamp.
 const AMBIENT: f64 = 0.44;
 const LAMP: f64 = 0.56;
-/// The same for sheets, which are large: none of them should be a dark hole in the picture.
+/// Ambient light on sheets, which are large: none of them should be a dark hole in the picture.
 const SHEET_AMBIENT: f64 = 0.6;
 /// How far the lamp reaches round the terminator, as a cosine: a soft lamp leaves no hard edge of shadow.
 const WRAP: f64 = 0.35;
@@ -78,7 +78,7 @@ pub(super) fn facet(colour: Colour, normal: DVec3, shade: f64) -> Colour {
     colour.lit((SHEET_AMBIENT + (1.0 - SHEET_AMBIENT) * light) * shade)
 }
 
-/// How much a sheet hides that hides `opacity` seen straight: light crosses 1/cos of its thickness (Beer and Lambert).
+/// Opacity of an oblique sheet that has `opacity` seen straight: light crosses 1/cos of its thickness (Beer and Lambert).
 pub(super) fn slanted(opacity: f64, normal: DVec3) -> f64 {
     // Not beyond a fourfold thickness: an edge seen from the side is not black.
     1.0 - (1.0 - opacity).powf(1.0 / normal.z.abs().max(0.25))

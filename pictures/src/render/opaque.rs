@@ -1,4 +1,4 @@
-//! What each sample shows of everything that hides what lies behind it.
+//! Opaque surfaces: the nearest one at each sample hides all behind it.
 
 use rayon::prelude::*;
 

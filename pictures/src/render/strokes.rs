@@ -26,14 +26,14 @@ pub(super) struct SeenStroke {
     depths: (f64, f64),
     /// Samples.
     half_width: f64,
-    /// How much nearer than it is (samples) the line is drawn.
+    /// Distance (samples) by which the line is drawn nearer than it is.
     lift: f64,
     pub(super) colour: Colour,
     pub(super) rect: Rect,
 }
 
 impl SeenStroke {
-    /// How much of the sample at (u, v) the line covers, and its depth there.
+    /// Part of the sample at (u, v) that the line covers, and its depth there.
     pub(super) fn cover(&self, distance: Option<f64>, u: f64, v: f64) -> Option<(f64, f64)> {
         let (dx, dy) = (self.to.0 - self.from.0, self.to.1 - self.from.1);
         let (px, py) = (u - self.from.0, v - self.from.1);

@@ -1,4 +1,4 @@
-//! What lets light through, in front of spheres and behind them.
+//! Translucent surfaces in front of spheres and behind them.
 
 use super::*;
 use crate::{Colour, Contact, Line, Surface};

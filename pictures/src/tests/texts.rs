@@ -1,4 +1,4 @@
-//! SVG: well formed, small, and saying what the pixels say.
+//! SVG: well formed, small, and with the content of the pixels.
 
 use super::*;
 use crate::{ClumpScene, ColourBy, Surface, draw_clump, draw_clump_svg};

@@ -67,7 +67,7 @@ pub fn checked(
                 ends.map(|d| (d, band)).to_vec(),
             ));
         } else if weighting == Weighting::Number {
-            // What a quota promises.
+            // Drawing by quotas keeps the deviation within these levels.
             let step = 1.0 / sample.len() as f64;
             chart = chart
                 .with(Series::level("", step))

@@ -1,4 +1,4 @@
-//! How well a sample knows its curves and quantiles.
+//! Confidence bands of a sample's curves and quantiles.
 
 use mercury_common::normal::normal_quantile;
 use mercury_common::random::Stream;
@@ -21,8 +21,8 @@ pub struct Interval {
     pub high: Option<f64>,
 }
 
-/// The fewest particles that know anything of the distribution at this level: with fewer, not even the median has an interval. All of
-/// n independent sizes lie on one side of it with the probability 2/2^n.
+/// The fewest particles that determine anything of the distribution at this level: with fewer, not even the median has an
+/// interval. All of n independent sizes lie on one side of it with the probability 2/2^n.
 ///
 /// ```
 /// use mercury_psd::check::fewest;
@@ -55,7 +55,7 @@ pub struct VolumeBand {
     pub half_width: f64,
     /// The share of random curves that deviate at least as much as the sample does; none for as few.
     pub p: Option<f64>,
-    /// How many equal particles would know the volume as well.
+    /// Number of equal particles that would determine the volume as well.
     pub effective_number: f64,
 }
 
@@ -136,7 +136,7 @@ pub fn number_interval(sample: &Sample, u: f64, level: f64) -> Interval {
     Interval {
         value: sample.quantile(Weighting::Number, u),
         low: rank_below(n, u, 0.5 * level).map(at),
-        // The same from the other end.
+        // The upper bound is the lower one, counted from the other end.
         high: rank_below(n, 1.0 - u, 0.5 * level).map(|rank| at(n + 1 - rank)),
     }
 }
@@ -146,7 +146,7 @@ pub fn number_interval(sample: &Sample, u: f64, level: f64) -> Interval {
 fn rank_below(n: usize, u: f64, tail: f64) -> Option<usize> {
     let number = n as f64;
     let spread = (number * u * (1.0 - u)).sqrt();
-    // What lies below here adds nothing.
+    // Terms of lower ranks add nothing.
     let from = (number * u - 40.0 * spread - 100.0).max(0.0) as usize;
     let mut sum = 0.0;
     for smaller in from..n {
@@ -162,8 +162,8 @@ fn rank_below(n: usize, u: f64, tail: f64) -> Option<usize> {
 }
 
 /// The diameter (m) at the volume quantile `u` with its interval: where the share of volume, with its standard error, could be
-/// `u` (Woodruff 1952, J. Am. Stat. Assoc. 47, 635). An end is there only if as many equal particles as know the volume as well would
-/// have one (Korn and Graubard 1998, Survey Methodology 24, 193, who put that number into the binomial law).
+/// `u` (Woodruff 1952, J. Am. Stat. Assoc. 47, 635). An end is there only if as many equal particles as determine the volume as
+/// well would have one (Korn and Graubard 1998, Survey Methodology 24, 193, who put that number into the binomial law).
 #[must_use]
 pub fn volume_interval(sample: &Sample, u: f64, level: f64) -> Interval {
     // Var of F(d) = sum of v^2 (1(d_i <= d) - F)^2 / V^2.

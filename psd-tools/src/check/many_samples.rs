@@ -150,7 +150,7 @@ mod tests {
 
     #[test]
     fn differences_in_the_tails_are_seen() {
-        // The same middle, one sample wider: Kolmogorov's distance hardly sees it.
+        // Two samples with one middle, of which one is wider: Kolmogorov's distance hardly sees the difference.
         let narrow: Vec<f64> = (0..400).map(|i| 1.0 + f64::from(i) / 400.0).collect();
         let wide: Vec<f64> = narrow.iter().map(|d| 1.5 + 1.25 * (d - 1.5)).collect();
         let found = anderson_darling_samples(&[&narrow, &wide]).expect("a statistic");

@@ -22,7 +22,7 @@ pub enum RunError {
     Folder {
         /// The folder or a file in it.
         path: PathBuf,
-        /// What is wrong, and what to do.
+        /// Description of the problem, with advice.
         what: String,
     },
     /// A file of the run is damaged.
@@ -36,10 +36,10 @@ pub enum RunError {
     Sizes(#[from] SizeError),
 }
 
-/// Which particles of a run.
+/// Selection of particles of a run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Selection {
-    /// Those that were there at this time (s), the nearest frame; none: all that were ever inserted.
+    /// Time (s) of the particles, by the nearest frame; none: all that were ever inserted.
     pub at: Option<f64>,
     /// Only where all of these hold when they are looked at (all that were ever inserted: when they first appear).
     pub place: Vec<Condition>,
@@ -57,7 +57,7 @@ impl Condition {
     /// Reads conditions such as `z<0.05` or `x>=0,z<0.1`.
     ///
     /// # Errors
-    /// What is wrong with the text.
+    /// The text is not a list of conditions.
     pub fn parse_all(text: &str) -> Result<Vec<Self>, String> {
         text.split(',').map(Self::parse).collect()
     }
@@ -103,14 +103,14 @@ pub struct Group {
     pub mass: f64,
 }
 
-/// What a kind of particles should be.
+/// Target of a kind of particles.
 #[derive(Debug, Clone)]
 pub struct Target {
     /// Its sizes.
     pub sizes: SizeDistribution,
     /// The mass that the scene sets, kg, if it does.
     pub mass: Option<f64>,
-    /// How many quotas the sizes come by; 0: at random, some or all.
+    /// Number of quotas that the sizes come by; 0: at random, some or all.
     pub quotas: usize,
 }
 
@@ -290,10 +290,10 @@ impl Run {
         Ok(vec![nearest])
     }
 
-    /// What each kind should be. A kind that several insertions bring with different distributions has none.
+    /// Target of each kind. A kind that several insertions bring with different distributions has none.
     ///
     /// # Errors
-    /// Where the plan says nothing of sizes, or what it says cannot be read.
+    /// Where the plan has no sizes, or they cannot be read.
     pub fn targets(&self) -> Result<BTreeMap<String, Target>, RunError> {
         let mut targets: BTreeMap<String, (Target, Table)> = BTreeMap::new();
         let mut ambiguous = Vec::new();
@@ -349,7 +349,7 @@ impl Run {
             .collect())
     }
 
-    /// The mass of each part of an insertion (kg), where its total says so.
+    /// The mass of each part of an insertion (kg), where its total gives it.
     fn requested(
         &self,
         insertion: &Table,

@@ -6,7 +6,7 @@ use super::bands::fewest;
 use super::goodness::Goodness;
 use crate::sample::Sample;
 
-/// What decides.
+/// Criterion of a verdict.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Criterion {
     /// The tests, at this level: a good sample fails with at most this probability.
@@ -39,10 +39,10 @@ impl Finding {
     }
 }
 
-/// What a check comes to.
+/// Result of a check.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
-    /// What was found.
+    /// Finding of the check.
     pub finding: Finding,
     /// Why not, or by what.
     pub reasons: Vec<String>,
@@ -51,9 +51,9 @@ pub struct Verdict {
 impl Verdict {
     /// Judges a sample against its target.
     ///
-    /// By level: the smallest p of the tests is compared with the level over their number (Bonferroni), so that asking several
-    /// does not fail more good samples. Where none rejects but there are [`fewest`] particles or less, they prove nothing; but for
-    /// targets of one size, of which each particle is right or wrong.
+    /// Verdict by level: the smallest p of the tests is compared with the level over their number (Bonferroni), so that several
+    /// tests do not fail more good samples. Where none rejects but there are [`fewest`] particles or less, they prove nothing;
+    /// but for targets of one size, of which each particle is right or wrong.
     #[must_use]
     pub fn of(
         goodness: &Goodness,

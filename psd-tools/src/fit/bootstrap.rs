@@ -88,7 +88,7 @@ fn single(law: &Law, stream: &mut Stream) -> f64 {
         .map_or(f64::NAN, |(_, part)| part.quantile(u))
 }
 
-/// How many of `n` happen with probability `p`.
+/// Number of events among `n` of probability `p`.
 fn binomial(n: f64, p: f64, stream: &mut Stream) -> f64 {
     if p > 0.5 {
         return n - binomial(n, 1.0 - p, stream);

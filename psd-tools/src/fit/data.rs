@@ -1,4 +1,4 @@
-//! What was measured: sizes one by one, or shares of classes; and how likely a law makes it.
+//! Measured data: sizes one by one, or shares of classes; and how likely a law makes them.
 
 use mercury_common::sizes::Weighting;
 use mercury_common::sizes::table::SizeTable;
@@ -21,7 +21,7 @@ pub enum DataError {
     /// Fewer classes or sizes than parameters need.
     #[error("{have} do not determine the {} parameters of {}", .family.parameters(), .family.word())]
     TooFew {
-        /// What there is.
+        /// Data that there are.
         have: String,
         /// The family.
         family: Family,
@@ -36,7 +36,7 @@ pub enum DataError {
     /// has no maximum elsewhere.
     #[error("{} is not determined by {number} particles: the likelihood grows without bound as one part of it closes in on a few of them", .family.word())]
     Unbounded {
-        /// How many there are.
+        /// Number of particles.
         number: f64,
         /// The family.
         family: Family,
@@ -55,7 +55,7 @@ pub struct Data {
     weighting: Weighting,
     /// Mean and standard deviation of ln d.
     logs: [f64; 2],
-    /// Into how many classes single sizes were gathered.
+    /// Number of classes into which single sizes were gathered.
     gathered: Option<usize>,
 }
 
@@ -145,8 +145,8 @@ impl Data {
         data
     }
 
-    /// The same measurement as if it had counted as many particles as make the best of these families just probable: its
-    /// chi-square equal to its degrees of freedom. For shares of an unknown number of particles.
+    /// This measurement with an estimated number of particles: the number that makes the best of these families just probable,
+    /// its chi-square equal to its degrees of freedom. For shares of an unknown number of particles.
     ///
     /// # Errors
     /// As [`super::fit`], if no family fits.
@@ -178,7 +178,7 @@ impl Data {
         let mut classes = 0;
         for (class, count) in edges.windows(2).zip(counts) {
             let expected = law.share(class[0], class[1]);
-            // Classes where a tenth of a per cent is not expected say more about the ends than about the middle.
+            // Classes where a tenth of a per cent is not expected depend more on the ends than on the middle.
             if expected > 1e-3 {
                 misfit += (count / number - expected).powi(2) / expected;
                 classes += 1;
@@ -199,7 +199,7 @@ impl Data {
         data
     }
 
-    /// How many particles the likelihood counts.
+    /// Number of particles in the likelihood.
     #[must_use]
     pub fn number(&self) -> f64 {
         match &self.kind {
@@ -208,13 +208,13 @@ impl Data {
         }
     }
 
-    /// Into how many classes single sizes were gathered, as there are so many.
+    /// Number of classes into which single sizes were gathered, as there are so many.
     #[must_use]
     pub fn gathered(&self) -> Option<usize> {
         self.gathered
     }
 
-    /// What was measured.
+    /// Quantity that was measured.
     #[must_use]
     pub fn weighting(&self) -> Weighting {
         self.weighting

@@ -1,10 +1,10 @@
-//! Which parameters the data determine.
+//! Parameters that the data determine.
 //!
-//! Of a parameter that data determine the likelihood falls to both sides: where ln L is z^2/2 below its maximum, all other parameters
-//! being the best ones there, its interval ends (the profile likelihood; Wilks 1938, Ann. Math. Stat. 9, 60). If that is not reached a
-//! hundred times away, the interval has no end, whatever the curvature at the maximum may say: a component that lies within one class
-//! can be as narrow as one likes; where one component is nearly as likely as two, the parameters of the other can be anything, and each of the two
-//! can be the other.
+//! Likelihood of a parameter that data determine falls to both sides: where ln L is z^2/2 below its maximum, all other parameters
+//! being the best ones there, its interval ends (the profile likelihood; Wilks 1938, Ann. Math. Stat. 9, 60). If that is not
+//! reached a hundred times away, the interval has no end, whatever the curvature at the maximum: a component that lies within one
+//! class can be as narrow as one likes; where one component is nearly as likely as two, the parameters of the other can be
+//! anything, and each of the two can be the other.
 
 use super::data::Data;
 use super::family::Family;
@@ -20,17 +20,17 @@ const SMALL: f64 = 0.3;
 /// Why a parameter has no standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Lack {
-    /// It lies at the end of the data.
+    /// The parameter lies at the end of the data.
     AtEnd,
     /// A hundred times away, upwards or downwards, ln L has fallen by this only.
     Flat { upwards: bool, fall: f64 },
-    /// Of one component alone ln L is smaller by this only.
+    /// Decrease of ln L for one component alone, which is too small.
     Absent { fall: f64 },
     /// The curvature has no inverse, as others lack.
     Others,
 }
 
-/// What each searched parameter lacks; `errors` are those of the curvature.
+/// Lack of information about each searched parameter; `errors` are those of the curvature.
 pub(super) fn lacks(
     data: &Data,
     family: Family,
@@ -65,7 +65,7 @@ pub(super) fn lacks(
         .collect()
 }
 
-/// By how much ln L falls from two components to the best single one.
+/// Decrease of ln L from two components to the best single one.
 fn fall_to_one(data: &Data, family: Family, minimum: &Minimum) -> Option<f64> {
     let single = Family {
         components: 1,
@@ -75,7 +75,7 @@ fn fall_to_one(data: &Data, family: Family, minimum: &Minimum) -> Option<f64> {
     Some(best.value - minimum.value)
 }
 
-/// By how much ln L falls on the way out with the others at their best; none if by more than `enough`.
+/// Decrease of ln L on the way out with the others at their best; none if more than `enough`.
 fn fall(
     data: &Data,
     family: Family,

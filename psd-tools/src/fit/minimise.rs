@@ -51,7 +51,7 @@ fn newton(f: &impl Fn(&[f64]) -> f64, start: &[f64]) -> Option<Minimum> {
     for _ in 0..NEWTON_STEPS {
         let slope = first_derivatives(f, &at);
         let step = second_derivatives(f, &at).cholesky()?.solve(&slope);
-        // What the step promises to gain.
+        // Gain that the step promises.
         let promise = 0.5 * slope.dot(&step);
         if !promise.is_finite() {
             return None;

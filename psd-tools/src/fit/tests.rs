@@ -46,7 +46,7 @@ fn truth(family: Family, theta: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// How often the 95 % intervals hold the truth, parameter by parameter.
+/// Share of the 95 % intervals that hold the truth, parameter by parameter.
 fn coverage(
     word: &str,
     trials: u64,
@@ -276,7 +276,7 @@ fn a_width_within_one_class_is_not_determined() {
     assert!(single.parameters.iter().all(|p| p.lack.is_none()));
 }
 
-/// Two parts fitted to one law: the second one can be anything, and it is said of its parameters.
+/// Two parts fitted to one law: the second one can be anything, and its parameters are marked so.
 #[test]
 fn a_part_that_is_not_needed_is_not_determined() {
     let (family, theta) = known("lognormal");

@@ -148,8 +148,8 @@ mod tests {
 
     #[test]
     fn the_tails_join() {
-        // What the leading term leaves out falls as the second eigenvalue: exp(-3 x) against exp(-x), exp(-2 pi^2 x)
-        // against exp(-pi^2 x / 2); the relative error of the prefactor is that of its asymptotic form, some 1/x.
+        // The rest beyond the leading term falls as the second eigenvalue: exp(-3 x) against exp(-x), exp(-2 pi^2 x) against
+        // exp(-pi^2 x / 2); the relative error of the prefactor is that of its asymptotic form, some 1/x.
         let (below, above) = (
             anderson_darling_tail(FAR - 1e-3, 1 << 40),
             anderson_darling_tail(FAR + 1e-3, 1 << 40),

@@ -53,7 +53,7 @@ impl Input {
     }
 }
 
-/// Which files may be named.
+/// Files that may be named.
 fn allowed(within: Option<&Arc<Within>>) -> Files {
     within.map_or(Files::MustExist, |within| Files::Within(Arc::clone(within)))
 }

@@ -8,7 +8,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser};
 use mercury_common::cli::{Failure, Outcome, say};
 use mercury_solver::starters::{STARTERS, StarterError};
 
-/// What to write, and where.
+/// Arguments of `new`: the file to write, and its place.
 #[derive(Debug, Args)]
 pub(crate) struct New {
     /// Which
@@ -22,7 +22,7 @@ pub(crate) struct New {
     folder: PathBuf,
 }
 
-/// Writes the scene, and says what to run next.
+/// Writes the scene, and prints the next command.
 pub(crate) fn execute(new: &New) -> Outcome {
     let starter = (STARTERS.iter().find(|starter| starter.name == new.which))
         .ok_or_else(|| Failure::input(format!("there is no scene `{}`", new.which)))?;

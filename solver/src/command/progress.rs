@@ -107,7 +107,7 @@ impl ProgressFile {
         Ok(Some((progress, receiver)))
     }
 
-    /// Where a run is to tell of what happens.
+    /// Receiver of the events of a run.
     pub(crate) fn events(&self) -> Sender<RunEvent> {
         self.events.clone()
     }

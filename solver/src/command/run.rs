@@ -26,7 +26,7 @@ use mercury_solver::run::{
     Checkpoints, Progress, Report, RunFailure, RunOptions, run_from, useful_threads,
 };
 
-/// What signals ask of a run.
+/// Requests of signals to a run.
 #[derive(Debug, Clone)]
 pub(crate) struct Requests {
     /// To stop after its step.
@@ -41,7 +41,7 @@ impl Requests {
         Arc::new(TaskProgress::new(Arc::clone(&self.stop)))
     }
 
-    /// The same, of a run that reports its events.
+    /// Progress of a run that reports its events.
     pub(crate) fn observed_progress(&self, events: Sender<RunEvent>) -> Arc<TaskProgress> {
         Arc::new(TaskProgress::reporting(Arc::clone(&self.stop), events))
     }
@@ -60,7 +60,7 @@ impl Requests {
 /// The options of the command line on how a scene is run.
 #[derive(Debug, Clone)]
 pub(crate) struct How {
-    /// Where to; by the scene's name if nothing is said.
+    /// Where to; by the scene's name by default.
     pub(crate) folder: Option<PathBuf>,
     /// Outside of it nothing is read or written.
     pub(crate) within: Option<Arc<Within>>,
@@ -68,7 +68,7 @@ pub(crate) struct How {
     pub(crate) progress: Option<Arc<ProgressFile>>,
     /// Numbers for the summary.
     pub(crate) results: Vec<NamedResult>,
-    /// What becomes of a run that is there.
+    /// Treatment of an earlier run in the folder.
     pub(crate) earlier: Earlier,
     /// Threads at most; `None`: those of the machine.
     pub(crate) threads: Option<u16>,
@@ -80,7 +80,7 @@ pub(crate) struct How {
     pub(crate) time_limit: Option<Duration>,
     /// Wall-clock time between checkpoints; `None`: only when the run is stopped.
     pub(crate) checkpoint_every: Option<Duration>,
-    /// Nothing is said but errors.
+    /// Only errors are printed.
     pub(crate) quiet: bool,
 }
 
@@ -114,9 +114,9 @@ pub(crate) struct Stated<'a> {
 /// The outcome of a run.
 #[derive(Debug)]
 pub(crate) enum Ran {
-    /// It was made, at least until it was stopped.
+    /// The run was made, at least until it was stopped.
     Now(Box<Report>),
-    /// It was to be resumed, but had already reached its end.
+    /// The run was to be resumed, but had already reached its end.
     Before {
         /// Where it lies.
         folder: PathBuf,
@@ -181,7 +181,7 @@ pub(crate) fn run_plan(
         let time = checkpoint.head.time();
         return Ok(Ran::Before { folder, time });
     }
-    // What is written already is not written again.
+    // Output that is written already needs no more space.
     let done = (from.as_ref()).map_or(0.0, |from| from.head.time() / end_of(&plan));
     let of_disk = disk_warning(&folder, (1.0 - done).max(0.0) * Disk::of(&plan).bytes);
     notes.extend(of_disk.map(|warning| format!("warning: {warning}")));

@@ -162,7 +162,7 @@ fn plan_and_run(
     }
 }
 
-/// The summary that a finished run left in its folder, with results that are wanted now.
+/// The summary that a finished run left in its folder, with results that are requested now.
 fn kept_summary(folder: &Path, prefix: &str, results: &[NamedResult]) -> Result<String, Failure> {
     let path = folder.join("summary.json");
     let failed = |error: String| Failure::run(format!("{}: {error}", path.display()));
@@ -192,7 +192,7 @@ fn before_end(progress: Option<Arc<ProgressFile>>) -> BeforeEnd {
     })
 }
 
-/// What the progress line says of a run.
+/// Progress line of a run.
 fn reported(progress: &Progress<'_>) -> String {
     format!(
         "t = {:.4e} s  {} particles  {:.2e} particle-steps/s  Ekin {:.2e} J",

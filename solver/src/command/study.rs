@@ -28,7 +28,7 @@ use super::run::{How, Ran, Requests, Stated, run_plan, unusable};
 use super::waiting::Waiting;
 use crate::Arguments;
 
-/// More refused runs than one wants to read of.
+/// Number of refused runs that a report lists.
 const MOST_TOLD: usize = 3;
 
 /// A study and its scene.
@@ -375,7 +375,7 @@ pub(crate) fn check_results(results: &[NamedResult], plan: &Plan) -> Outcome {
 /// How far all runs are.
 struct Board {
     states: Vec<State>,
-    /// How much of each is done, from 0 to 1.
+    /// Share of each run that is done, from 0 to 1.
     shares: Vec<f64>,
     /// The finished share of each run when this process first read it.
     taken_up: Vec<Option<f64>>,
@@ -384,7 +384,7 @@ struct Board {
     line: cli::Progress,
 }
 
-/// What the threads that run share.
+/// Data that the running threads share.
 struct Work<'a> {
     asked: &'a Asked,
     study: &'a Study,
@@ -565,7 +565,7 @@ fn conclude(
             .collect(),
         false => study.plots.clone(),
     };
-    // Without a finished run there are no columns to draw; the report of the runs says so.
+    // Without a finished run there are no columns to draw; the report of the runs shows it.
     let drawn = if table.has_finished() {
         columns
     } else {

@@ -10,10 +10,10 @@ use mercury_solver::run::{RunOptions, Trial, trial};
 use super::run::{How, Requests};
 use super::waiting::Waiting;
 
-/// How long it lasts if nothing is said.
+/// Default duration of a trial.
 pub(crate) const LASTS: &str = "5s";
 
-/// How long a trial lasts, for `value_parser`.
+/// Duration of a trial, for `value_parser`.
 pub(crate) fn lasts(text: &str) -> Result<Duration, String> {
     cli::duration(text).map_err(|problem| match text.ends_with(".toml") {
         true => {

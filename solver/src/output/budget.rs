@@ -98,7 +98,7 @@ pub struct BudgetRow {
 pub struct Gap {
     /// The error of the balance, J: the energy of the first state and all gains since, less all losses, less the present energy.
     pub error: f64,
-    /// The same over the largest term of the budget since the start; 0 if all were 0.
+    /// Balance error over the largest term of the budget since the start; 0 if all were 0.
     pub relative: f64,
 }
 

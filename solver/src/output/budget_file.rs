@@ -113,7 +113,7 @@ impl Stream for BudgetFile {
                 push_number(out, energy, NumberStyle::Shortest);
             }
         }
-        // Empty where the budget cannot close, as tables say that a number is missing.
+        // Empty where the budget cannot close, which in tables means a missing number.
         for number in [
             budget.gap.map(|gap| gap.error),
             budget.gap.map(|gap| gap.relative),

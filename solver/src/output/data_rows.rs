@@ -3,7 +3,7 @@
 use super::OrderedFrame;
 use mercury_engine::state::{BodyIndex, Id};
 
-/// What a row of `.data` shows.
+/// Object that a row of `.data` shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Row {
     /// The particle (or pebble) of this rank.

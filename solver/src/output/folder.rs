@@ -83,9 +83,9 @@ pub enum FolderError {
     System {
         /// The folder or file.
         path: PathBuf,
-        /// What was tried.
+        /// Failed action.
         action: &'static str,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
 }
@@ -199,7 +199,7 @@ pub enum Earlier {
     Continue,
 }
 
-/// What was in the folder.
+/// State of the folder before the run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Found {
     /// No run; or one that was removed.

@@ -16,14 +16,14 @@ use mercury_engine::step::Engine;
 use mercury_engine::tracks::Tracked;
 use mercury_engine::walls::WallState;
 
-/// What is written of one time. Rows are in the engine's order.
+/// Copy of one state, for the files. Rows are in the engine's order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameCopy {
     /// Time, s.
     pub time: f64,
     /// Steps made.
     pub step: u64,
-    /// What is written of it.
+    /// Files that it is written to.
     pub due: Due,
     /// Particles.
     pub records: Vec<Particle>,
@@ -39,13 +39,14 @@ pub struct FrameCopy {
     pub bodies: Option<Bodies>,
     /// The walls as they stand, with the velocities of this time.
     pub walls: Vec<WallState>,
-    /// What was seen of the contacts.
+    /// Observation of the contacts.
     pub observation: Observation,
     /// The energy balance since the start, in audited runs.
     pub flows: Option<EnergyFlows>,
     /// Loads on features of meshes since the last frame, and since the last files for ParaView, if planned and due.
     pub load_sums: [Option<LoadSums>; 2],
-    /// What crossed the flux planes since the last frame, plane by plane, each material by material; empty if no frame is due.
+    /// Particles that crossed the flux planes since the last frame, plane by plane, each material by material; empty if no frame
+    /// is due.
     pub crossed: Vec<Crossed>,
     /// The grains that crossed a plane or left since the last frame, if they are listed; empty if no frame is due.
     pub passages: Vec<Passage>,

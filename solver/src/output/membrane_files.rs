@@ -66,7 +66,7 @@ const HOLD_COLUMNS: &[TableColumn] = &[
 pub struct MembraneState {
     /// The numbers of each sheet behind its name, in the order of the file.
     pub rows: Vec<[f64; 30]>,
-    /// What each sheet does to its holds.
+    /// Loads of each sheet on its holds.
     pub holds: Vec<Vec<HoldLoad>>,
     /// Vertices.
     pub vertices: MembraneFrame,

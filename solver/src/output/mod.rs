@@ -1,8 +1,8 @@
 //! The files of a run: frames, energies, wall loads, pictures, its summary and its log.
 //!
 //! The time loop hands a [`FrameCopy`] to the [`Writer`], whose thread puts it in the order of ids ([`OrderedFrame`]) and gives it to one
-//! `Stream` for each file. The modules: `schedule` says when, `moment` and `state` what, `energies` sums up, and each kind of
-//! file has its own module; `folder` guards what is already there.
+//! `Stream` for each file. The modules: `schedule` decides when, `moment` and `state` hold what, `energies` sums up, and each
+//! kind of file has its own module; `folder` guards what is already there.
 
 mod body_frames;
 mod budget;

@@ -22,7 +22,7 @@ pub struct OrderedFrame {
     pub time: f64,
     /// Steps made.
     pub step: u64,
-    /// What is written of it.
+    /// Files that it is written to.
     pub due: Due,
     /// Particles, pebbles among them, positions wrapped into the periodic domain.
     pub particles: Vec<Particle>,
@@ -42,7 +42,7 @@ pub struct OrderedFrame {
     pub rank_of_row: Vec<u32>,
     /// The walls as they stand, with the velocities of this time.
     pub walls: Vec<WallState>,
-    /// What was seen of the contacts; its rows are the engine's.
+    /// Observation of the contacts; its rows are the engine's.
     pub observation: Observation,
     /// The energy balance since the start, in audited runs.
     pub flows: Option<EnergyFlows>,
@@ -50,7 +50,8 @@ pub struct OrderedFrame {
     pub budget: Option<BudgetRow>,
     /// Loads on features of meshes since the last frame, and since the last files for ParaView, if planned and due.
     pub load_sums: [Option<LoadSums>; 2],
-    /// What crossed the flux planes since the last frame, plane by plane, each material by material; empty if no frame is due.
+    /// Particles that crossed the flux planes since the last frame, plane by plane, each material by material; empty if no frame
+    /// is due.
     pub crossed: Vec<Crossed>,
     /// The grains that crossed a plane or left since the last frame, if they are listed; empty if no frame is due.
     pub passages: Vec<Passage>,

@@ -64,7 +64,7 @@ pub fn particle_columns(plan: &Plan) -> Vec<ColumnSpec> {
     ParticleFrame::specs(&ParticleTable::new(plan).columns)
 }
 
-/// What files of frames say about their run.
+/// Facts about the run in files of frames.
 pub(super) fn frames_header(plan: &Plan) -> FramesHeader {
     let materials = plan
         .physics()
@@ -122,7 +122,7 @@ impl ParticleTable {
                 .enumerate()
                 .map(|(rank, p)| match state.body(rank) {
                     None => volume(p.radius, self.dimensions),
-                    // The same share as that of its mass.
+                    // The share of the volume is that of the mass.
                     Some(body) => state.masses[rank] / body.mass * body.volume,
                 })
                 .collect(),

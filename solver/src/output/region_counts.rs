@@ -79,7 +79,7 @@ pub fn materials(plan: &Plan) -> Vec<(MaterialIndex, String)> {
         .collect()
 }
 
-/// What of one material is in one region.
+/// Amount of one material in one region.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Content {
     /// Particles and bodies.

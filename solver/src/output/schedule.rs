@@ -2,7 +2,7 @@
 
 use crate::plan::{FieldPlan, OutputPlan};
 
-/// What is written of one state.
+/// Files that one state is written to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Due {
     /// A frame: particles, bodies, walls, energies, regions, fluxes.
@@ -26,7 +26,7 @@ impl Due {
         self != Self::default()
     }
 
-    /// What is due here and not there.
+    /// Files that are due here and not there.
     #[must_use]
     pub fn without(self, other: Self) -> Self {
         Self {
@@ -39,7 +39,7 @@ impl Due {
         }
     }
 
-    /// What either of the two needs.
+    /// Files that are due in either of the two.
     #[must_use]
     pub fn or(self, other: Self) -> Self {
         Self {
@@ -140,8 +140,8 @@ impl Schedule {
         self.frames.next_step().min(others.unwrap_or(u64::MAX))
     }
 
-    /// What is due at the end of this step. Steps are passed in order, once each; those before [`Schedule::next_step`] may be
-    /// left out.
+    /// Files that are due at the end of this step. Steps are passed in order, once each; those before [`Schedule::next_step`] may
+    /// be left out.
     pub fn due(&mut self, step: u64) -> Due {
         let time = step as f64 * self.time_step;
         let fields = (self.fields.iter_mut().enumerate()).fold(0, |bits, (k, looks)| {

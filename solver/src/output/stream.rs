@@ -90,7 +90,8 @@ pub(super) trait Stream: Send {
     }
 }
 
-/// What makes the stream of a run. It lies in the file of the stream, and has a line in the list of [`STREAMS`](super::STREAMS).
+/// Kind of a stream: makes the stream of a run. It lies in the file of the stream, and has a line in the list of
+/// [`STREAMS`](super::STREAMS).
 pub(super) trait StreamKind: Stream + Sized + 'static {
     /// Ending of its file behind the prefix, or the folder of its files. By this name checkpoints store how far it has come.
     const NAME: &'static str;
@@ -121,14 +122,14 @@ pub(super) const fn entry<S: StreamKind>() -> StreamEntry {
     }
 }
 
-/// What a stream begins from.
+/// State of a run from which a stream begins.
 pub(super) struct Beginning<'a> {
     /// Of the run.
     pub(super) folder: &'a Path,
     pub(super) plan: &'a Plan,
-    /// What contacts remember.
+    /// Numbers in the memory of contacts.
     pub(super) history: &'a [HistoryNumber],
-    /// What takes energy.
+    /// Sinks of energy.
     pub(super) losses: &'a Losses,
     /// Where it begins.
     pub(super) at: Begin,

@@ -58,7 +58,7 @@ pub struct Summary {
     /// Elastic sheets, in scenes that have any.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub membranes: Vec<MembraneSummary>,
-    /// What a user should know.
+    /// Warnings for the user.
     pub warnings: Vec<String>,
     /// Requested numbers, by their names.
     #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "by_name")]
@@ -70,7 +70,7 @@ pub struct Summary {
 /// A requested number.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ResultValue {
-    /// What it is, as it was written.
+    /// Definition of the value, as it was written.
     pub of: String,
     /// Its value; none if there is a problem.
     pub value: Option<f64>,
@@ -228,7 +228,7 @@ pub struct WearSummary {
     pub owed: f64,
     /// Signed volume between the first surface and the present one.
     pub removed: f64,
-    /// What waits.
+    /// Worn volume that has not yet moved the surface.
     pub pending: f64,
     /// Depth of the deepest vertex, m.
     pub max_depth: f64,

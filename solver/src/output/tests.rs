@@ -238,7 +238,7 @@ fn energies_leave_fixed_particles_out() {
     assert!((row.center_of_mass.x - 3.0).abs() < 1e-15);
 }
 
-/// A fixed body has no energy and no part in the centre of mass, whatever it is said to move with.
+/// A fixed body has no energy and no part in the centre of mass, whatever motion is prescribed.
 #[test]
 fn energies_leave_fixed_bodies_out() {
     let pebbles = vec![Pebble {

@@ -68,7 +68,7 @@ impl TriangleTable {
         }
     }
 
-    /// Means over the force evaluations of `sums`, directions as the walls stand now. What came through an edge or corner is shared
+    /// Means over the force evaluations of `sums`, directions as the walls stand now. Loads through an edge or corner are shared
     /// out evenly to the triangles that meet there.
     pub(super) fn frame(&self, state: &OrderedFrame, sums: &LoadSums) -> TriangleLoadFrame {
         let mut frame = TriangleLoadFrame {

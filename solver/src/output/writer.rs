@@ -175,7 +175,7 @@ impl Positions {
     }
 }
 
-/// What the writer saw pass by.
+/// Values that the writer collected.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Written {
     /// Energies of every frame.
@@ -237,20 +237,20 @@ impl Writer {
     }
 
     /// Passes a state to the writer; waits only while the queue is full. False if the writer has given up: [`Writer::finish`]
-    /// says why.
+    /// gives the reason.
     #[must_use]
     pub fn send(&self, moment: FrameCopy) -> bool {
         self.sender.send(Message::Write(Box::new(moment))).is_ok()
     }
 
     /// The positions of the files once everything passed on is written; `None` if the writer has given up: [`Writer::finish`]
-    /// says why.
+    /// gives the reason.
     #[must_use]
     pub fn positions(&self) -> Option<Positions> {
         self.reported().map(|(positions, _)| positions)
     }
 
-    /// The same, and the files that grow.
+    /// Positions of the files, and the files that grow.
     #[must_use]
     pub fn reported(&self) -> Option<(Positions, Vec<OutputFile>)> {
         let (answer, reported) = sync_channel(1);

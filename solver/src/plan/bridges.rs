@@ -264,7 +264,7 @@ const SMALL: f64 = 1e-4;
 /// Accuracy of tables that are made for the areas of bridges alone, from which liquid evaporates.
 const OF_AREA: f64 = 1e-2;
 
-/// What a table is made for.
+/// Range of a table: bridges that it is made for.
 struct Wanted {
     theta: f64,
     accuracy: f64,

@@ -58,7 +58,7 @@ mercury_engine::state::plain!(Head {
 });
 
 impl Head {
-    /// Of a run of `plan` after so many steps; `scene`: the statement of its scene.
+    /// Head of a run of `plan` after so many steps; `scene`: the statement of its scene.
     #[must_use]
     pub fn of(plan: &Plan, scene: &BTreeMap<String, String>, step: u64) -> Self {
         let physics = plan.physics();

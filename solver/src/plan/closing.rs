@@ -41,7 +41,8 @@ fn end_of(physics: &Physics) -> f64 {
     physics.steps as f64 * physics.time_step
 }
 
-/// Whether the motion takes the wall somewhere for good. What oscillates or goes on turning, as a paddle does, has no side behind it.
+/// Whether the motion takes the wall somewhere for good. A wall that oscillates or goes on turning, as a paddle does, has no side
+/// behind it.
 fn closes(wall: &Wall, end: f64) -> bool {
     let mut components = wall.motion.components().iter();
     components.any(|component| match component {
@@ -88,7 +89,7 @@ fn done_at(physics: &Physics, insertion: &InsertionPlan) -> f64 {
     if !is_done(end) {
         return end;
     }
-    // What is allowed never decreases.
+    // The allowed amount never decreases.
     let (mut before, mut after) = (insertion.from, end);
     for _ in 0..HALVINGS {
         let middle = 0.5 * (before + after);

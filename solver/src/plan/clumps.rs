@@ -14,7 +14,7 @@ use mercury_engine::state::MaterialIndex;
 /// All clumps, in the order of the file; nothing if one of them cannot be read.
 ///
 /// Mass and moments are the file's, scaled by the density of the material over that of the file: as for spheres it is the
-/// material that says how heavy things are, and a file made for density 1 serves for any.
+/// material that gives the density, and a file made for density 1 serves for any.
 pub(super) fn clumps(
     scene: &Scene,
     warnings: &mut Vec<String>,

@@ -44,7 +44,7 @@ mod row {
     pub(super) const FIELD: f64 = 17.0;
 }
 
-/// How often each kind of frame is written in a run that goes on to its end, and what all of them take once all particles are there.
+/// Number of frames of each kind in a run that goes on to its end, and the bytes of all of them once all particles are there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Disk {
     /// Frames of particles.
@@ -58,7 +58,7 @@ pub struct Disk {
 }
 
 impl Disk {
-    /// Of the run of a plan.
+    /// Space for the run of a plan.
     #[must_use]
     pub fn of(plan: &Plan) -> Self {
         let (physics, files) = (plan.physics(), plan.outputs().files());

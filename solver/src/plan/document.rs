@@ -20,7 +20,7 @@ pub fn document(plan: &Plan, memory: &Memory) -> Result<String, toml::ser::Error
     toml::to_string(&Document::of(plan, memory))
 }
 
-/// The same as JSON, in which whole numbers have no end.
+/// The document as JSON, in which whole numbers have no end.
 ///
 /// # Errors
 /// If the document cannot be written as JSON, which no plan of a scene causes.
@@ -35,11 +35,11 @@ pub fn document_as_json(
 
 #[derive(Serialize)]
 struct Document<'a> {
-    /// Of this program.
+    /// Version of this program.
     version: &'static str,
     title: &'a str,
     prefix: &'a str,
-    /// As text: TOML's integers end at 2^63.
+    /// Seed as text: TOML's integers end at 2^63.
     seed: String,
     gravity: [f64; 3],
     warnings: &'a [String],
@@ -151,7 +151,7 @@ struct Wall<'a> {
     until: Option<f64>,
     shape: SurfaceDocument,
     pose: Pose,
-    /// Of a mesh, where it came from.
+    /// File of a mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     file: Option<File>,
 }
@@ -218,7 +218,7 @@ struct Insertion<'a> {
     /// `quota`; random else.
     #[serde(skip_serializing_if = "Option::is_none")]
     method: Option<&'static str>,
-    /// As the scene says it: `number`, `mass` or `volume`.
+    /// Total as in the scene: `number`, `mass` or `volume`.
     #[serde(skip_serializing_if = "Option::is_none")]
     total: Option<BTreeMap<&'static str, f64>>,
     mixture: Vec<Ingredient<'a>>,

@@ -21,13 +21,13 @@ pub struct Draft {
     pub title: String,
     /// Prefix of all output files.
     pub prefix: String,
-    /// What the run simulates.
+    /// Inputs of the simulation.
     pub inputs: Inputs,
     /// Regions whose content is counted.
     pub regions: Vec<CountedRegion>,
     /// Planes that count what crosses them.
     pub fluxes: Vec<FluxPlan>,
-    /// What is written, and when.
+    /// Output files, and the times at which they are written.
     pub output: OutputPlan,
 }
 

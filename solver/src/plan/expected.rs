@@ -1,4 +1,4 @@
-//! What a run is expected to hold: grains, spheres, and pairs.
+//! Expected size of a run: grains, spheres, and pairs.
 
 use super::insertions::expected_inserted;
 use super::particles::StartingParticles;
@@ -50,7 +50,7 @@ pub fn expected(plan: &Plan) -> Expected {
         }
     }
     expected.spheres = expected.particles + expected.pebbles;
-    // What is loose now may lie together later.
+    // Grains that are loose now may lie together later.
     expected.touching = (plan.notes().counted().touching as f64).max(DENSE[0] * expected.spheres);
     expected.listed = (plan.notes().counted().listed as f64).max(DENSE[1] * expected.spheres);
     expected
@@ -64,7 +64,7 @@ pub(super) struct AtStart {
     pub pebbles: f64,
 }
 
-/// What is there at the start.
+/// Particles at the start.
 pub(super) fn at_start(plan: &Plan) -> AtStart {
     let physics = plan.physics();
     let left_out = plan.notes().counted().left_out;
@@ -77,7 +77,7 @@ pub(super) fn at_start(plan: &Plan) -> AtStart {
     }
 }
 
-/// What was counted while the start of a scene was read and looked over.
+/// Counts made while the start of a scene was read and looked over.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Counted {
     /// Pairs of spheres that touch at the start.

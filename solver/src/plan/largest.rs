@@ -1,4 +1,4 @@
-//! What of a scene brings the most spheres: advice for a run that needs more memory than there is.
+//! Largest part of a scene, by number of spheres: advice for a run that needs more memory than there is.
 
 use mercury_common::scene::{ClumpPlace, Lattice, ParticleSource, Scene, SourceSpan};
 
@@ -6,14 +6,14 @@ use super::Plan;
 use super::expected::at_start;
 use super::insertions::expected_inserted;
 
-/// What of a scene brings the most spheres.
+/// Largest part of a scene, by number of spheres.
 #[derive(Debug, Clone)]
 pub struct Largest<'a> {
     /// Where it stands.
     pub place: &'a SourceSpan,
-    /// What it is: `this lattice`.
+    /// Name of the part: `this lattice`.
     pub what: &'static str,
-    /// How many it brings, at most.
+    /// Number of spheres that it brings, at most.
     pub spheres: f64,
     /// Whether they come in any case, and not only if there are space and time for them.
     pub is_certain: bool,

@@ -125,7 +125,7 @@ impl Matter {
 }
 
 impl StartingParticles {
-    /// Of a free grain; none of a fixed one, whose mass is not used.
+    /// Matter of a free grain; none of a fixed one, whose mass is not used.
     fn matter(
         &self,
         scene: &Scene,

@@ -551,7 +551,7 @@ fn load(pressure: &MembranePressure) -> Result<Load, SceneError> {
     })
 }
 
-/// What may be wrong.
+/// Warnings of likely mistakes.
 fn doubts(
     scene: &Scene,
     membrane: &Membrane,

@@ -44,7 +44,7 @@ pub struct StartBytes {
 }
 
 impl StartBytes {
-    /// Of a plan.
+    /// Bytes of a plan.
     #[must_use]
     pub fn of(plan: &Plan) -> Self {
         let AtStart {

@@ -118,19 +118,19 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// What the run simulates.
+    /// Physics that the run simulates.
     #[must_use]
     pub fn physics(&self) -> &Physics {
         &self.physics
     }
 
-    /// What it writes.
+    /// Files that the run writes.
     #[must_use]
     pub fn outputs(&self) -> &Outputs {
         &self.outputs
     }
 
-    /// What its user should know.
+    /// Notes for the user.
     #[must_use]
     pub fn notes(&self) -> &Notes {
         &self.notes

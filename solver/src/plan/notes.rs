@@ -16,15 +16,15 @@ pub struct Notes {
 
 impl Notes {
     getters! {
-        /// What was counted while the start was read and looked over.
+        /// Counts made while the start was read and looked over.
         copy counted: Counted;
         /// Every pair of materials that can meet, with all its numbers and where they came from.
         borrow pairs: [PairPlan];
         /// Why the time step is what it is.
         borrow step: StepPlan;
-        /// What may be wrong with the run.
+        /// Warnings of likely mistakes.
         borrow warnings: [String];
-        /// What else its user should know.
+        /// Further remarks for the user.
         borrow remarks: [String];
         /// The runs from which it starts.
         borrow started_from: [StartedFrom];

@@ -1,4 +1,4 @@
-//! What a run writes.
+//! Output of a run.
 
 use std::ops::{Deref, DerefMut};
 use std::path::PathBuf;
@@ -11,7 +11,7 @@ use super::{FieldPlan, getters};
 use mercury_engine::boundaries::{CountedRegion, FluxPlan};
 use mercury_engine::tracks::Tracking;
 
-/// What a run writes, and under which names.
+/// Output of a run, and the names of its files.
 #[derive(Debug, Clone)]
 pub struct Outputs {
     pub(super) title: String,
@@ -54,10 +54,10 @@ impl Outputs {
     }
 }
 
-/// What is written, and when.
+/// Output files, and the times at which they are written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutputPlan {
-    /// Which files are written, with what has nothing to write switched off. `plan.frames` is `plan.switches.frames`.
+    /// Files that are written; those that would stay empty are switched off. `plan.frames` is `plan.switches.frames`.
     pub switches: Switches,
     /// Time between frames, s.
     pub interval: f64,
@@ -98,7 +98,7 @@ impl OutputPlan {
         singles.chain(insertions).cloned().collect()
     }
 
-    /// Which particles an engine has to follow for it.
+    /// Particles that an engine has to follow for it.
     #[must_use]
     pub fn tracking(&self) -> Tracking {
         Tracking {

@@ -12,13 +12,13 @@ use super::particles::{StartingParticles, Typed};
 use super::{NewBody, NewParticle};
 use mercury_engine::cell::Cell;
 
-/// What an entry says of its table.
+/// Facts of an entry about its table.
 pub(super) struct Table<'a> {
     pub scene: &'a Scene,
     /// Row in [`Scene::particles`].
     pub entry: usize,
     pub file: &'a Located<PathBuf>,
-    /// Of rows without one.
+    /// Material of rows without one.
     pub material: Option<&'a Located<MaterialIndex>>,
     pub fixed: bool,
     /// Length of one unit of its lengths, m.
@@ -28,7 +28,7 @@ pub(super) struct Table<'a> {
 /// Rows that are wrong and reported at once.
 const MOST_WRONG: usize = 10;
 
-/// What a row is.
+/// Grain of a row.
 enum Grain {
     Sphere(NewParticle),
     Clump(NewBody),

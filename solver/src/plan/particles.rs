@@ -31,9 +31,9 @@ pub(super) struct Typed {
 /// The particles of the start, the place of each, and the ids of the tracked ones.
 #[derive(Default)]
 pub(super) struct StartingParticles {
-    /// By id.
+    /// Particles by id.
     pub particles: Vec<NewParticle>,
-    /// By id.
+    /// Sources by id.
     pub typed: Vec<Typed>,
     /// Bodies, in the order of their ids, which follow those of the particles.
     pub bodies: Vec<NewBody>,
@@ -43,7 +43,7 @@ pub(super) struct StartingParticles {
     pub left_out: LeftOut,
     /// Name and id of the entries that are single particles with a name; of bodies once all ids are known.
     pub named: Vec<(String, u32)>,
-    /// What is to be said of tables.
+    /// Remarks on tables.
     pub remarks: Vec<String>,
     /// Runs whose states are among them.
     pub earlier: Vec<Earlier>,
@@ -405,7 +405,7 @@ fn no_room(lattice: &Lattice, count: u64) -> SceneError {
     error.with_help("fewer sites: a larger `spacing`, or a smaller box")
 }
 
-/// A particle at a place, as its entry says.
+/// A particle at a place, by its entry.
 fn one(values: &ParticleValues, position: DVec3) -> NewParticle {
     let motion = Motion::of(&values.start);
     NewParticle {
@@ -424,7 +424,7 @@ fn one(values: &ParticleValues, position: DVec3) -> NewParticle {
     }
 }
 
-/// A body of a clump that moves as its entry says, at the origin.
+/// A body of a clump at the origin, with the motion of its entry.
 fn moving_body(start: &Start, clump: u32) -> NewBody {
     let motion = Motion::of(start);
     NewBody {

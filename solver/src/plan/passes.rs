@@ -10,7 +10,7 @@ use mercury_engine::walls::Shape;
 /// A part of the simulation that a scene may or may not need.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pass {
-    /// What it is.
+    /// Name of the pass.
     pub name: &'static str,
     /// Whether the run has it.
     pub is_done: bool,

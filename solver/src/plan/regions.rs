@@ -21,7 +21,7 @@ pub(super) struct DomainBox {
 }
 
 impl DomainBox {
-    /// Of a scene with these particles at the start.
+    /// Box of a scene with these particles at the start.
     pub(super) fn of(scene: &Scene, start: &StartingParticles) -> Self {
         let (min, max) = (*scene.domain.min, *scene.domain.max);
         let mut room = Self {

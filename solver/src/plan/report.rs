@@ -33,7 +33,7 @@ fn line(text: &mut String, name: &str, value: &str) -> std::fmt::Result {
     writeln!(text, "  {name:<24}{value}")
 }
 
-/// What is computed, where and when.
+/// Line of a field evaluation: the fields, places and times.
 fn fields_line(fields: &FieldPlan) -> String {
     let evaluator = &fields.analysis.evaluator;
     let kernel = &evaluator.kernel;
@@ -482,7 +482,7 @@ fn write_pair(text: &mut String, pair: &PairPlan) -> std::fmt::Result {
     Ok(())
 }
 
-/// What an end at rest waits for.
+/// Conditions of an end at rest.
 fn until_rest(plan: &Plan) -> String {
     let physics = plan.physics();
     let end = physics.steps as f64 * physics.time_step;

@@ -23,7 +23,7 @@ pub(super) fn warnings(scene: &Scene, insertions: &[InsertionPlan], dimensions: 
             Some(Total::Volume(volume)) => (volume, "m^3"),
             _ => continue,
         };
-        // What a volume of 1 m^3 counts.
+        // Amount of 1 m^3 of an ingredient, in the unit of the total.
         let weight = |part: &Ingredient| {
             let material = scene.materials.get(part.material.index());
             match unit {

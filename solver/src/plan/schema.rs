@@ -1,6 +1,6 @@
 //! The JSON schema of a scene (draft 2020-12), from the tables of keys: for completion and checks in editors.
 //!
-//! It says less than the reader: rules between two keys, names and files are not in it.
+//! It checks less than the reader: rules between two keys, names and files are not in it.
 
 use mercury_common::scene::keys::{
     Absent, Choice, Kind, SceneKey, TableKeys, Variant, Variants, readable,
@@ -179,7 +179,7 @@ impl Schema {
     }
 }
 
-/// So many of an item.
+/// List of so many of an item.
 fn list(item: Value, count: usize) -> Value {
     json!({ "type": "array", "items": item, "minItems": count, "maxItems": count })
 }

@@ -30,7 +30,7 @@ pub(super) struct Grains {
     /// s
     pub(super) time: f64,
     pub(super) step: u64,
-    /// Of all numbers that were taken.
+    /// Checksum of all numbers that were taken.
     pub(super) checksum: u32,
     /// Particles, in the order of their ids there, with the properties that are not the default.
     pub(super) particles: Vec<(NewParticle, Vec<PropertyValue>)>,
@@ -98,7 +98,7 @@ pub(super) struct Frames {
 }
 
 impl Frames {
-    /// Of the run in a folder; `None` if it has no native frames.
+    /// Frames of the run in a folder; `None` if it has no native frames.
     pub(super) fn nearest(folder: &Located<PathBuf>, at: f64) -> Result<Option<Self>, SceneError> {
         let is_native = |path: &PathBuf| path.to_string_lossy().ends_with(FRAMES);
         let Some(path) = particles_in(&folder.value).ok().filter(is_native) else {
@@ -130,7 +130,7 @@ impl Frames {
         self.path.with_file_name(format!("{prefix}.{ending}"))
     }
 
-    /// Where the walls stood in a step; `None` where no frame says so.
+    /// Placements of the walls in a step; `None` where no frame has them.
     pub(super) fn walls(
         &self,
         folder: &Located<PathBuf>,
@@ -330,7 +330,7 @@ fn body(
     })
 }
 
-/// Which components of a motion are prescribed, no frame says.
+/// No frame holds which components of a motion are prescribed.
 fn refuse_prescribed(folder: &Located<PathBuf>, flags: u8) -> Result<(), SceneError> {
     if flags & FLAG_PRESCRIBED == 0 {
         return Ok(());

@@ -43,9 +43,9 @@ pub struct StepPlan {
 pub struct Limit {
     /// s
     pub time: f64,
-    /// Which contact, in words.
+    /// Contact, in words.
     pub of: String,
-    /// Which part of its law sets a critical step.
+    /// Part of its law that sets a critical step.
     pub part: &'static str,
 }
 

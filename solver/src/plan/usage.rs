@@ -1,4 +1,4 @@
-//! Which materials occur in a scene, how large their particles are, and which can meet.
+//! Materials that occur in a scene, the sizes of their particles, and the pairs that can meet.
 
 use mercury_common::scene::Scene;
 
@@ -7,7 +7,7 @@ use mercury_engine::bodies::Clump;
 use mercury_engine::boundaries::InsertionPlan;
 use mercury_engine::walls::Wall;
 
-/// What is made of a material.
+/// Objects that are made of a material.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct MaterialUse {
     /// Particles that contacts can move; insertions count as many.
@@ -38,7 +38,7 @@ impl MaterialUse {
     }
 }
 
-/// What is made of each material.
+/// Objects that are made of each material.
 #[must_use]
 pub(super) fn material_uses(
     scene: &Scene,

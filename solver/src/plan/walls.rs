@@ -359,7 +359,7 @@ pub(super) fn component_about(
     })
 }
 
-/// What a servo along `axis` aims at.
+/// Target of a servo along `axis`.
 fn target(wall: &SceneWall, axis: DVec3, aim: &ServoTarget) -> Result<Target, SceneError> {
     Ok(match aim {
         ServoTarget::Force(load) => Target::Force(ramp(load, "force")?),

@@ -1,4 +1,4 @@
-//! The number of grains of a run over time, as far as its plan knows, and the remaining work.
+//! The number of grains of a run over time, as far as its plan determines it, and the remaining work.
 //!
 //! A run's work is counted in particle-steps, the sum of the grains over all steps. Grains that leave are not foreseen, and
 //! neither is when an insertion whose region is full finds space again: it is given as a range, from never to at once.
@@ -19,7 +19,7 @@ pub struct Workload {
     sources: Vec<Source>,
 }
 
-/// What an insertion brings over time.
+/// Particles that an insertion brings over time.
 #[derive(Debug, Clone, PartialEq)]
 struct Source {
     /// s
@@ -93,11 +93,11 @@ pub struct Here<'a> {
     pub step: u64,
     /// Grains that are there.
     pub grains: f64,
-    /// What each insertion has brought, and whether it is finished.
+    /// Number of particles that each insertion has brought, and whether it is finished.
     pub brought: &'a [(u64, bool)],
 }
 
-/// The remaining work of a run, lower and upper bound. Equal where the plan knows.
+/// The remaining work of a run, lower and upper bound. Equal where the plan determines it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ahead {
     /// Particle-steps.
@@ -118,7 +118,7 @@ impl Ahead {
 const LATE: f64 = 0.99;
 
 impl Workload {
-    /// Of a plan.
+    /// Workload of a plan.
     #[must_use]
     pub fn of(plan: &Plan) -> Self {
         let physics = plan.physics();
@@ -233,7 +233,7 @@ mod tests {
     fn what_comes_at_a_rate_is_a_triangle_and_what_stays_a_rectangle() {
         // 100 per second from 1 s on: 400 are there at 5 s, when the total is reached; the triangle 400 * 4 s / 2 and the rectangle 400 * 5 s.
         let by_total = workload(steady(100.0, f64::INFINITY, 400.0));
-        // The same by its end.
+        // An insertion with the same course, limited by its end.
         let by_time = workload(steady(100.0, 5.0, 1e6));
         for load in [by_total, by_time] {
             let here = Here {
@@ -305,7 +305,7 @@ mod tests {
         assert_eq!(waits.particle_steps, [150.0 * 500.0, 450.0 * 500.0]);
         assert_eq!(waits.grains, [150.0, 450.0]);
         close(waits.middle(), 300.0 * 500.0);
-        // What is to come later is known.
+        // Particles that come later are known.
         let before = at(0, 50.0, (0, false));
         assert_eq!(before.particle_steps[0], before.particle_steps[1]);
         close(before.particle_steps[0], 50.0 * 1000.0 + 400.0 * 900.0);

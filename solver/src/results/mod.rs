@@ -21,7 +21,7 @@ use mercury_common::particle_properties::{LIQUID_VOLUME, PARTICLE_PROPERTIES};
 use mercury_common::scene::{listed, nearest};
 use values::{Row, energies, particles, rows, slope, slope_note};
 
-/// What is made of the values.
+/// Function of the values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Function {
     Mean,
@@ -108,7 +108,7 @@ enum Source {
     Particles { column: String },
 }
 
-/// A number that is wanted of a run.
+/// A number to report of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NamedResult {
     /// Its name, that of its column.
@@ -135,7 +135,7 @@ impl NamedResult {
     /// Reads `FUNCTION(SOURCE.NAME.COLUMN, FROM..TO)`.
     ///
     /// # Errors
-    /// What is wrong with the text.
+    /// The name or the text is not valid.
     pub fn new(name: &str, text: &str) -> Result<Self, String> {
         let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
         if name.is_empty() || name.len() > 60 || !name.chars().all(plain) {
@@ -185,7 +185,7 @@ impl NamedResult {
     /// Reads `NAME=WHAT`, as `--result` has it.
     ///
     /// # Errors
-    /// What is wrong with the text.
+    /// The text is not of the form `NAME=FUNCTION(SOURCE.COLUMN)`.
     pub fn parse(text: &str) -> Result<Self, String> {
         let (name, what) = text
             .split_once('=')
@@ -193,7 +193,7 @@ impl NamedResult {
         Self::new(name.trim(), what)
     }
 
-    /// What it is, as it was written.
+    /// Definition of the result, as it was written.
     #[must_use]
     pub fn text(&self) -> &str {
         &self.text
@@ -229,7 +229,7 @@ impl NamedResult {
     /// Whether the outputs of this plan contain what the result needs.
     ///
     /// # Errors
-    /// What is missing, and what there is.
+    /// The run does not write the file or the column; the message lists those that it writes.
     pub fn check(&self, plan: &Plan) -> Result<(), String> {
         let files = plan.outputs().files();
         let off = |key: &str, file: &str| {
@@ -604,7 +604,7 @@ mod tests {
 
     #[test]
     fn rates_are_amounts_over_the_time_in_which_they_came() {
-        // What came since the row before; the last interval is shorter, as at the end of a run.
+        // An amount that came since the row before; the last interval is shorter, as at the end of a run.
         let rows: Vec<Row> = [(0.0, 0.0), (0.5, 1.0), (1.0, 2.0), (1.5, 6.0), (1.75, 4.0)]
             .map(|(time, value)| Row { time, value })
             .to_vec();

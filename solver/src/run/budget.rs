@@ -25,7 +25,7 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// Of a run.
+    /// Budget of a run.
     pub(super) fn new(engine: &Engine, written: &Written) -> Self {
         let physics = engine.physics();
         let (final_mass, final_momentum) = match &written.last {

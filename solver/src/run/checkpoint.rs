@@ -45,13 +45,13 @@ pub enum CheckpointError {
     Bytes {
         /// The file.
         path: PathBuf,
-        /// What is wrong with them.
+        /// Error of the decoder.
         error: DecodeError,
     },
     /// There are checkpoints, and none of them is whole.
     #[error("no checkpoint can be used:\n  {}\nhelp: begin anew with --force", .0.join("\n  "))]
     AllDamaged(Vec<String>),
-    /// It is of another scene.
+    /// The checkpoint is of another scene.
     #[error(
         "{}: the checkpoint is of another scene:\n  {}\nhelp: only {} may change before a run goes on; begin anew with --force, or write elsewhere with --output DIR; another scene starts from a state of this run with [[particles]] run = \"FOLDER\", at = TIME",
         path.display(), lines.join("\n  "), MAY_CHANGE.join(", ")
@@ -59,10 +59,10 @@ pub enum CheckpointError {
     OtherScene {
         /// The file.
         path: PathBuf,
-        /// What differs.
+        /// Differences, a line each.
         lines: Vec<String>,
     },
-    /// It is behind the end of the run.
+    /// The checkpoint is behind the end of the run.
     #[error(
         "{}: the checkpoint is at t = {} s, behind time.end = {} s\nhelp: raise time.end, or begin anew with --force; another run starts from a state in between with [[particles]] run = \"FOLDER\", at = TIME",
         path.display(), rounded(*time, 12), rounded(*end, 12)
@@ -70,20 +70,20 @@ pub enum CheckpointError {
     BehindEnd {
         /// The file.
         path: PathBuf,
-        /// Of the checkpoint, s.
+        /// Time of the checkpoint, s.
         time: f64,
-        /// Of the plan, s.
+        /// End of the plan, s.
         end: f64,
     },
 }
 
-/// What a run knows beside the engine.
+/// State of a run beside the engine.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Known {
     pub(super) rest: Option<Rest>,
     /// A wall is worn to the depth at which the run ends.
     pub(super) is_worn: bool,
-    /// What had come and gone before the first step.
+    /// Amounts exchanged before the first step.
     pub(super) at_start: Exchanged,
 }
 
@@ -98,7 +98,7 @@ mercury_engine::state::plain!(Known {
 pub struct Checkpoint {
     /// The file.
     pub path: PathBuf,
-    /// Of which run.
+    /// Identity of its run.
     pub head: Head,
     pub(super) known: Known,
     /// The state of the engine.
@@ -193,7 +193,7 @@ impl Checkpoint {
     /// Whether a run of this plan can go on from here. `scene` is the statement of its scene.
     ///
     /// # Errors
-    /// What differs.
+    /// The scene or the program differs from that of the checkpoint.
     pub fn fits(
         &self,
         plan: &Plan,
@@ -247,7 +247,7 @@ fn typed(text: &str) -> Value {
     value.map_or_else(|| text.into(), |value| json!(value))
 }
 
-/// What is in a checkpoint, decoded.
+/// Content of a checkpoint, decoded.
 #[derive(Debug)]
 pub struct Contents<'a> {
     of: &'a Checkpoint,
@@ -261,7 +261,7 @@ pub struct Contents<'a> {
 }
 
 impl Checkpoint {
-    /// What is in it.
+    /// Content of the checkpoint.
     ///
     /// # Errors
     /// If a section holds no such values.

@@ -1,4 +1,4 @@
-//! What left a run: by each face of the domain, each deletion, and each plane.
+//! Particles that left a run: by each face of the domain, each deletion, and each plane.
 
 use std::fs;
 use std::io;

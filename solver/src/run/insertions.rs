@@ -1,4 +1,4 @@
-//! What insertions placed, and whether the sizes match the given distributions.
+//! Particles that insertions placed, and whether their sizes match the given distributions.
 
 use mercury_common::readable::{counted, rounded};
 
@@ -108,7 +108,7 @@ pub(super) fn behind(plan: &Plan, boundaries: &Boundaries) -> Vec<String> {
     .collect()
 }
 
-/// How many were placed behind walls; empty where no wall moves through a region.
+/// Number of grains that were placed behind walls; empty where no wall moves through a region.
 pub(super) fn number_behind(plan: &Plan, boundaries: &Boundaries) -> Option<u64> {
     let mut insertions = plan.physics().insertions.iter();
     let has_closing = insertions.any(|insertion| !insertion.closing.is_empty());
@@ -149,7 +149,7 @@ fn composition(plan: &Plan, insertion: &InsertionPlan, state: &InsertionState) -
     Some(format!("composition: {}", parts.join(", ")))
 }
 
-/// What an ingredient is made of.
+/// Name of the clump or the material of an ingredient.
 fn name<'a>(plan: &'a Plan, part: &Ingredient) -> &'a str {
     match part.clump {
         Some(clump) => &plan.physics().clumps[clump as usize].name,

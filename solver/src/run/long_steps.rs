@@ -18,11 +18,11 @@ const MANY: f64 = 20_000.0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct LongStep {
     pub(super) step: u64,
-    /// How many, as far as that is known; else 0.
+    /// Expected number of particles, as far as that is known; else 0.
     pub(super) expected: u64,
 }
 
-/// Those of a plan, by their steps. An insertion at a rate places few at a time, whatever its total.
+/// Long steps of a plan. An insertion at a rate places few at a time, whatever its total.
 pub(super) fn long_steps(plan: &Plan) -> Vec<LongStep> {
     let physics = plan.physics();
     let densities: Vec<f64> = (physics.materials.iter())

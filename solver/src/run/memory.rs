@@ -16,7 +16,7 @@ use mercury_engine::step::{SizeEstimate, bytes_of_parts};
 /// The memory of any run: the program, its libraries, its pictures.
 const PROGRAM: f64 = 16e6;
 
-/// What the run of a plan is expected to take.
+/// Memory that the run of a plan is expected to need.
 ///
 /// The sum of the memory of particles, lists, parts of the step and outputs, for the expected number of particles and contacts.
 /// A list that is built while a frame is written takes somewhat more than either, and so do states that wait for a slow disk.
@@ -75,7 +75,7 @@ const LEAST_EACH: f64 = 1e3;
 /// refused before they are made; inserted particles are left to [`check_fit`]. Without `machine` there is no limit.
 ///
 /// # Errors
-/// Those of [`plan`](crate::plan::plan), and of [`check_fit`].
+/// Errors of [`plan`](crate::plan::plan), and of [`check_fit`].
 pub fn plan_within(
     scene: &Scene,
     machine: Option<MachineMemory>,
@@ -85,7 +85,7 @@ pub fn plan_within(
         match sketch(scene) {
             Ok(sketch) => {
                 let memory = memory(&sketch);
-                // What comes later may never come: the plan is printed before a lack of memory is reported.
+                // Later particles may never come: the plan is printed before a lack of memory is reported.
                 if memory.start.max(LEAST_EACH * grains) > machine.total {
                     check_fit(scene, &sketch, &memory, machine)
                         .map_err(|error| SceneErrors(vec![error]))?;

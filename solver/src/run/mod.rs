@@ -58,7 +58,7 @@ const NOT_AT_REST: &str = "not at rest";
 /// From so many on a checkpoint takes tens of megabytes.
 const MANY_ROWS: usize = 100_000;
 
-/// What a run needs beside its plan.
+/// Options of a run beside its plan.
 #[derive(Debug, Clone, Default)]
 pub struct RunOptions {
     /// The folder of the files; ready for a run ([`folder::prepare`]).
@@ -83,16 +83,16 @@ pub struct RunOptions {
     pub time_limit: Option<Duration>,
     /// Checkpoints; `None`: none are written.
     pub checkpoints: Option<Checkpoints>,
-    /// What the log should say besides.
+    /// Notes for the log.
     pub notes: Vec<String>,
     /// Numbers for the summary of a run that reaches its end.
     pub results: Vec<NamedResult>,
 }
 
-/// When a run writes checkpoints; in addition it writes one when it is stopped, and where the plan says so.
+/// When a run writes checkpoints; in addition it writes one when it is stopped, and where the plan requests one.
 #[derive(Debug, Clone, Default)]
 pub struct Checkpoints {
-    /// By the clock.
+    /// Interval by the clock.
     pub every: Option<Duration>,
     /// At the end, for a later run that starts from there.
     pub at_end: bool,
@@ -149,7 +149,7 @@ pub struct Progress<'a> {
     pub left: f64,
 }
 
-/// What is ahead of a run.
+/// Work that is ahead of a run.
 fn ahead_of(workload: &Workload, engine: &Engine) -> Ahead {
     let insertions = engine.boundaries().insertions();
     let brought: Vec<_> = insertions
@@ -206,7 +206,7 @@ pub fn useful_threads(plan: &Plan, available: usize) -> usize {
 /// Runs a plan to its end and writes its files; `observe` is called from time to time.
 ///
 /// # Errors
-/// If a particle's motion is no longer a number, threads cannot be started, or a file cannot be written. What was
+/// If a particle's motion is no longer a number, threads cannot be started, or a file cannot be written. Output that was
 /// written until then stays, without a `summary.json`.
 pub fn run(
     plan: Plan,
@@ -216,7 +216,7 @@ pub fn run(
     run_from(None, plan, options, observe)
 }
 
-/// The same from a checkpoint, which must [fit](Checkpoint::fits) the plan.
+/// Runs a plan from a checkpoint, which must [fit](Checkpoint::fits) the plan.
 ///
 /// # Errors
 /// Also if the files of the run are missing or were changed.
@@ -276,7 +276,7 @@ pub struct Run {
     long_steps: Vec<LongStep>,
     /// Particle-steps made by one thread although there are more.
     alone: u64,
-    /// What had come and gone before the first step.
+    /// Amounts exchanged before the first step.
     at_start: Exchanged,
     /// Grains of the start.
     starting: u64,
@@ -285,7 +285,7 @@ pub struct Run {
     resumed_at: Option<u64>,
     /// The time of the last checkpoint, or of the start.
     last_checkpoint: Instant,
-    /// Which of the two files is written next.
+    /// Number of the file, of two, that is written next.
     next_file: usize,
     /// Their number, and the time that the steps had to wait for them.
     checkpoints_made: (u32, Duration),
@@ -297,9 +297,9 @@ pub struct Run {
     /// The cost of the steps, and the planned grains: for the remaining time.
     cost: Cost,
     workload: Workload,
-    /// Of a run that has come to its end: the checkpoint from which it can continue.
+    /// Checkpoint from which a run that has come to its end can continue.
     at_end: Option<(ToWrite, Vec<OutputFile>)>,
-    /// Of the time loop, without output.
+    /// Time of the time loop, without output.
     stepping: Duration,
     particle_steps: u64,
     /// When `observe` was called.
@@ -310,17 +310,17 @@ pub struct Run {
 /// Why a run is over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ending {
-    /// It came to its end in time.
+    /// The run came to its end in time.
     Planned,
     /// Nothing moves any more.
     AtRest,
     /// A wall is worn to its `until_depth`.
     Worn,
-    /// It was stopped before.
+    /// The run was stopped before.
     Stopped(StopReason),
 }
 
-/// What stopped a run.
+/// Reason why a run stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StopReason {
     /// Ctrl-C, a signal, or the caller.
@@ -338,7 +338,7 @@ const PICTURES_LEFT_OUT: &str = "pictures of the end were left out, as the run w
 /// The file that stops a run when it appears in its folder.
 pub const STOP_FILE: &str = "STOP";
 
-/// How often a run looks for it.
+/// Interval at which a run looks for it.
 const LOOK_FOR_STOP_FILE: Duration = Duration::from_millis(500);
 
 impl Run {
@@ -545,7 +545,7 @@ impl Run {
             return None;
         }
         self.looked_for_stop_file = Instant::now();
-        // What is removed is there.
+        // The file existed if it could be removed.
         let removed = std::fs::remove_file(self.options.folder.join(STOP_FILE));
         removed.is_ok().then_some(StopReason::File)
     }
@@ -662,7 +662,7 @@ impl Run {
         }))
     }
 
-    /// Writes a checkpoint if one is wanted at the end of this step. False if the writer has given up.
+    /// Writes a checkpoint if one is due at the end of this step. False if the writer has given up.
     fn keep_checkpoints(&mut self, step: u64) -> bool {
         let is_due = self.schedule.is_checkpoint_due(step);
         let Some(checkpoints) = &self.options.checkpoints else {

@@ -15,7 +15,7 @@ use mercury_engine::step::Engine;
 /// A finished run. Printed, it is the closing report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
-    /// What `summary.json` says.
+    /// Content of `summary.json`.
     pub summary: Summary,
     /// Why it is over.
     pub ending: Ending,
@@ -353,7 +353,7 @@ pub(super) fn log_head(options: &RunOptions) -> String {
     log
 }
 
-/// The lines of a log that tell what came of it.
+/// The lines of a log with the results.
 pub(super) fn log_body(report: &Report) -> String {
     let steps = report.summary.steps;
     format!(

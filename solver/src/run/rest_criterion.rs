@@ -89,7 +89,7 @@ impl Rest {
         })
     }
 
-    /// The same of these particles with steps of `dt` (s); `is_awaited`: whether there is another event to wait for.
+    /// Looks at these particles with steps of `dt` (s); `is_awaited`: whether there is another event to wait for.
     pub(super) fn look(
         &mut self,
         particles: &Particles,
@@ -184,7 +184,7 @@ impl Rest {
     }
 }
 
-/// What is still to be waited for.
+/// Event that is still to be waited for.
 fn awaited(engine: &Engine, means: &Means) -> Option<Awaited> {
     if engine.boundaries().expects_more() {
         return Some(Awaited::Insertion);

@@ -115,7 +115,7 @@ mod tests {
         reported_where(false, total, number, limit, failed, time)
     }
 
-    /// The same where its next grain has a place at the end, or has none.
+    /// Report of the shortfall where its next grain has a place at the end, or has none.
     fn reported_where(
         has_place: bool,
         total: &str,

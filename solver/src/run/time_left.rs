@@ -1,7 +1,7 @@
 //! The remaining time of a run, from the time of its last steps.
 
 /// The cost of work, measured over the later part of the time spent on it: beds become denser, and the time of the first steps
-/// says little about that of the last ones.
+/// is a poor estimate of that of the last ones.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Cost {
     /// Time (s) and work at two moments, each at least twice as late as the one before; then now.

@@ -29,10 +29,10 @@ const DENSE: f64 = 1.5;
 /// (`docs/lab/performance.md`, *Droplets*).
 const DROPLET: f64 = 0.3;
 
-/// What a trial has seen.
+/// Findings of a trial.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Trial {
-    /// The wall-clock time of the run, lower and upper bound as far as the plan knows the insertions, s.
+    /// The wall-clock time of the run, lower and upper bound as far as the plan determines the insertions, s.
     pub seconds: [f64; 2],
     /// From the beginning of the trial to its first step: the first insertion, lists and forces, s.
     pub starting: f64,
@@ -64,7 +64,7 @@ pub struct Trial {
     pub threads: usize,
     /// The run may end before its time, at rest.
     pub until_at_rest: bool,
-    /// It was ended before its time.
+    /// Whether the trial was ended before its time.
     pub is_cut_short: bool,
 }
 

@@ -1,4 +1,4 @@
-//! What a folder holds of an earlier study: its table, and a record of the study.
+//! Earlier study in a folder: its table, and a record of the study.
 //!
 //! A table alone does not contain what was the same in all its runs, nor the definition of its results. So a study leaves
 //! [`RECORD`] beside it, and the next one is compared with that.
@@ -24,7 +24,7 @@ pub type Rows = Vec<(String, Vec<(String, String)>)>;
 /// The finished rows of the study's table in its folder, if there is one.
 ///
 /// # Errors
-/// What differs, if the table is that of another study and has finished rows. `prefix` is that of the runs' files.
+/// Differences, if the table is that of another study and has finished rows. `prefix` is that of the runs' files.
 pub fn rows(study: &Study, prefix: &str) -> Result<Rows, String> {
     let path = study.folder.join(FILE);
     let unreadable = |error: io::Error| format!("{} cannot be read: {error}", path.display());

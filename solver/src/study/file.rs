@@ -34,7 +34,7 @@ pub fn is_study(text: &str) -> bool {
 /// Reads a study from its text. File names are relative to `path`, the study's file.
 ///
 /// # Errors
-/// What is wrong, with the key at which it is.
+/// A key or a value is wrong; the error names the key.
 pub fn parse(path: &Path, text: &str) -> Result<Study, StudyError> {
     let reader = Reader { path };
     let name = path.display().to_string();

@@ -1,6 +1,6 @@
 //! Studies: one scene at many values of its keys, a run for each, and one table of what came out.
 //!
-//! This module says which runs there are and what is read from each; it starts none. A [`Study`] comes from the command line or
+//! This module lists the runs and the values that are read from each; it starts none. A [`Study`] comes from the command line or
 //! [from a file](mod@file), [`earlier`] ones left their tables; results are read from the folders of the runs, [`table`] puts
 //! them together and [`plot`] draws one of its columns.
 
@@ -24,15 +24,15 @@ pub use sweep::Sweep;
 /// More runs than can be useful: an error in a range.
 pub const MOST_RUNS: usize = 10_000;
 
-/// What is wrong with a study.
+/// Error in a study.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{place}: {problem}{}", help.iter().map(|help| format!("\nhelp: {help}")).collect::<String>())]
 pub struct StudyError {
     /// The option, or file and key.
     pub place: String,
-    /// What is wrong.
+    /// Description of the problem.
     pub problem: String,
-    /// What to do about it.
+    /// Advice on how to solve it.
     pub help: Option<String>,
 }
 
@@ -85,7 +85,7 @@ pub struct StudyRun {
     pub name: String,
     /// A value for each key of the study, as TOML; `None`: the value of the scene.
     pub values: Vec<Option<String>>,
-    /// The same in SI, once the scene was read.
+    /// Values in SI, once the scene was read.
     pub settled: Vec<Option<String>>,
 }
 
@@ -193,7 +193,7 @@ fn summary_unit(column: &str) -> &'static str {
 /// The runs of a grid: every value of each key with every value of the others, the last key fastest.
 ///
 /// # Errors
-/// For no value, a key or a value that is given twice, and more than [`MOST_RUNS`] runs. `place` says where the sweeps are given.
+/// For no value, a key or a value that is given twice, and more than [`MOST_RUNS`] runs. `place`: where the sweeps are given.
 pub fn grid(sweeps: &[Sweep], place: &str) -> Result<(Vec<String>, Vec<StudyRun>), StudyError> {
     let keys: Vec<String> = sweeps.iter().map(|sweep| dotted(&sweep.key)).collect();
     let count = (sweeps.iter()).fold(1usize, |n, sweep| n.saturating_mul(sweep.values.len()));
@@ -280,7 +280,7 @@ fn named(
     Ok(found)
 }
 
-/// As much of the end of each key as distinguishes it from the others.
+/// Ends of the keys, as long as they must be to distinguish the keys.
 fn short_names(keys: &[String]) -> Vec<String> {
     let parts = |key: &String| -> Vec<String> {
         key.split(['.', '[', ']'])

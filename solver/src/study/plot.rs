@@ -113,7 +113,7 @@ pub fn page(study: &Study, table: &StudyTable, column: &str) -> Result<ChartPage
 /// The unit in which a column is drawn.
 struct Shown {
     unit: String,
-    /// Of the numbers of the table, which are in SI.
+    /// Scale of the numbers of the table, which are in SI.
     per_unit: f64,
 }
 

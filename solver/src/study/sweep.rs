@@ -17,7 +17,7 @@ impl Sweep {
     /// quotes belong to a value.
     ///
     /// # Errors
-    /// What is wrong with the text.
+    /// The text is not of the form `KEY=A,B,C`.
     pub fn parse(text: &str) -> Result<Self, String> {
         let equals = outside(text, '=').next();
         let equals = equals.ok_or("there is no `=` in it: expected KEY=A,B,C")?;

@@ -18,13 +18,13 @@ pub const FILE: &str = "study.csv";
 /// How far a run has come.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum State {
-    /// Not begun.
+    /// The run has not begun.
     Waiting,
-    /// As planned.
+    /// The run ended as planned.
     Finished,
     /// Stopped on request; it continues when the study does.
     Stopped,
-    /// It failed, for this reason.
+    /// The run failed, for this reason.
     Failed(String),
 }
 
@@ -147,7 +147,7 @@ impl StudyTable {
         self.rows.iter().any(is_finished)
     }
 
-    /// As text: commas, the names in the first line with their units in brackets.
+    /// Table as text: commas, the names in the first line with their units in brackets.
     #[must_use]
     pub fn csv(&self) -> String {
         let header = self.columns.iter().zip(&self.units);
@@ -208,7 +208,7 @@ impl StudyTable {
     }
 }
 
-/// The number in a cell of this column, in SI (degrees where the key says so).
+/// The number in a cell of this column, in SI (degrees where the key has degrees).
 pub(super) fn number(column: &str, cell: &str) -> Option<f64> {
     if let Ok(number) = cell.parse() {
         return Some(number);

@@ -1,4 +1,4 @@
-//! Which runs a study has, and its file.
+//! Runs of a study, and its file.
 
 use std::path::Path;
 

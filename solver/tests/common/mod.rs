@@ -1,4 +1,4 @@
-//! What tests of the command line have in common: a program in a folder, what it said, signals to it, and what a run left.
+//! Helpers of the tests of the command line: a program in a folder, its output, signals to it, and the files of a run.
 #![allow(dead_code, reason = "each test uses a part of it")]
 
 use std::collections::BTreeMap;
@@ -32,12 +32,12 @@ pub(crate) fn code(output: &Output) -> Option<i32> {
     output.status.code()
 }
 
-/// What it said on standard error.
+/// Text on standard error.
 pub(crate) fn errors(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).unwrap()
 }
 
-/// What it said on standard output.
+/// Text on standard output.
 pub(crate) fn said(output: &Output) -> String {
     String::from_utf8(output.stdout.clone()).unwrap()
 }
@@ -74,7 +74,7 @@ pub(crate) fn results(folder: &Path, prefix: &str) -> BTreeMap<String, Vec<u8>> 
     all
 }
 
-/// What a summary says that is no time, rate or number of threads.
+/// Entries of a summary without times, rates and numbers of threads.
 pub(crate) fn facts(folder: &Path) -> serde_json::Value {
     let text = fs::read_to_string(folder.join("summary.json")).unwrap();
     let mut summary: serde_json::Value = serde_json::from_str(&text).unwrap();

@@ -271,7 +271,7 @@ fn solve_into_closed_pipes(folder: &Path, arguments: &[&str]) -> Option<i32> {
         .code()
 }
 
-/// What is strange about a scene is said before the first step, not after a night.
+/// Warnings of a scene appear before the first step, not after a night.
 #[test]
 fn warnings_come_before_the_run() {
     let folder = folder_with_scene(SCENE);

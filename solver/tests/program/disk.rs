@@ -1,4 +1,4 @@
-//! What the plan says of the files of a run, against the files.
+//! Sizes of a run's files by the plan, against the files.
 
 use std::fs;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Scenes from standard input and in JSON, the copy that a run keeps of its scene, and what is said of names that are no files.
+//! Scenes from standard input and in JSON, the copy that a run keeps of its scene, and messages for names that are no files.
 
 use std::fs;
 use std::io::Write as _;

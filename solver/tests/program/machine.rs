@@ -1,4 +1,4 @@
-//! What the program says to other programs: `docs/formats/machine.md`.
+//! Output of the program for other programs: `docs/formats/machine.md`.
 
 use std::fs;
 use std::path::Path;
@@ -39,7 +39,7 @@ pictures = false
 
 const TRIANGLE: &str = "solid plate\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 0.1 0 0\nvertex 0 0.1 0\nendloop\nendfacet\nendsolid plate\n";
 
-/// What standard output holds: one object and nothing else.
+/// Object on standard output, which holds nothing else.
 fn object(output: &std::process::Output) -> Value {
     let text = said(output);
     serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text:?}"))
@@ -287,7 +287,7 @@ fn a_study_is_reported_run_by_run() {
         &[&arguments[..], &["--check"]].concat(),
     ));
     let study = &reported["study"];
-    // What each run takes is what the plan of the same run says.
+    // The size of each run is that in the plan of the same run.
     let runs = study["runs"].as_array().unwrap();
     assert_eq!(runs.len(), 2);
     for (run, end) in runs.iter().zip(["0.001", "0.002"]) {
@@ -321,7 +321,7 @@ fn a_study_is_reported_run_by_run() {
     assert_eq!(rows[1]["time.end"], 0.002);
     assert_eq!(rows[1]["steps"], 200);
     assert!(rows[1]["v"].is_f64());
-    // What is wrong with the scene in all runs is said once.
+    // An error of the scene in all runs is reported once.
     let wrong = [&arguments[..], &["--set", "time.step=-1", "--force"]].concat();
     let found = problems(folder.path(), &wrong);
     assert_eq!(found.len(), 1, "{found:?}");
@@ -355,7 +355,7 @@ fn a_checkpoint_is_reported_in_numbers() {
     assert_eq!(reported["scene"]["output.pictures"], false);
 }
 
-/// What stands in a file outside of the folder must be in no answer, nor whether it is there.
+/// Text of a file outside of the folder must be in no answer, nor whether the file is there.
 #[cfg(unix)]
 #[test]
 fn nothing_outside_of_a_folder_is_read() {
@@ -474,7 +474,7 @@ fn nothing_outside_of_a_folder_is_read() {
         plan["files"]
     );
 
-    // What lies inside is read, by whatever name the folder has.
+    // Files inside are read, by whatever name the folder has.
     fs::write(
         folder.join("scene.toml"),
         format!("{SCENE}{}", wall("in/../in/plate.stl")),

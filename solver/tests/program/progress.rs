@@ -185,7 +185,7 @@ fn a_run_is_reported_from_its_begin_to_its_end() {
     );
 }
 
-/// What a frame's line says of a file stays as it is for ever: the first bytes, in which so many whole frames are.
+/// Lines of frames stay true for ever: each gives the first bytes of a file, and the number of whole frames in them.
 #[test]
 fn what_is_reported_of_a_frame_is_whole_and_stays() {
     let folder = place();

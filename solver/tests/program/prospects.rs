@@ -20,7 +20,7 @@ total = { number = 100 }
 
 const BOX: &str = "[[walls]]\nname = \"box\"\nshape = \"box\"\nmaterial = \"m\"\n";
 
-/// What the plan warns of, and what the run does.
+/// Warnings of the plan, and those of the run.
 fn warnings(text: &str) -> [Vec<String>; 2] {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("a.toml"), text).unwrap();
@@ -37,7 +37,7 @@ fn warnings(text: &str) -> [Vec<String>; 2] {
     })
 }
 
-/// All of a hundred grains fell out of a domain without walls, and nothing was said.
+/// All of a hundred grains fell out of a domain without walls, and there was no message.
 #[test]
 fn that_nothing_holds_the_particles_is_said_before_and_after() {
     let [before, after] = warnings(SCENE);
@@ -81,7 +81,7 @@ fn an_insertion_into_which_gravity_was_forgotten_is_reported() {
     assert_eq!(warnings(&format!("{without}{stirred}"))[0], [""; 0]);
 }
 
-/// A lid whose force has the wrong sign flew out of the domain, and the run said at its end that the target was not reached.
+/// A lid whose force has the wrong sign flew out of the domain, and the run reported at its end that the target was not reached.
 #[test]
 fn a_servo_that_drives_its_wall_away_is_reported() {
     let lid = |servos: &str| {
@@ -121,7 +121,7 @@ fn a_servo_that_drives_its_wall_away_is_reported() {
         let [before, _] = warnings(&lid(&right));
         assert_eq!(before, [""; 0], "{right}");
     }
-    // What sticks to the lid can be pulled.
+    // A grain that sticks to the lid can be pulled.
     let plastic = "law = \"plastic\", loading_stiffness = 100, unloading_stiffness = 200, cohesion_stiffness = 50, penetration_depth = 0.1";
     let sticky = lid(&servo(up, "force = 20", "")).replace(
         "law = \"linear\", stiffness = 100, restitution = 0.5",
@@ -189,12 +189,12 @@ fn a_wall_that_closes_a_region_is_named_and_what_is_behind_it_counted() {
     }
 }
 
-/// What the plan warns of.
+/// Warnings of the plan.
 fn warnings_before(text: &str) -> Vec<String> {
     reported_before("warnings", text)
 }
 
-/// What the plan notes, or warns of.
+/// Remarks or warnings of the plan.
 fn reported_before(what: &str, text: &str) -> Vec<String> {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("a.toml"), text).unwrap();

@@ -591,7 +591,7 @@ fn resume_without_a_checkpoint_begins_anew() {
     assert_eq!(output.status.code(), Some(0), "{}", reported(&output));
     assert!(reported(&output).contains("no checkpoint yet: from the beginning"));
     assert!(results(&place.0.path().join("heap"), "heap") == whole);
-    // A whole run is not thrown away for want of a checkpoint.
+    // A whole run is not thrown away because a checkpoint is missing.
     fs::remove_file(place.newest().path).unwrap();
     let output = place.solve(&end);
     assert_eq!(output.status.code(), Some(2));

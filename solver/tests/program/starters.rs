@@ -1,4 +1,4 @@
-//! `mercury-solve new`: what it writes, says and refuses, and that what it writes runs. Whole runs with their pictures: `.ci/run`.
+//! `mercury-solve new`: its files, messages and refusals, and that its scenes run. Whole runs with their pictures: `.ci/run`.
 
 use std::fs;
 use std::path::Path;

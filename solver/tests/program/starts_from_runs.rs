@@ -1,4 +1,4 @@
-//! Starts from the last state of another run: grains, velocities and contacts go on; what cannot is said.
+//! Starts from the last state of another run: grains, velocities and contacts go on; losses are reported.
 
 use std::fs;
 use std::path::Path;
@@ -91,7 +91,7 @@ fn must_run(folder: &Path, arguments: &[&str]) {
     assert!(output.status.success(), "{said}");
 }
 
-/// What a refused scene says.
+/// Message of a refused scene.
 fn refusal(folder: &Path, scene: &str) -> String {
     let output = solve(folder, &[scene, "--output", "refused"]);
     assert_eq!(output.status.code(), Some(2));
@@ -741,7 +741,7 @@ fn a_time_in_between_gives_grains_and_walls_of_then() {
         assert_eq!(point.x, 0.09, "{scene}");
     }
 
-    // A run that is of another scene cannot go on, and the message says what can be done.
+    // A run that is of another scene cannot go on, and the message gives advice.
     let output = solve(
         path,
         &["first.toml", "--resume", "--set", "materials.m.density=1"],

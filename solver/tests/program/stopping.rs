@@ -69,7 +69,7 @@ fn a_stop_during_the_start_leaves_no_trace() {
         assert!(reported.contains("help: "), "{reported}");
         assert!(!folder.path().join("rain").exists(), "a folder is left");
     }
-    // What was there stays.
+    // Files of the user stay.
     fs::create_dir(folder.path().join("rain")).unwrap();
     fs::write(folder.path().join("rain/notes.txt"), "mine").unwrap();
     let mut command = command(folder.path(), &["rain.toml", "--force-memory", "--quiet"]);

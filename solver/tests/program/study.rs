@@ -103,7 +103,7 @@ fn a_sweep_runs_every_value_and_makes_table_and_plot() {
     for file in ["study.push.svg", "study.push.png", "study.speed.svg"] {
         assert!(study.join(file).exists(), "{file}");
     }
-    // The same run by itself has the same bytes.
+    // A single run of this value has the same bytes.
     let one = [
         "ball.toml",
         "--set",
@@ -442,7 +442,7 @@ fn the_table_of_another_study_is_not_replaced() {
     assert_eq!(column(&study, "run"), names);
     assert!(!column(&study, "speed").contains(&String::new()));
 
-    // Runs that cannot be made again keep what they had, and the table says why.
+    // Runs that cannot be made again keep what they had, and the table gives the reason.
     let scene = folder.path().join("ball.toml");
     let other = SCENE.replace("stiffness = 1e5", "stiffness = 2e5");
     let heights = column(&study, "height");
@@ -459,7 +459,7 @@ fn the_table_of_another_study_is_not_replaced() {
     assert!(!study.join("study.height.svg").exists());
 }
 
-/// It said that `time` is missing.
+/// The message was that `time` is missing.
 #[test]
 fn a_study_of_a_study_is_refused_by_that_name() {
     let folder = folder();
@@ -566,7 +566,7 @@ fn nothing_is_drawn_of_runs_that_all_failed() {
     assert!(!folder.path().join("ball-study/study.push.svg").exists());
 }
 
-/// A run that was to come to rest and did not has a warning, and the table says which.
+/// A run that was to come to rest and did not has a warning, and the table names it.
 #[test]
 fn a_run_that_is_not_at_rest_says_so_in_the_table() {
     let folder = folder();

@@ -62,7 +62,7 @@ fn a_trial_states_a_time_and_writes_nothing() {
         (trial["seconds"][0].as_f64().unwrap() - all).abs() < 1e-6 * all,
         "{trial}"
     );
-    // What --check says otherwise says nothing of it.
+    // The output of --check alone mentions no trial.
     let alone = said(&solve(folder.path(), &["far.toml", "--check"]));
     assert!(!alone.contains("trial"), "{alone}");
     let left: Vec<_> = fs::read_dir(folder.path()).unwrap().collect();

@@ -63,7 +63,7 @@ fstat = true
 pictures = false
 "#;
 
-/// What clumps add.
+/// Clumps to add to the scene.
 const CLUMPS: &str = r#"
 [clumps.rod]
 file = "rod.clump.toml"

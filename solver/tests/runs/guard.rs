@@ -1,4 +1,4 @@
-//! What may not happen in silence: it stops the run, or is counted, and is named.
+//! Limits of the guard: a state beyond them stops the run, or is counted, and is named.
 
 use std::fs;
 use std::path::Path;
@@ -302,7 +302,7 @@ fn split_keys(keys: &str) -> String {
     keys.chars().map(split).collect()
 }
 
-/// Surfaces that move fast in themselves, that leave, or that pass beside a ball: nothing comes near, and nothing is said.
+/// Surfaces that move fast in themselves, that leave, or that pass beside a ball: nothing comes near, and there is no message.
 #[test]
 fn fast_walls_that_do_not_come_near_are_no_alarm() {
     let folder = tempfile::tempdir().unwrap();

@@ -124,7 +124,7 @@ fn frames_are_of_one_moment(scene: &str, set: &[&str]) -> [f64; 2] {
         close(held.iter().sum(), total, "liquid of the particles");
         let there = bridges.iter().filter(|volume| **volume > 0.0).count();
         assert_eq!(there as f64, row["bridge_count"]);
-        // What each particle holds, from the two tables.
+        // Liquid of each particle, from the two tables.
         let mut expected: BTreeMap<u32, f64> = grains
             .id
             .iter()

@@ -266,7 +266,7 @@ fn a_servo_on_a_wall_that_a_sheet_alone_loads_settles() {
     );
 }
 
-/// The closing report and `summary.json` say of each sheet what its last row does.
+/// The closing report and `summary.json` give the last row of each sheet.
 #[test]
 fn the_summary_has_the_sheets() {
     let folder = folder_with("run.toml", &balloon("[[0.0, 0.0], [0.01, 2000.0]]"));
@@ -312,7 +312,7 @@ fn the_help_names_the_lanes_that_there_are() {
     assert!(line.contains("1, 2 or 4"), "{line}");
 }
 
-/// A sheet of 3 mm triangles that falls from `height` (m) onto what `walls` say, for `end` (s).
+/// A sheet of 3 mm triangles that falls from `height` (m) onto `walls`, for `end` (s).
 fn falling(walls: &str, keys: &str, (height, end): (f64, f64)) -> String {
     let head = HEAD.replace("end = 0.02", &format!("end = {end:?}"));
     format!(
@@ -403,7 +403,7 @@ fn vertices_that_are_fast_go_through_no_wall_in_silence() {
     assert!(said.contains("has gone through wall `floor`"), "{said}");
 }
 
-/// What leaves the domain stops the run, or is counted, by name.
+/// Sheets that leave the domain stop the run, or are counted, by name.
 #[test]
 fn a_sheet_that_leaves_the_domain_does_not_go_in_silence() {
     // It falls by 0.2 m in 0.2 s.
@@ -434,7 +434,7 @@ fn the_guard_names_sheets() {
     let said = errors(&output);
     assert_eq!(code(&output), Some(1), "{said}");
     assert!(said.contains("membrane `sheet`"), "{said}");
-    // What the plan says of the floor.
+    // The plan's line about the floor.
     let output = solve(folder.path(), &["run.toml", "--check"]);
     let plan = String::from_utf8(output.stdout.clone()).unwrap();
     assert!(

@@ -49,7 +49,7 @@ fn a_table_holds_clumps_and_spheres_as_entries_do() {
     let data =
         |place: &tempfile::TempDir| fs::read(place.path().join("grains/grains.data")).unwrap();
     assert!(data(&one_by_one) == data(&table));
-    // What is not read is said, once.
+    // Columns that are not read are reported, once.
     let output = solve(table.path(), &["grains.toml", "--check"]);
     let reported = said(&output);
     let notice = "all.csv: not needed and not read: id, type, mass";

@@ -8,7 +8,7 @@ use mercury_common::formats::table_head;
 
 use crate::common::{code, command, errors, folder_with, results, solve};
 
-/// Nothing touches: what flies straight crosses planes and leaves where and when a line says. Gravity is off.
+/// Nothing touches: grains that fly straight cross planes and leave at the places and times of a line. Gravity is off.
 const SCENE: &str = r#"
 time = { end = 0.2, step = 1e-3 }
 output = { interval = 0.05, left = true, pictures = false }

@@ -1,4 +1,4 @@
-//! What the sources promise: compiled laws, the folders of the crates.
+//! Rules for the sources: compiled laws, the folders of the crates.
 
 mod compiled_laws;
 mod modules;

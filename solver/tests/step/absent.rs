@@ -10,7 +10,7 @@ use mercury_common::scene::Files;
 use mercury_engine::step::Engine;
 use mercury_solver::plan::{parse_scene, plan};
 
-/// How long an absent thread stays away while another one waits for it.
+/// Time for which an absent thread stays away while another one waits for it.
 const AWAY: Duration = Duration::from_secs(20);
 
 /// One of two threads has other things to do, as on a machine on which others take its core: the steps, lists among them, are made without it, and

@@ -311,7 +311,7 @@ fn a_servo_that_was_turned_holds_its_force_along_its_own_axis() {
     assert!((way - expected).length() < 2e-6, "{way} and {expected}");
 }
 
-/// Two servos of one wall, one after the other, the second by a table: load, hold, unload. The springs say how far the lid must have gone.
+/// Two servos of one wall, one after the other, the second by a table: load, hold, unload. The springs give the way of the lid.
 #[test]
 fn stages_load_and_unload() {
     let stages = r#"{ kind = "servo", axis = [0, 0, 1], force = -0.9, max_speed = 0.05, until = 0.2 },
@@ -355,7 +355,7 @@ fn a_pressure_acts_on_the_area() {
     let by_force = depth("force = 0.9");
     assert!(by_force < -5e-4);
     for target in ["pressure = 90.0, area = 0.01", "pressure = \"90 Pa\""] {
-        // The same but for the round-off of the area.
+        // Both agree up to the round-off of the area.
         assert!((depth(target) - by_force).abs() < 1e-12, "{target}");
     }
 }

@@ -339,7 +339,7 @@ fn liquid_with_mass_keeps_momentum_mass_and_energy() {
     assert!(row.sprayed[2] > caught && row.balance.formed > 20 && row.balance.ruptured > 5);
     let (after, size) = momentum(&engine);
     assert!(after.distance(before) < 1e-12 * size, "{after} {before}");
-    // What each grain holds.
+    // Liquid of each grain.
     let mut held = engine
         .particles
         .columns
@@ -732,7 +732,7 @@ fn films_of_twelve_neighbours_bound_the_step() {
         (limit.time / critical - 1.0).abs() < 1e-12,
         "{limit:?}, not {critical}"
     );
-    // What a pair alone bears was accepted.
+    // A step that a single pair bears was accepted.
     let text = with(0.85 * 2.0 * mass / normal);
     let refused = parse_scene(Path::new("spray.toml"), &text, &[], Files::MustExist).unwrap();
     let said = plan(&refused).unwrap_err().to_string();

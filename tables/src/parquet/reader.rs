@@ -43,10 +43,10 @@ const ROWS: usize = 1 << 16;
 const MOST: u64 = 64_000_000;
 /// See [`MOST`].
 const MOST_FOR_EACH: u64 = 1000;
-/// What a value takes, in bytes: itself, whether it is there, and once more while it becomes a column.
+/// Memory of a value, in bytes: itself, whether it is there, and once more while it becomes a column.
 const VALUE: u64 = 16;
 
-/// How many bytes the rest of a table may take.
+/// Bytes that the rest of a table may take.
 struct ByteBudget(u64);
 
 impl ByteBudget {
@@ -106,7 +106,7 @@ fn ends(file: &mut File) -> std::io::Result<(Vec<u8>, Vec<u8>)> {
 fn read_whole(path: &Path, file: &File) -> Result<Table> {
     let length = file.metadata()?.len();
     let mut room = ByteBudget(MOST.max(length.saturating_mul(MOST_FOR_EACH)));
-    // The types of Arrow that a program may have noted are left aside: the file's own say enough.
+    // The types of Arrow that a program may have noted are left aside: the file's own types are sufficient.
     let options = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
     let known = ArrowReaderMetadata::load(file, options)?;
     let footer = Arc::clone(known.metadata());
@@ -263,8 +263,8 @@ fn check(chunk: &ColumnChunkMetaData, mut file: &File, room: &mut ByteBudget) ->
     claims(&bytes, room)
 }
 
-/// What [`TCompactInputProtocol`] may count for each byte that it reads: a list counts 8 for each entry, of which each has a byte, and a
-/// struct 2.
+/// Largest count of [`TCompactInputProtocol`] for each byte that it reads: a list counts 8 for each entry, of which each has a
+/// byte, and a struct 2.
 const COUNTED: usize = 16;
 
 /// Takes what the pages of a chunk claim to hold; the library believes them.
@@ -272,7 +272,7 @@ fn claims(mut chunk: &[u8], room: &mut ByteBudget) -> Result<()> {
     while !chunk.is_empty() {
         let most = chunk.len().saturating_mul(COUNTED);
         let mut protocol = TCompactInputProtocol::new(&mut chunk, most);
-        // What is behind the last page the library does not read.
+        // The library does not read beyond the last page.
         let Ok(page) = PageHeader::read_from_in_protocol(&mut protocol) else {
             break;
         };

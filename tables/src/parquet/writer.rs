@@ -33,7 +33,7 @@ pub enum WriteError {
     Columns {
         /// The file.
         path: PathBuf,
-        /// What is wrong with them.
+        /// Description of the mismatch.
         reason: String,
     },
     /// The operating system refused.

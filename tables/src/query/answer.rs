@@ -50,7 +50,7 @@ pub struct Rows {
     pub columns: Vec<String>,
     /// Row by row the cells; numbers as short as they read back exactly, and nothing for what is missing.
     pub cells: Vec<Vec<String>>,
-    /// How many rows the answer has.
+    /// Number of rows of the answer.
     pub total: usize,
 }
 

@@ -25,7 +25,7 @@ const OF_FRAMES: [(&str, DataType); 3] = [
     ("step", DataType::UInt64),
     ("frame", DataType::UInt64),
 ];
-/// The number of a row among all that are read; no query sees it.
+/// The number of a row among all that are read; it is in no query.
 const ROW: &str = "row of all frames";
 
 /// Frames that are read when a query needs them.
@@ -114,11 +114,11 @@ impl Frames {
             let numbers = table.column("frame")?.u64()?.into_no_null_iter();
             Ok(numbers.map(|number| number as usize).collect())
         };
-        // What cannot be decided from frames alone is decided row by row.
+        // Filters that frames alone cannot decide are decided row by row.
         passing().unwrap_or(all)
     }
 
-    /// Of the conditions that must all hold, those that know nothing but time, step and number of a frame.
+    /// Part of the conditions that must all hold: those on time, step and number of a frame alone.
     fn about_frames(&self, condition: Expr) -> Option<Expr> {
         match condition {
             Expr::BinaryExpr {
@@ -299,7 +299,7 @@ fn series(name: &str, values: Column, labels: Option<&[String]>) -> Series {
     }
 }
 
-/// Which rows of a table of frames a query needs; all where there is no condition.
+/// Filter of the rows of a table of frames that a query needs; all where there is no condition.
 pub(super) struct Filter {
     table: Arc<Frames>,
     condition: Option<Expr>,

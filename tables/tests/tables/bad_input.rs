@@ -1,4 +1,4 @@
-//! What is wrong with a file or a table is said in words that help, never by a panic.
+//! Errors in a file or a table give helpful messages, never a panic.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! What is written is read back, bit for bit.
+//! Round trip of written tables, bit for bit.
 
 use mercury_tables::{Column, Kind, ParquetWriter, Spec, Table, Values};
 use proptest::collection::vec;
@@ -133,7 +133,7 @@ proptest! {
         prop_assert_eq!(table.rows(), rows.len());
         prop_assert_eq!(&table.columns()[0].unit, "m");
         let x = table.values::<f64>("x").unwrap();
-        // Text knows one NaN.
+        // Text has one NaN.
         prop_assert!(x.iter().zip(&rows).all(|(a, (b, ..))| a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan())));
         let counts: Vec<u64> = rows.iter().map(|row| row.1).collect();
         prop_assert_eq!(table.values::<u64>("count").unwrap(), counts);

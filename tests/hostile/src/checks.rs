@@ -1,9 +1,9 @@
-//! What is wrong with how a reader takes a file.
+//! Checks of how a reader takes a file, and their faults.
 
 use std::fmt::Display;
 use std::time::{Duration, Instant};
 
-/// No complaint is longer, in bytes: fifty mistakes of two thousand each.
+/// No message is longer, in bytes: fifty mistakes of two thousand each.
 pub const LONGEST_MESSAGE: usize = 100_000;
 
 /// Makes the words of an error.
@@ -26,12 +26,12 @@ pub fn said<T, E: Display>(result: Result<T, E>) -> Option<T> {
     result.map_err(|error| say(&error)).ok()
 }
 
-/// What a reader may allocate at once, in bytes: `base + per_byte * size`.
+/// Bound of the memory that a reader may allocate at once, in bytes: `base + per_byte * size`.
 #[derive(Debug, Clone, Copy)]
 pub struct Bound {
-    /// What any file costs.
+    /// Bytes for any file.
     pub base: u64,
-    /// What each byte of it costs.
+    /// Bytes for each byte of it.
     pub per_byte: u64,
 }
 
@@ -53,7 +53,8 @@ pub fn longest(size: u64) -> Duration {
     Duration::from_millis(2000) + Duration::from_micros(6) * u32::try_from(size).unwrap_or(u32::MAX)
 }
 
-/// Time that this thread has computed, so that what else the machine does counts little; by the clock where the system does not say.
+/// Time that this thread has computed, so that what else the machine does counts little; by the clock where the system does not
+/// report it.
 pub struct Stopwatch {
     clock: Instant,
     computed: Option<u64>,
@@ -69,7 +70,7 @@ impl Stopwatch {
         }
     }
 
-    /// Since the start.
+    /// Time since the start.
     #[must_use]
     pub fn elapsed(&self) -> Duration {
         match (self.computed, computed()) {

@@ -1,7 +1,7 @@
 //! From a valid file to a hostile one.
 //!
-//! A mutation knows a little of what it breaks: numbers in text become unusual numbers, counts in binary files become counts that
-//! no memory holds, lines are doubled, words of the format stand where they do not belong.
+//! A mutation depends on the content that it breaks: numbers in text become unusual numbers, counts in binary files become counts
+//! that no memory holds, lines are doubled, words of the format stand where they do not belong.
 
 /// Random numbers from a seed, the same on every machine (splitmix64, Steele, Lea and Flood 2014).
 #[derive(Debug, Clone)]
@@ -39,7 +39,7 @@ impl Random {
     }
 }
 
-/// What a file is made of, as far as mutations care.
+/// Make of a file, as far as mutations need it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Make {
     /// Lines of words and numbers. These words mean something in the format.

@@ -37,7 +37,7 @@ impl Place {
     /// A new one.
     ///
     /// # Errors
-    /// Those of the system.
+    /// Errors of the system.
     pub fn new() -> io::Result<Self> {
         // In memory where the system has such a folder: there are hundreds of thousands of files.
         let memory = Path::new("/dev/shm");

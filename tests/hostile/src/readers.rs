@@ -18,29 +18,29 @@ use crate::place::Place;
 /// Makes the file of a case from the samples in a way of its own: for formats that mutations of bytes hardly get into.
 pub type Own = fn(&mut Random, &[Vec<u8>]) -> Vec<u8>;
 
-/// What is done with a mutated file.
+/// Last change of a mutated file.
 pub type Wrap = fn(&mut Random, Vec<u8>) -> Vec<u8>;
 
 /// A reader.
 #[derive(Debug, Clone, Copy)]
 pub struct Reader {
-    /// As in `tests/corpus/NAME` and the targets of cargo-fuzz.
+    /// Name in `tests/corpus/NAME` and in the targets of cargo-fuzz.
     pub name: &'static str,
-    /// What its files are made of.
+    /// Make of its files.
     pub make: Make,
     /// Valid files. It also writes into the folder what lies beside them.
     pub samples: fn(&Place) -> Vec<Vec<u8>>,
     /// Reads a file in all the ways that programs do, and drops what it read. It panics where something is wrong.
     pub read: fn(&[u8], &Place),
-    /// What it may allocate for a file of that [`size`](Self::size).
+    /// Memory that it may allocate for a file of that [`size`](Self::size).
     pub bound: Bound,
     /// Why so much.
     pub because: &'static str,
-    /// How many bytes a file counts: its own, unless it is compressed.
+    /// Size of a file in bytes: its own, unless it is compressed.
     pub size: fn(&[u8]) -> u64,
-    /// What is done with a mutated file: compressed, for example.
+    /// Last change of a mutated file: compression, for example.
     pub wrap: Option<Wrap>,
-    /// Mutations that know the format.
+    /// Mutations by the format.
     pub own: Option<Own>,
 }
 

@@ -49,7 +49,7 @@ fn grown() -> usize {
 }
 
 thread_local! {
-    /// What the last panic said, and where.
+    /// Message of the last panic, and its place.
     static PANIC: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
@@ -64,7 +64,7 @@ fn note_panics() {
     }));
 }
 
-/// What is wrong with how a reader takes a file, if anything is.
+/// Fault in how a reader takes a file, if there is one.
 fn fault(reader: &Reader, place: &Place, bytes: &[u8]) -> Result<(), String> {
     let size = (reader.size)(bytes);
     COUNTED.reset_peak_usage();
@@ -100,7 +100,7 @@ fn fault(reader: &Reader, place: &Place, bytes: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// Runs inside the process that is watched. It says after each file how far it is.
+/// Runs inside the process that is watched. It reports its progress after each file.
 #[test]
 #[ignore = "the tests below start it"]
 fn worker() {

@@ -12,7 +12,7 @@ use mercury_engine::contact::AnyNormal;
 use mercury_engine::state::{MaterialIndex, volume};
 use mercury_engine::step::Engine;
 
-/// What a collision was like.
+/// Measured values of a collision.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Collision {
     pub(super) restitution: f64,
@@ -43,7 +43,7 @@ pub(super) struct HeadOn {
 }
 
 impl HeadOn {
-    /// Of two equal spheres under a normal law.
+    /// Collision of two equal spheres under a normal law.
     pub(super) fn equal(
         normal: AnyNormal,
         radius: f64,
@@ -60,7 +60,7 @@ impl HeadOn {
         }
     }
 
-    /// Of a sphere with a wall.
+    /// Collision of a sphere with a wall.
     pub(super) fn on_wall(self) -> Self {
         Self {
             masses: [self.masses[0], f64::INFINITY],

@@ -25,10 +25,10 @@ pub(crate) struct Impact {
     pub(crate) density: f64,
     /// Young's modulus, Pa, and Poisson's ratio.
     pub(crate) elasticity: (f64, f64),
-    /// The same of what it meets.
+    /// Young's modulus, Pa, and Poisson's ratio of the partner.
     pub(crate) partner: (f64, f64),
     pub(crate) friction: f64,
-    /// As measured after the impact: where tension is cut off the damping is that which gives it.
+    /// Restitution as measured after the impact: where tension is cut off the damping is that which gives it.
     pub(crate) restitution: f64,
     pub(crate) cut_tension: bool,
     /// Onto the wall, along it, m/s, and spin, rad/s.
@@ -88,14 +88,14 @@ impl Impact {
         self.after(plan.with_particles(vec![self.sphere()]))
     }
 
-    /// The same on a sphere of five times the radius that does not move.
+    /// Impact on a sphere of five times the radius that does not move.
     pub(crate) fn on_sphere(&self) -> Particle {
         let plan = plan(self.time_step(), self.density, self.law());
         let anvil = held(self.large_sphere());
         self.after(plan.with_particles(vec![self.sphere(), anvil]))
     }
 
-    /// The same on a free sphere of five times the radius and the density given (kg/m³).
+    /// Impact on a free sphere of five times the radius and the density given (kg/m³).
     pub(crate) fn on_heavy_sphere(&self, density: f64) -> Particle {
         let mut plan = plan(self.time_step(), self.density, self.law());
         let mut heavy = self.large_sphere();
@@ -103,7 +103,7 @@ impl Impact {
         self.after(plan.with_particles(vec![self.sphere(), heavy]))
     }
 
-    /// The same on an equal sphere that comes from the other side with the opposite velocity.
+    /// Impact on an equal sphere that comes from the other side with the opposite velocity.
     pub(crate) fn on_opposite(&self) -> Particle {
         let plan = plan(self.time_step(), self.density, self.law());
         let mut other = self.sphere();
@@ -134,8 +134,8 @@ impl Impact {
         particle(&engine, 0)
     }
 
-    /// What friction takes from the velocity in full sliding, m/s: mu times what presses, which ends when the sphere leaves with the
-    /// speed of a contact without tension.
+    /// Loss of tangential velocity by friction in full sliding, m/s: mu times the normal impulse per mass, which ends when the
+    /// sphere leaves with the speed of a contact without tension.
     pub(crate) fn taken(&self) -> f64 {
         let clamped = if self.cut_tension {
             self.restitution

@@ -138,7 +138,7 @@ fn free_corner(part: f64, damping_ratio: f64, drag: f64) -> f64 {
     far / edge
 }
 
-/// A ball at rest on a sheet whose rim is fixed, over what an independent energy says.
+/// A ball at rest on a sheet whose rim is fixed, over the value by an independent energy.
 struct BallOnSheet {
     /// Largest distance of the ball's centre, and of a vertex, from where the energy is least, over the sag.
     ball: f64,
@@ -147,7 +147,7 @@ struct BallOnSheet {
     rim: f64,
 }
 
-/// It is computed once for all that is measured of it.
+/// The result is computed once for all that is measured of it.
 fn ball_on_a_sheet() -> &'static BallOnSheet {
     static RESULT: OnceLock<BallOnSheet> = OnceLock::new();
     RESULT.get_or_init(ball_at_rest)
@@ -199,8 +199,8 @@ fn ball_at_rest() -> BallOnSheet {
     }
 }
 
-/// Two balls pressed by 5 % of their radius onto either face of a sheet that is held: the force on the `which`-th over that which Hertz' law says for a plane at
-/// half the thickness of the sheet, upwards.
+/// Two balls pressed by 5 % of their radius onto either face of a sheet that is held: the force on the `which`-th over that of
+/// Hertz' law for a plane at half the thickness of the sheet, upwards.
 fn on_either_face(which: usize) -> f64 {
     let (radius, overlap) = (4e-3, 2e-4);
     let height = radius + 0.5 * THICKNESS - overlap;

@@ -53,7 +53,7 @@ impl Tolerance {
 pub struct Case {
     /// Unique: the case, *law* or *engine*, and the quantity with its unit.
     pub name: String,
-    /// What theory or another code gives, SI units.
+    /// Value of the theory or of another code, SI units.
     pub expected: f64,
     /// How near the solver must come.
     pub tolerance: Tolerance,
@@ -70,7 +70,7 @@ pub struct Outcome {
     pub name: String,
     /// Expected value.
     pub expected: f64,
-    /// What the solver gave.
+    /// Value of the solver.
     pub measured: f64,
     /// Largest difference allowed.
     pub allowed: f64,

@@ -36,13 +36,13 @@ pub(super) fn cases() -> Vec<Case> {
 /// The inputs of a sphere on a plane.
 #[derive(Clone, Copy)]
 pub(super) struct OnPlane {
-    /// Of sliding.
+    /// Coefficient of sliding friction.
     pub(super) friction: f64,
     /// Slope, degrees.
     pub(super) angle: f64,
     pub(super) rolling: f64,
     pub(super) torsion: f64,
-    /// Of rolling and torsion, over R*.
+    /// Lever of rolling and torsion, over R*.
     pub(super) lever: f64,
     /// Damping of the sliding and rolling springs, relative to critical damping. The more of it, the sooner they settle; the
     /// less, the more sharply sliding ends: a sliding spring begins to hold when k u < γ |du/dt|.
@@ -70,7 +70,7 @@ impl OnPlane {
         self.start_with(self.spin * DVec3::Z)
     }
 
-    /// The same, rolling.
+    /// Engine of the sphere on the plane, rolling from the start.
     pub(super) fn start_rolling(self) -> Engine {
         self.start_with(self.speed / RADIUS * DVec3::Y)
     }

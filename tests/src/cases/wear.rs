@@ -34,7 +34,7 @@ fn weight() -> f64 {
     mass() * GRAVITY
 }
 
-/// What Archard's law says of the scene, m^3.
+/// Worn volume of the scene by Archard's law, m^3.
 fn archard(way: f64) -> f64 {
     RATE * weight() * way
 }
@@ -171,7 +171,8 @@ fn idle(changes: &[&str], name: &str) -> f64 {
     Ran::new(&all).row.owed / archard(WAY)
 }
 
-/// What friction-work says of a ball that bounces off the plate at an angle, over what the energy audit says; `part` of the automatic step.
+/// Worn volume of a ball that bounces off the plate at an angle: the law of friction work over the energy audit; `part` of the
+/// automatic step.
 fn oblique_bounce(part: f64) -> f64 {
     let basis = basis("friction-work");
     let mut changes: Vec<String> = [
@@ -447,7 +448,7 @@ fn overlap() -> f64 {
     (0.75 * weight() / (effective_modulus() * RADIUS.sqrt())).powf(2.0 / 3.0)
 }
 
-/// By how much Mindlin's spring is stretched before it slides, m.
+/// Stretch of Mindlin's spring before it slides, m.
 fn first_stretch() -> f64 {
     let shear_modulus = 1e7 / (2.0 * (1.0 + 0.3)) / (2.0 * (2.0 - 0.3));
     let stiffness = 8.0 * shear_modulus * (RADIUS * overlap()).sqrt();

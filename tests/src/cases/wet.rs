@@ -266,7 +266,7 @@ fn exact() -> Vec<Case> {
             cases.push(Case::new(
                 format!("T25 law: young-laplace, {place}: force over gamma R_D"),
                 force,
-                // What the scene asks for.
+                // Accuracy that the scene requests.
                 Relative(1e-3),
                 SOURCE,
                 move || {
@@ -327,7 +327,7 @@ fn wide_angles() -> Vec<Case> {
             cases.push(Case::new(
                 format!("T25 law: young-laplace, {place}: largest error, of the largest force"),
                 0.0,
-                // What the scene asks for.
+                // Accuracy that the scene requests.
                 Absolute(1e-3),
                 SOURCE,
                 move || worst(degrees, volume)[1],

@@ -1,4 +1,4 @@
-//! Contact parameters that give a wanted collision, and effective moduli of a pair.
+//! Contact parameters that give a collision, and effective moduli of a pair.
 //!
 //! `mass` is the effective mass m* of the pair.
 

@@ -38,11 +38,11 @@ struct Row {
     normal_error: f64,
     /// Along the slope, Pa.
     shear: f64,
-    /// Of what is above, into the slope, Pa.
+    /// Weight of the layers above, into the slope, Pa.
     weight: f64,
 }
 
-/// What the run gave.
+/// Results of the run.
 #[derive(Debug, Clone, PartialEq)]
 struct Profiles {
     rows: Vec<Row>,
@@ -120,7 +120,7 @@ fn rows(block: &Block) -> Result<Vec<Row>> {
     let mut rows: Vec<Row> = (0..density.len())
         .rev()
         .map(|k| {
-            // What the fixed grains of the bottom hold does not rest on what is below.
+            // The weight that the fixed grains of the bottom hold does not rest on the grains below.
             let own = (density[k] * GRAVITY[1] - held[k]) * cell;
             let weight = above + 0.5 * own;
             above += own;

@@ -26,7 +26,7 @@ pub(super) const QUARTERS: [&str; 4] = ["+x +z", "-x +z", "-x -z", "+x -z"];
 pub(super) struct Counts {
     /// s.
     pub(super) time: f64,
-    /// By quarter ([`QUARTERS`]) and material (small, large).
+    /// Numbers by quarter ([`QUARTERS`]) and material (small, large).
     pub(super) number: [[u64; 2]; 4],
 }
 
@@ -43,7 +43,7 @@ impl Counts {
     }
 }
 
-/// What the run gave.
+/// Results of the run.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Found {
     pub(super) checks: Vec<Outcome>,
@@ -128,7 +128,7 @@ fn balance(run: &Run) -> Result<f64> {
             moments.push(weight * row.center_of_mass.x);
         }
     }
-    // What the drum does to its content, and what the content does to the drum, are opposite.
+    // The torque of the drum on its content and that of the content on the drum are opposite.
     Ok(torque / mean(moments.into_iter()))
 }
 

@@ -16,7 +16,7 @@ use crate::scene_checks::planned;
 use crate::scenes::start_planned;
 
 const RESTITUTION: f64 = 0.9;
-/// How often the temperature is taken.
+/// Number of times at which the temperature is taken.
 const LOOKS: u64 = 120;
 
 /// The course of a gas: time (s) and temperature, (2/3) of the kinetic energy per mass beyond that of the whole, m²/s².

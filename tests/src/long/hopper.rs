@@ -24,12 +24,12 @@ const MATERIALS: [(&str, f64); 2] = [("grain", 1400.0), ("sand", 2600.0)];
 /// cone, three grains from its wall.
 const CORE: [f64; 3] = [0.018, 0.02, 0.045];
 
-/// What the run gave.
+/// Results of the run.
 #[derive(Debug, Clone, PartialEq)]
 struct Hopper {
     checks: Vec<Outcome>,
     size: (u64, u64),
-    /// Of the two materials: time (s), and mass that has passed (kg).
+    /// Discharge of the two materials: time (s), and mass that has passed (kg).
     passed: [Vec<[f64; 2]>; 2],
     /// Time, and D[3,2] of what passed since the row before, m; both materials.
     sizes: Vec<[f64; 2]>,
@@ -67,7 +67,7 @@ fn evaluate(run: &Run) -> Result<Hopper> {
     let mut volumes = 0.0;
     let mut surfaces = 0.0;
     for (material, (name, _)) in MATERIALS.iter().enumerate() {
-        // The same columns, of the rows of one material.
+        // Columns of the rows of one material.
         let mut rows =
             String::from("time,name,material,forward,backward,mass,volume,px,py,pz,d10,d32,d43\n");
         for line in text

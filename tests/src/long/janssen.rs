@@ -35,7 +35,7 @@ struct Profile {
     weight: Vec<f64>,
     /// Force of the wall on the grains along its axis, upwards, N.
     friction: Vec<f64>,
-    /// Of the grains on the wall, N.
+    /// Normal force of the grains on the wall, N.
     pressure: Vec<f64>,
     floor: f64,
 }

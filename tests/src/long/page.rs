@@ -30,7 +30,7 @@ const SHOWN: [&str; 1] = ["hopper-psd"];
 /// First line of the table of all checks.
 const COLUMNS: &str = "check,expected,measured,allowed,worst,status,source";
 
-/// What the page says, subject by subject.
+/// Content of the page, subject by subject.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Page {
     /// Key, rows of the table, section below the heading.
@@ -38,7 +38,7 @@ pub struct Page {
 }
 
 impl Page {
-    /// What the page and the table beside it say as they are; a subject that is missing in either is not on it.
+    /// Content of the page and of the table beside it as they are; a subject that is missing in either is not on it.
     #[must_use]
     pub fn read(page: &str, table: &str) -> Self {
         let mut parts = Vec::new();
@@ -141,7 +141,7 @@ impl Page {
         page
     }
 
-    /// What the validation page shows of the long scenes, below `HEADING`: an overview, and the sections of `SHOWN`.
+    /// Summary of the long scenes on the validation page, below `HEADING`: an overview, and the sections of `SHOWN`.
     #[must_use]
     pub fn summary(&self) -> String {
         let mut text = String::from(
@@ -158,7 +158,7 @@ impl Page {
         text
     }
 
-    /// The validation page with the long scenes as they are here, in place of what it said of them.
+    /// The validation page with the long scenes as they are here, in place of its section about them.
     #[must_use]
     pub fn put_into(&self, validation: &str) -> String {
         let heading = format!("\n{HEADING}\n");
@@ -271,8 +271,8 @@ mod tests {
         }
     }
 
-    /// The validation page shows what the page of the long scenes says, as both are committed: the plot of the hopper's discharge and its
-    /// rate beside Beverloo's law among them.
+    /// The validation page shows the content of the page of the long scenes, as both are committed: the plot of the hopper's
+    /// discharge and its rate beside Beverloo's law among them.
     #[test]
     fn the_validation_page_shows_the_long_scenes_as_they_are() {
         let docs = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
@@ -317,7 +317,7 @@ mod tests {
         assert_eq!(page.put_into(&with_more), with_more);
     }
 
-    /// What is written is read back, and a subject that is run again takes the place of the old one.
+    /// Sections are written and read back, and a subject that is run again takes the place of the old one.
     #[test]
     fn sections_stay_until_they_are_run_again() {
         let haff = &SUBJECTS[0];

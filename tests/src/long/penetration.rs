@@ -10,12 +10,12 @@ use super::runs::{Run, finished, numbers};
 use super::{Reported, outcome};
 use crate::cases::Outcome;
 
-/// Height of the intruder by LIGGGHTS; the file says how it was made.
+/// Height of the intruder by LIGGGHTS; the file describes how it was made.
 const LIGGGHTS: &str = include_str!("penetration-25k.liggghts.csv");
 /// End of the run, s: after the impact at 0.0207 s, the dive, and the rebound from the floor. The scene's is 0.1 s.
 pub(super) const END: f64 = 0.045;
-/// Until when heights are compared, s: the floor is met. What bounces the intruder back is a handful of beads crushed between it and the floor:
-/// from there on the path is chaotic (see the page).
+/// End of the comparison of heights, s: the floor is met. The intruder bounces back from a handful of beads crushed between it
+/// and the floor: from there on the path is chaotic (see the page).
 const COMPARED: f64 = 0.03;
 
 /// Shots from just above the bed, with the sphere shifted sideways by so much along x and y (m): what differs by less than any bed of beads can
@@ -31,14 +31,14 @@ pub(super) const SHIFTS: [[f64; 2]; 9] = [
     [0.0, 1e-5],
     [0.0, -1e-5],
 ];
-/// Heights of the shots by LIGGGHTS; the file says how they were made.
+/// Heights of the shots by LIGGGHTS; the file describes how they were made.
 const LIGGGHTS_SHOTS: &str = include_str!("penetration-shots.liggghts.csv");
 /// When the shots begin in the scene's time, and how long they last, s: the sphere has left the floor.
 pub(super) const SHOT: [f64; 2] = [0.0202, 0.014];
 /// Over which time speeds are taken at the end of a shot, s.
 const SPAN: f64 = 3e-3;
 
-/// What makes the scene such a shot.
+/// Changes of the scene that make it such a shot.
 pub(super) fn shot([x, y]: [f64; 2]) -> Vec<String> {
     vec![
         // Where free fall has brought it.
@@ -84,7 +84,7 @@ pub(super) fn spread(values: impl Iterator<Item = f64> + Clone) -> [f64; 2] {
     [mean, (squares / (count - 1.0)).sqrt()]
 }
 
-/// What the run gave.
+/// Results of the run.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Found {
     pub(super) checks: Vec<Outcome>,
@@ -92,7 +92,7 @@ pub(super) struct Found {
     pub(super) size: (u64, u64),
     /// Time (s) and height (m) of the intruder in our run.
     pub(super) ours: Vec<[f64; 2]>,
-    /// The same by LIGGGHTS.
+    /// Time (s) and height (m) of the intruder by LIGGGHTS.
     pub(super) theirs: Vec<[f64; 2]>,
     /// Our ends of the shots and those of LIGGGHTS, in the order of [`SHIFTS`].
     pub(super) shots: Vec<[Flight; 2]>,
@@ -244,7 +244,7 @@ impl Found {
         page
     }
 
-    /// What the scatter leaves to compare: means.
+    /// Means of the shots, which the scatter leaves to compare.
     fn shots_section(&self, page: &mut String) {
         let shots = &self.shots;
         let [begin, lasts] = SHOT;
@@ -334,7 +334,7 @@ pub(super) fn tell(runs: &Path) -> Result<Reported> {
 mod tests {
     use super::*;
 
-    /// The shots begin where the table of LIGGGHTS says that they do, and every one is in it.
+    /// The shots begin where they do in the table of LIGGGHTS, and every one is in it.
     #[test]
     fn shots_are_those_of_the_table() {
         // Where free fall has brought the sphere.

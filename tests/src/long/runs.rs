@@ -84,7 +84,7 @@ pub(super) fn finished(scene: &str, name: &str, overrides: &[String], runs: &Pat
     finished_at(&path, name, overrides, runs)
 }
 
-/// The same of the scene in a file.
+/// Finished run of the scene in a file.
 pub(super) fn finished_at(
     path: &Path,
     name: &str,

@@ -1,7 +1,7 @@
 //! Tests 4 to 8 of Chung & Ooi (2011) beside their curves, as Kratos digitised them, with Kratos' limits and time steps.
 //!
-//! The walls are rigid, as in Kratos. What a sphere does on them depends on the ratio of the two stiffnesses alone, which a rigid
-//! wall leaves as it is.
+//! The walls are rigid, as in Kratos. The motion of a sphere on them depends on the ratio of the two stiffnesses alone, which a
+//! rigid wall leaves as it is.
 
 use anyhow::Result;
 
@@ -46,7 +46,7 @@ pub(super) fn test_6(tangent: f64, factor: f64) -> Impact {
     }
 }
 
-/// What the curves of test 4 show: v_t after over before, spin (rad/s), rebound angle of the contact point (degrees).
+/// Values in the curves of test 4: v_t after over before, spin (rad/s), rebound angle of the contact point (degrees).
 pub(super) fn seen_4(degrees: f64, factor: f64) -> [f64; 3] {
     let impact = test_4(degrees, factor);
     let after = impact.on_wall();
@@ -58,7 +58,7 @@ pub(super) fn seen_4(degrees: f64, factor: f64) -> [f64; 3] {
     ]
 }
 
-/// What the curves of test 5 show: slip and R spin after, over mu v_n.
+/// Values in the curves of test 5: slip and R spin after, over mu v_n.
 pub(super) fn seen_5(psi: f64, factor: f64) -> [f64; 2] {
     let impact = test_5(psi, factor);
     let after = impact.on_wall();
@@ -69,7 +69,7 @@ pub(super) fn seen_5(psi: f64, factor: f64) -> [f64; 2] {
     ]
 }
 
-/// What the curves of tests 6 and 8 show: tangential restitution, and slip over normal velocity after.
+/// Values in the curves of tests 6 and 8: tangential restitution, and slip over normal velocity after.
 pub(super) fn seen_6(tangent: f64, factor: f64, heavy: bool) -> [f64; 2] {
     let mut impact = test_6(tangent, factor);
     let after = if heavy {

@@ -106,7 +106,7 @@ impl Fall {
         found
     }
 
-    /// The same in closed form, while gravity is a small part of what acts in a contact: g/(omega v) below 0.2.
+    /// Heights of the rebounds in closed form, while gravity is a small part of the force in a contact: g/(omega v) below 0.2.
     pub(super) fn theory(&self, most: usize) -> Vec<f64> {
         let ball = self.ball();
         let mut speed = (2.0 * GRAVITY * (START - RADIUS)).sqrt();
@@ -127,7 +127,7 @@ impl Fall {
     }
 }
 
-/// What `see` says (a place, m, and its rate) at times (s) in order, between the steps by the cubic that has both at their ends.
+/// Values of `see` (a place, m, and its rate) at times (s) in order, between the steps by the cubic that has both at their ends.
 fn course(
     mut engine: Engine,
     step: f64,
@@ -235,7 +235,8 @@ fn bounces() -> Vec<Case> {
                 move || fall.bounces(number).last().map_or(f64::NAN, |h| h - RADIUS),
             ));
             // By perturbation: the weight deepens the contact by g/w^2, so that it ends later by (1 + e) g/(w^2 v e) and the speed
-            // after it, v e, is less by the share 2 zeta (1 + e)/e g/(w v). What follows is smaller by the phase that it ends later.
+            // after it, v e, is less by the share 2 zeta (1 + e)/e g/(w v). The next terms are smaller by the phase that it ends
+            // later.
             let speed = (2.0 * GRAVITY * (START - RADIUS)).sqrt();
             let later =
                 (1.0 + restitution) / restitution * GRAVITY / (fall.ball().frequency * speed);
@@ -314,7 +315,7 @@ fn stacked(published: &Published) -> Result<Vec<Case>> {
 
 /// DEM04: radius (m), density (kg/m³), speed (m/s).
 const SLIDER: [f64; 3] = [0.0005, 1e4, 0.1];
-/// Of the contact with the floor, N/m; not stated. Stiff: the overlap at rest is 1e-5 radii.
+/// Stiffness of the contact with the floor, N/m; not stated. Stiff: the overlap at rest is 1e-5 radii.
 const FLOOR: f64 = 1e4;
 
 /// 1/200 of a contact, s.
@@ -441,7 +442,7 @@ fn oblique_impacts(published: &Published) -> Result<Vec<Case>> {
                 .try_into()
                 .ok()
                 .context("DEM05: rows have an angle and two numbers")?;
-            // What a sphere does that sticks depends on the tangential stiffness, which the file does not state.
+            // The motion of a sphere that sticks depends on the tangential stiffness, which the file does not state.
             if f64::tan(f64::to_radians(degrees)) < 3.5 * 0.092 * 2.0 {
                 continue;
             }

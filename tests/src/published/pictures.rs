@@ -47,7 +47,7 @@ pub(super) fn chung_ooi(published: &Published, folder: &Path) -> Result<()> {
     {
         let axis = Axis::linear("angle from the normal (°)", "");
         let chart = Chart::new(title, axis, Axis::linear(name, unit));
-        // The first chart says it for the three of them.
+        // The first chart has the legend for the three of them.
         let legend = if k == 0 { Legend::Auto } else { Legend::None };
         let chart = chart.legend(legend);
         let chart = ours(chart, &angles, |angle, factor| seen_4(angle, factor)[k]);

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-/// A rigid body. Its pebbles are particles that know it by its index.
+/// A rigid body. Its pebbles are particles that hold its index.
 #[derive(Debug, Clone)]
 pub struct Body {
     /// Position of the centre of mass \[m\].

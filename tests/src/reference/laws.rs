@@ -1,4 +1,4 @@
-//! What two touching bodies do to each other.
+//! Forces and couples between two touching bodies.
 //!
 //! A contact law has up to four parts, evaluated in this order: the normal force; sliding friction,
 //! which is limited by the normal force; rolling and torsion resistance, which are couples. Each
@@ -94,7 +94,7 @@ pub struct Conventions {
     pub rolling_lever: RollingLever,
     /// True: damping may not make a contact pull. Cohesion of the plastic law still pulls.
     pub clamp_tension: bool,
-    /// What Coulomb's limit applies to.
+    /// Force that Coulomb's limit applies to.
     pub coulomb_limits: CoulombLimits,
     /// The normal against which sliding is measured.
     pub sliding_normal: SlidingNormal,
@@ -156,7 +156,7 @@ impl Kinematics {
     }
 }
 
-/// What a contact remembers. It begins with zeros when two bodies touch and is lost when they part.
+/// Memory of a contact. It begins with zeros when two bodies touch and is lost when they part.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct History {
     /// Sliding spring ξ \[m\]; with [`LoadHistory::Rescale`] the elastic force on A \[N\] instead.
@@ -171,7 +171,7 @@ pub struct History {
     pub largest_overlap: f64,
 }
 
-/// What a contact does.
+/// Result of a contact law.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ContactForce {
     /// Force on A, B feels the opposite \[N\].

@@ -139,7 +139,7 @@ impl Simulation {
         self.move_pebbles();
     }
 
-    /// How much earlier than the positions the velocities are that contacts see \[s\].
+    /// Time by which the velocities that contacts see are earlier than the positions \[s\].
     fn lag(&self) -> f64 {
         if self.step > 0 {
             0.5 * self.time_step
@@ -170,7 +170,8 @@ impl Simulation {
         self.place_pebbles(&spins, 0.0);
     }
 
-    /// The same with the angular velocities that the bodies had `lag` (s) ago, when the pebbles were where these say.
+    /// Places the pebbles, with the angular velocities that the bodies had `lag` (s) ago, when the pebbles were where these place
+    /// them.
     fn place_pebbles(&mut self, spins: &[DVec3], lag: f64) {
         for (body, &spin) in self.bodies.iter().zip(spins) {
             for (k, &(index, _)) in body.pebbles.iter().enumerate() {
@@ -240,8 +241,8 @@ impl Simulation {
         self.gather();
     }
 
-    /// What a particle remembers of the parts of a wall that it touches now. A sphere that rolls from one part over onto the
-    /// next, off a face over its rim, keeps what it remembers.
+    /// Histories of a particle at the parts of a wall that it touches now. A sphere that rolls from one part over onto the next,
+    /// off a face over its rim, keeps what it remembers.
     fn wall_histories(
         &self,
         previous: &BTreeMap<ContactKey, Contact>,
@@ -417,10 +418,9 @@ impl Simulation {
         }
     }
 
-    /// The same for every place where a particle touches a wall. A wall has no end to its mass and
-    /// no curvature in the contact laws. The wall stands where it is at t_k, like the particles;
-    /// its motion is constant, so its velocity is that of the half step as well, at the place where
-    /// the particle was then.
+    /// Kinematics of every place where a particle touches a wall. A wall has no end to its mass and no curvature in the contact
+    /// laws. The wall stands where it is at t_k, like the particles; its motion is constant, so its velocity is that of the half
+    /// step as well, at the place where the particle was then.
     fn wall_kinematics(&self, particle: usize, wall: usize) -> Vec<(usize, Kinematics)> {
         let row = particle;
         let (a, wall) = (&self.particles[particle], &self.walls[wall]);

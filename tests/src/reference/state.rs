@@ -1,5 +1,5 @@
-//! What a simulation remembers between two steps: particles, contacts with their history, the
-//! periodic box, and the energies that can be read off them.
+//! State of a simulation between two steps: particles, contacts with their history, the periodic box, and the energies that can
+//! be read off them.
 
 use std::f64::consts::PI;
 
@@ -32,7 +32,7 @@ pub struct Particle {
     /// Components of the velocity that keep their present value whatever the forces. Unlike a
     /// fixed particle such a particle has its own mass in the contact laws, and touches walls.
     pub velocity_held: [bool; 3],
-    /// The same for the angular velocity.
+    /// Components of the angular velocity that are held.
     pub angular_velocity_held: [bool; 3],
     /// The body that it is a pebble of, and which one; that moves it. Its `mass` is then that of the whole body.
     pub body: Option<(usize, usize)>,
@@ -74,7 +74,7 @@ impl Particle {
         }
     }
 
-    /// The same particle elsewhere, moving.
+    /// This particle elsewhere, moving.
     pub fn placed(mut self, position: DVec3, velocity: DVec3, angular_velocity: DVec3) -> Self {
         self.position = position;
         self.velocity = velocity;
@@ -88,7 +88,7 @@ impl Particle {
     }
 }
 
-/// Which axes are periodic, and with what period.
+/// Periodic axes, with their periods.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct PeriodicBox {
     /// Lower corner \[m\].
@@ -120,7 +120,7 @@ impl PeriodicBox {
     }
 }
 
-/// Which particles touch. The first partner is always A of the contact laws, the second B.
+/// Partners of a contact. The first partner is always A of the contact laws, the second B.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ContactKey {
     /// Two particles, the lower index first.
@@ -145,7 +145,7 @@ pub struct Contact {
     pub point: DVec3,
     /// Force and couple on A, and the energy stored.
     pub response: ContactForce,
-    /// What the contact remembers for the next step.
+    /// Memory of the contact for the next step.
     pub history: History,
 }
 
@@ -159,7 +159,7 @@ pub struct Energies {
     pub rotational: f64,
     /// −Σ m g·x.
     pub gravitational: f64,
-    /// What the springs of all contacts would give back.
+    /// Energy that the springs of all contacts would give back.
     pub elastic: f64,
 }
 

@@ -107,8 +107,8 @@ fn face_normal([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a).normalize()
 }
 
-/// Which of the contacts that are left goes on as the one with `triangle`: the one whose triangle is now nearest to the point that
-/// touches, within half the distance of the centre.
+/// The contact, of those that are left, that goes on as the one with `triangle`: the one whose triangle is now nearest to the
+/// point that touches, within half the distance of the centre.
 pub(super) fn continued(
     old: impl Iterator<Item = [DVec3; 3]>,
     triangle: [DVec3; 3],

@@ -181,8 +181,8 @@ impl Shape {
 /// One place where a sphere touches a wall.
 #[derive(Debug, Clone, Copy)]
 pub struct WallContact {
-    /// Which part of the wall: the triangle; or 2 i is segment i of a profile, 2 i + 1 the corner after it; corner 0
-    /// is `usize::MAX`. Other shapes have one part, 0. History passes between adjacent parts.
+    /// Part of the wall: the triangle; or 2 i is segment i of a profile, 2 i + 1 the corner after it; corner 0 is `usize::MAX`.
+    /// Other shapes have one part, 0. History passes between adjacent parts.
     pub feature: usize,
     /// Unit normal from the wall to the particle.
     pub normal: DVec3,

@@ -42,7 +42,7 @@ pub struct Comparison {
     pub worst_share: f64,
     /// The quantity, expected and measured number of the largest share.
     pub worst: (String, f64, f64),
-    /// What is allowed.
+    /// Tolerance of the comparison.
     pub tolerance: Tolerance,
 }
 

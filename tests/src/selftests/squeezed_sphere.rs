@@ -14,7 +14,7 @@ use super::Data;
 use super::comparison::{Comparison, Tally, Tolerance};
 use super::run::{observe, saved_steps};
 
-/// Which resistance is on.
+/// Resistance that is on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Resistance {
     Rolling,

@@ -26,9 +26,9 @@ const TABLE: Table = Table {
     gravity: 10.0,
     step: 3e-4,
 };
-/// How long a throw is watched, s.
+/// Time for which a throw is watched, s.
 const WATCHED: f64 = 50.0;
-/// How often the body is thrown at most.
+/// Number of throws at most.
 const THROWS: u32 = 4;
 /// Depth of the basin's bottom below the centre of mass, found by looking into 60,000 directions.
 const LOWEST: f64 = 0.48316;

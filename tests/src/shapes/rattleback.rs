@@ -30,7 +30,7 @@ const TABLE: Table = Table {
 const SKEW: f64 = 8.0;
 /// Spin at the start, rad/s.
 const SPIN: f64 = 0.7;
-/// How long the stone is watched, s.
+/// Time for which the stone is watched, s.
 const WATCHED: f64 = 25.0;
 
 fn built(shapes: &Shapes) -> Built {

@@ -1,4 +1,4 @@
-//! Single collisions that theory knows: unequal partners, deep starts, grazes.
+//! Single collisions with a theory: unequal partners, deep starts, grazes.
 
 use std::f64::consts::PI;
 
@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::stage::{Stage, ulp};
 use super::{Check, Found, Length};
 
-/// Of a collision with the linear law: the largest relative error of the speed behind it, (ω Δt)²/8.
+/// Largest relative error of the speed behind a collision with the linear law, (ω Δt)²/8.
 ///
 /// Leapfrog keeps v² + ω² (1 - (ω Δt)²/4) x² within the contact; beginning and end change v² by (ω Δt)² θ (1 - θ) v² at most, θ (1 - θ) ≤ 1/4, in opposite directions.
 fn speed_error(omega: f64, dt: f64) -> f64 {

@@ -22,7 +22,7 @@ use mercury_engine::contact::{AnyNormal, NormalLaw as _};
 use super::stage::Stage;
 use crate::scenes::contact_at_rest;
 
-/// What is to be expected of the energy of a gas.
+/// Expected statistics of the energy of a gas.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct EnergyWalk {
     /// Variance of the energy, J² per second.
@@ -36,7 +36,7 @@ pub(super) struct EnergyWalk {
 }
 
 impl EnergyWalk {
-    /// Of the gas in a periodic box as it is now.
+    /// Walk of the gas in a periodic box as it is now.
     ///
     /// Collisions by kinetic theory: π σ² χ √(8 kT/π m*)/V for each pair (Chapman & Cowling 1970), with the contact value χ of Carnahan and Starling (1969). At a
     /// collision the energy m* v²/2 of the normal motion is distributed exponentially with mean kT.
@@ -112,7 +112,7 @@ struct Corner {
 }
 
 impl Corner {
-    /// Of a law without memory for R* (m): by its elastic force at two small overlaps.
+    /// Corner of a law without memory for R* (m): by its elastic force at two small overlaps.
     fn of(law: &AnyNormal, effective_radius: f64) -> Option<Self> {
         let force = |overlap: f64| {
             let contact = contact_at_rest(overlap, effective_radius, 1.0);

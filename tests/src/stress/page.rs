@@ -18,7 +18,7 @@ A case has one row; [stability.csv](stability.csv) has every check in a row of i
 among the tests (`cargo test -p tests --test scenes stress`). ε is 2.2e-16, ulp(x) the distance to the next number.
 ";
 
-/// What stands in a cell of a table.
+/// Text of a cell of a table.
 fn cell(text: &str) -> String {
     text.replace('|', "\\|")
 }

@@ -1,4 +1,4 @@
-//! What lies still must stay so.
+//! Piles at rest: they must stay so.
 
 use anyhow::Result;
 use glam::DVec3;

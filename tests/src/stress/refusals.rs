@@ -1,4 +1,4 @@
-//! What must be refused, or caught, and said.
+//! Scenes and states that must be refused, or caught, with a message.
 
 use anyhow::Result;
 use mercury_engine::step::RunError;

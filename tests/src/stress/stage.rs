@@ -44,7 +44,7 @@ pub(super) fn planned(scene: &str, sets: &[String]) -> Result<Plan, SceneErrors>
     plan(&read_scene(&path(scene), sets)?)
 }
 
-/// What the program says of a scene that it refuses; of one that it takes: its warnings.
+/// Messages of the program on a scene: the refusal, or the warnings if it is accepted.
 pub(super) fn complaint(scene: &str, sets: &[String]) -> String {
     let folder = path(scene).with_file_name("").display().to_string();
     match planned(scene, sets) {
@@ -61,7 +61,7 @@ impl Stage {
         Ok(Self { engine })
     }
 
-    /// So many steps on, completed, energies of contacts and loads of walls noted.
+    /// Makes so many steps, and completes them, with energies of contacts and loads of walls noted.
     pub(super) fn go(&mut self, steps: u64) -> Result<(), RunError> {
         self.engine.steps_at_once(steps, Some(Watch::default()))?;
         self.engine.complete_step()

@@ -55,7 +55,7 @@ pub(crate) fn anchor(heading: &str) -> String {
     kept.collect()
 }
 
-/// A number as a reader wants it: ten digits, plain where that is short.
+/// A number for the reader: ten digits, plain where that is short.
 fn number(value: f64) -> String {
     let size = value.abs();
     if value == 0.0 {

@@ -1,9 +1,9 @@
-//! What the page is about, in its order: subjects, and the sections of each with the names of their checks.
+//! Subjects of the page, in its order, and the sections of each with the names of their checks.
 
 /// A subject of the page.
 pub(super) struct Subject {
     pub(super) title: &'static str,
-    /// What a reader should know first.
+    /// Introduction for the reader.
     pub(super) about: &'static str,
     pub(super) sections: &'static [Section],
 }

@@ -1,4 +1,4 @@
-//! Adhesion: what acts beyond contact, and is remembered there. The laws are this file's own; the plan knows none.
+//! Adhesion: forces beyond contact, with memory there. The laws are this file's own; the plan has none.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -33,7 +33,7 @@ struct Bridge {
 struct Bond<L> {
     /// 1 once the two have touched.
     formed: L,
-    /// Since then, s.
+    /// Time since then, s.
     age: L,
 }
 
@@ -119,7 +119,7 @@ impl AdhesionLaw for Bridge {
     }
 }
 
-/// The same force without memory: it acts wherever the gap is below its range.
+/// The pull of a bridge without memory: it acts wherever the gap is below its range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Attraction(Bridge);
 
@@ -177,7 +177,7 @@ fn contacts<T: TangentialLaw, A: AdhesionLaw>(
     )
 }
 
-/// What the plan may know of it.
+/// Law as the plan may know it.
 fn planned(normal: Linear, friction: Option<LinearFriction>) -> AnyPairLaw {
     AnyPairLaw {
         normal: AnyNormal::Linear(normal),
@@ -195,7 +195,7 @@ const BRIDGE: Bridge = Bridge {
     pull: 2e-3,
     range: 2e-4,
 };
-/// What it takes to tear the bridge, J.
+/// Work that tears the bridge, J.
 const WORK: f64 = 0.5 * BRIDGE.pull * BRIDGE.range;
 
 /// Two spheres that fly at each other along x with `speed` (m/s) each, their surfaces `gap` (m) apart.
@@ -309,7 +309,7 @@ fn a_bridge_forms_on_contact_and_is_torn_at_its_range() {
     }
     assert!(torn, "the spheres part");
     assert_eq!(engine.observation().elastic_energy, 0.0);
-    // What the bridge set free when it formed is what tearing it took.
+    // The energy that the bridge set free when it formed is the work that tore it.
     let tolerance =
         2.0 * BRIDGE.pull * 2.0 * speed * dt + before * 2.0 * STIFFNESS / MASS * dt * dt;
     assert!((before - kinetic(&engine) - WORK).abs() < tolerance);
@@ -471,7 +471,7 @@ impl BruteForce {
         (self.pairs, self.walls) = (pairs, walls);
     }
 
-    /// The same as the loop has it; the last two numbers of a history are the bond's.
+    /// Compares with the loop over contacts; the last two numbers of a history are the bond's.
     fn compare(&self, engine: &Engine) {
         let snapshot = engine.snapshot();
         let id = |row: u32| engine.particles.ids[row as usize].number();

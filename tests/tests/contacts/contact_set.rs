@@ -416,7 +416,7 @@ fn bodies_that_spin_meet_what_they_overlap() {
     }
 }
 
-/// Which particle touches which feature of which wall, by the records of the last step.
+/// Particles and the features of walls that they touch, by the records of the last step.
 fn recorded_at_walls(engine: &Engine) -> BTreeSet<(Id, WallIndex, u32)> {
     let records = engine.observation().records;
     let of_wall = records.iter().filter_map(|record| match record.partner {
@@ -430,7 +430,7 @@ fn recorded_at_walls(engine: &Engine) -> BTreeSet<(Id, WallIndex, u32)> {
     of_wall.collect()
 }
 
-/// The same by asking every wall, where it stands, for every particle.
+/// Touched walls by a query of every wall, at its place, for every particle.
 fn touching_walls(engine: &Engine) -> BTreeSet<(Id, WallIndex, u32)> {
     let mut touching = BTreeSet::new();
     let mut touches = Touches::new();

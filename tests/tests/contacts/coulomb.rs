@@ -87,7 +87,7 @@ fn impact(law: AnyPairLaw, steps: u64, each: impl FnMut(&ContactRecord)) -> (f64
     impact_at(law, (ONTO, ALONG), steps, each)
 }
 
-/// The same at these speeds onto and along the wall, m/s.
+/// Impact at these speeds onto and along the wall, m/s.
 fn impact_at(
     law: AnyPairLaw,
     (onto, along): (f64, f64),
@@ -131,9 +131,9 @@ fn the_impulse_of_a_sliding_impact_is_mu_times_the_normal_one() {
     }
 }
 
-/// Tension at the end of a contact makes no friction. What pressed until then gave the sphere the speed at which a contact without
-/// tension ends, e_clamped (Schwager & Poeschel 2007), so that friction took mu (1 + e_clamped) of the speed: 0.1, 1.1, 3.4 and 7.5 %
-/// more than mu (1 + e). The same for Hertz' law, whose e_clamped is that of the linear one.
+/// Tension at the end of a contact makes no friction. The compression until then gave the sphere the speed at which a contact
+/// without tension ends, e_clamped (Schwager & Poeschel 2007), so that friction took mu (1 + e_clamped) of the speed: 0.1, 1.1,
+/// 3.4 and 7.5 % more than mu (1 + e). These shares hold for Hertz' law, too, whose e_clamped is that of the linear one.
 #[test]
 fn tension_makes_no_friction() {
     for (e, clamped) in [
@@ -179,7 +179,7 @@ fn impulses_of_the_three_rules() {
     }
 }
 
-/// What other codes have, kept for comparison with them: more than that, or a push along the slip.
+/// Rules of other codes, kept for comparison with them: they give more than that, or a push along the slip.
 #[test]
 fn the_rules_of_other_codes_are_kept() {
     let mindlin_of = |e, limits| laws(e, false, limits)[5];

@@ -444,7 +444,7 @@ fn of_grains_that_come_and_go() {
     assert!(one < 1e-4 / 4.0 && half < 0.3 * one, "{one:e}, {half:e}");
 }
 
-/// Runs a scene, and gives what `.budget.csv` says, column by column, beside the summary.
+/// Runs a scene, and gives the columns of `.budget.csv` beside the summary.
 fn budget_file(text: &str) -> (BTreeMap<String, Vec<Option<f64>>>, EnergySummary) {
     let scene = parse_scene(Path::new("scene.toml"), text, &[], Files::Unchecked).unwrap();
     let folder = tempfile::tempdir().unwrap();
@@ -471,7 +471,7 @@ fn budget_file(text: &str) -> (BTreeMap<String, Vec<Option<f64>>>, EnergySummary
 }
 
 /// Grains fall onto a floor that vibrates, roll and leave through a hole in it, while a lid is pressed down: at every output time the row has all terms,
-/// and they close. The last row is what the summary says.
+/// and they close. The last row is that of the summary.
 #[test]
 fn every_row_of_the_file_closes() {
     let text = r#"
@@ -550,7 +550,7 @@ fn every_row_of_the_file_closes() {
         let lost = column(&format!("dissipated_{name}"));
         assert!(lost[30] > 0.0, "{name}");
     }
-    // What is lost for good is never given back.
+    // Dissipated energy never returns.
     let normal = column("dissipated_normal");
     assert!(normal.windows(2).all(|pair| pair[1] >= pair[0]));
     let last = |name: &str| column(name)[30];
@@ -731,7 +731,7 @@ fn at_a_body_that_moves_as_prescribed() {
 }
 
 /// A ball that is held in the middle of a floor's dent, so that its load stays as it is, and swings about its own axis on the damped spring of
-/// rolling, or of torsion: I w' = -l^2 (k a + gamma w), a the angle. What the audit says is lost is what the closed form loses.
+/// rolling, or of torsion: I w' = -l^2 (k a + gamma w), a the angle. The loss in the audit is that of the closed form.
 #[test]
 fn of_a_damped_rolling_spring_in_closed_form() {
     let (stiffness, zeta, spin) = (400.0, 0.1, 3.0);

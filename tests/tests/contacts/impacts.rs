@@ -8,7 +8,7 @@ use mercury_tests::scenes::{advance, frictionless, particle, plan, sphere, start
 
 const RADIUS: f64 = 0.01;
 const DENSITY: f64 = 2000.0;
-/// Of one towards the other, m/s.
+/// Speed of one towards the other, m/s.
 const SPEED: f64 = 0.2;
 /// Steps of an elastic impact.
 const STEPS: f64 = 1000.0;

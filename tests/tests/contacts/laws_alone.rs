@@ -1,5 +1,5 @@
-//! What no balance of a whole run can see: that a law's energy is the work it gives back, limits and signs of single contacts, critical
-//! steps against the pair's own frequency.
+//! Properties that no balance of a whole run can see: that a law's energy is the work it gives back, limits and signs of single
+//! contacts, critical steps against the pair's own frequency.
 
 use glam::{DVec3, dvec3};
 use mercury_common::random::Stream;
@@ -197,8 +197,8 @@ fn springs_give_back_their_energy() {
     }
 }
 
-/// What friction has lost along a path is what was put in less what the spring holds at the end, whatever the overlap did on the way: the
-/// losses of the steps add up to it, as each step begins where the one before it ended.
+/// Losses of friction along a path are the work put in less the energy of the spring at the end, whatever the overlap did on the
+/// way: the losses of the steps add up to it, as each step begins where the one before it ended.
 #[test]
 fn sliding_losses_of_the_steps_add_up_along_a_path() {
     let slips = AnyTangential::Mindlin(Mindlin::new(1.1e6, 1.0, 0.0, 0.3, 0.3));
@@ -232,7 +232,7 @@ fn sliding_losses_of_the_steps_add_up_along_a_path() {
     }
 }
 
-/// What pulls lets slide by our rule; by the rules of other codes it holds as much as what presses.
+/// Tension lets slide by our rule; by the rules of other codes it holds as much as pressure.
 #[test]
 fn what_pulls_holds_by_the_rules_of_other_codes_only() {
     let (mu, pull) = (0.3, 2.0);
@@ -300,7 +300,8 @@ fn cut_tension_leaves_cohesion() {
     }
 }
 
-/// The same contact seen from the side of B: all forces and couples turn round, step after step, whatever the history.
+/// A contact seen from the side of B is the same contact: all forces and couples turn round, step after step, whatever the
+/// history.
 #[test]
 fn a_contact_reported_from_the_other_side_is_the_same() {
     for (name, tangential) in tangentials() {

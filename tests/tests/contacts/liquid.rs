@@ -399,7 +399,7 @@ region = { shape = "half-space", point = [0.0, 0.0, 0.002], normal = [0.0, 0.0, 
 interval = 0.01
 "#;
 
-/// How many grains of an ingredient have come.
+/// Number of grains of an ingredient that have come.
 fn brought(engine: &Engine, ingredient: usize) -> u64 {
     let mut insertions = engine.boundaries().insertions();
     let brought = &insertions.next().unwrap().brought;
@@ -427,7 +427,7 @@ fn liquid_on_inserted_grains_is_counted_to_round_off() {
                 "{} of {inserted}",
                 row.error
             );
-            // What is fed is what the key says of each grain.
+            // The fed volume follows from the key of each grain.
             let count = |index: usize| brought(&engine, index) as f64;
             let fed = 1.7e-12 * count(0) + 4.1e-12 * count(1);
             assert!((inserted - fed).abs() <= 1e-13 * fed, "{inserted} {fed}");
@@ -750,7 +750,7 @@ fn a_bridge_forms_where_the_film_of_a_wall_is_met() {
     }
 }
 
-/// What is lost of films: the outer radius falls by the rate, as dV = 4 pi r^2 dr. Of bridges: by the exact lateral area.
+/// Volume that films lose: the outer radius falls by the rate, as dV = 4 pi r^2 dr. Of bridges: by the exact lateral area.
 #[test]
 fn liquid_evaporates_by_its_surface() {
     let rate = 1e-6;

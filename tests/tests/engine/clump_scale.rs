@@ -26,8 +26,8 @@ fn planned(scale: f64) -> Plan {
     plan(&scene).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-/// What a contact moves of a body is a mass, as inertia over the square of a lever is one: all masses grow with the third power of the size, and the
-/// critical step of a spring without a dashpot, 2 sqrt(m/k), with the power of three halves.
+/// Inertia over the square of a lever is a mass, and a contact moves a body as a mass: all masses grow with the third power of
+/// the size, and the critical step of a spring without a dashpot, 2 sqrt(m/k), with the power of three halves.
 #[test]
 fn the_critical_step_grows_with_the_three_halves_power_of_the_size() {
     let critical = |plan: &Plan| plan.notes().step().critical.as_ref().unwrap().time;

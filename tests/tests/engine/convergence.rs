@@ -51,7 +51,7 @@ fn order(time: f64, run: impl Fn(f64, u64) -> Vec<DVec3>) -> f64 {
 /// Numbers of steps along a smooth path, where a few tell the order: some 100 to 400 for the fastest oscillation.
 const SMOOTH: [u64; 5] = [2000, 2800, 4000, 5600, 8000];
 
-/// The same for these numbers of steps, ascending.
+/// Order of convergence for these numbers of steps, ascending.
 fn order_of(refinements: &[u64], time: f64, run: impl Fn(f64, u64) -> Vec<DVec3>) -> f64 {
     let finest = refinements.last().expect("some numbers of steps");
     let exact = run(time, 16 * finest);

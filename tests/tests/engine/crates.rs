@@ -1,4 +1,4 @@
-//! What the crates that every user builds must not pull in.
+//! Dependencies that the crates which every user builds must not have.
 
 use std::collections::{BTreeSet, HashMap};
 use std::fs;

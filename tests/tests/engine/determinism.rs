@@ -1,4 +1,4 @@
-//! The same bits for every number of threads, and after a restart.
+//! Equal bits for every number of threads, and after a restart.
 
 use std::sync::Arc;
 

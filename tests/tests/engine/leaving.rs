@@ -70,8 +70,8 @@ fn few_that_are_fast_leave_in_the_step_in_which_they_pass_the_face() {
     );
 }
 
-/// What is prescribed stays with its body when the row of bodies closes up behind one that has left: the second goes on at its velocity and spin, the third
-/// goes on falling, g t²/2 (exactly, as velocity Verlet is exact for a constant force).
+/// Prescribed motion stays with its body when the row of bodies closes up behind one that has left: the second goes on at its
+/// velocity and spin, the third goes on falling, g t²/2 (exactly, as velocity Verlet is exact for a constant force).
 #[test]
 fn prescribed_motion_stays_with_its_body_when_another_leaves() {
     let radius = 0.01;
@@ -130,7 +130,8 @@ fn prescribed_motion_stays_with_its_body_when_another_leaves() {
     );
 }
 
-/// Where a way crosses the plane says whether it goes through the disc, not where the particle is at the end of the step.
+/// The point where a way crosses the plane decides whether it goes through the disc, not where the particle is at the end of the
+/// step.
 #[test]
 fn a_disc_is_passed_where_the_way_crosses_its_plane() {
     // In the plane after 3 1/3 steps of 1 ms, and 0.02 m behind it, and to the side, after the fourth.
@@ -158,7 +159,7 @@ fn a_disc_is_passed_where_the_way_crosses_its_plane() {
     }
 }
 
-/// Mean diameters of what passes, by the powers that their names say: d32 is the sum of d^3 over that of d^2.
+/// Mean diameters of the grains that pass, by the powers in their names: d32 is the sum of d^3 over that of d^2.
 #[test]
 fn the_means_of_what_passes_are_written_in_their_columns() {
     let diameters = [0.02, 0.03, 0.05];

@@ -103,7 +103,7 @@ fn every_example_scene_goes_on_from_its_bytes() {
     }
 }
 
-/// What the guard has counted is part of the state: the final report of a resumed run includes all of it.
+/// Counts of the guard are part of the state: the final report of a resumed run includes all of them.
 #[test]
 fn counts_of_the_guard_go_on() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/two-spheres.toml");
@@ -132,7 +132,7 @@ fn counts_of_the_guard_go_on() {
     );
 }
 
-/// What was lost so far is part of the state, and so is what the audit needs for the mean of two steps.
+/// Losses so far are part of the state, and so are the values that the audit needs for the mean of two steps.
 #[test]
 fn the_energy_budget_goes_on() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/two-spheres.toml");
@@ -190,7 +190,7 @@ fn a_state_of_another_plan_is_refused_in_words() {
     draft.walls.truncate(2);
     let reason = refused(&state, Arc::new(draft.plan().unwrap()));
     assert!(reason.contains("walls, the plan"), "{reason}");
-    // The same walls, and laws that remember nothing.
+    // A scene with these walls, and laws that remember nothing.
     let mut draft = scene("bench/dense-2k").draft();
     draft.laws = scene("bench/dense-20k-frictionless").physics().laws.clone();
     let reason = refused(&state, Arc::new(draft.plan().unwrap()));

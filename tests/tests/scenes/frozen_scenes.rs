@@ -32,8 +32,7 @@ fn planned(path: &Path) -> Result<Plan, SceneErrors> {
     plan(&read_scene(path, &[])?)
 }
 
-/// What `mercury-solve NAME.toml --check` writes on standard error in the folder of the bad scenes, with that folder's
-/// own name left out.
+/// Standard error of `mercury-solve NAME.toml --check` in the folder of the bad scenes, with that folder's own name left out.
 fn complaint(path: &Path) -> String {
     let folder = format!(
         "{}{}",
@@ -175,7 +174,7 @@ fn good_scenes_run_to_their_end() {
         assert!(energy.kinetic >= 0.0 && energy.rotational >= 0.0, "{name}");
         assert_eq!(summary.inserted > 0, inserts, "{name}");
         assert_eq!(summary.deleted > 0, deletes, "{name}");
-        // What a scene is for happens in it: bodies that touch lose energy.
+        // Bodies of a scene with contacts touch, and lose energy.
         if !WITHOUT_CONTACT.contains(&&*name) {
             let lost = (energy.dissipated.as_ref()).map_or(0.0, |lost| lost.of("normal"));
             assert!(lost > 0.0, "{name}: nothing has touched anything");

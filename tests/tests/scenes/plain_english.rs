@@ -70,6 +70,24 @@ fn files(folder: &Path, root: &Path, ignored: &[String], found: &mut Vec<PathBuf
     }
 }
 
+/// Rust files of the repository, by their paths from its root, with their code.
+fn sources() -> Vec<(PathBuf, String)> {
+    let root = repository();
+    let mut all = Vec::new();
+    for folder in fs::read_dir(&root).unwrap() {
+        let folder = folder.unwrap().path();
+        if folder.is_dir() && !folder.ends_with("target") && !folder.ends_with(".git") {
+            files(&folder, &root, &[], &mut all);
+        }
+    }
+    all.retain(|path| path.extension().is_some_and(|ending| ending == "rs"));
+    let read = |path: PathBuf| {
+        let inside = path.strip_prefix(&root).unwrap().to_owned();
+        (inside, fs::read_to_string(path).unwrap())
+    };
+    all.into_iter().map(read).collect()
+}
+
 /// Rust code with everything blanked but comments, the words of names of functions, and string literals without `{placeholders}`.
 /// Lines stay where they are.
 fn prose(code: &str) -> String {
@@ -284,28 +302,78 @@ fn comments_have_no_scars_of_edits() {
         scars("/// # Errors\n/// If it fails. It may, e.g. at `a. b`.\n"),
         []
     );
-    let root = repository();
-    let mut all = Vec::new();
-    for folder in fs::read_dir(&root).unwrap() {
-        let folder = folder.unwrap().path();
-        if folder.is_dir() && !folder.ends_with("target") && !folder.ends_with(".git") {
-            files(&folder, &root, &[], &mut all);
-        }
-    }
     let mut wrong = String::new();
-    for path in all
-        .iter()
-        .filter(|path| path.extension().is_some_and(|ending| ending == "rs"))
-    {
-        for (line, scar) in scars(&fs::read_to_string(path).unwrap()) {
-            let _ = writeln!(
-                wrong,
-                "{}:{line}: {scar}",
-                path.strip_prefix(&root).unwrap().display()
-            );
+    for (path, code) in sources() {
+        for (line, scar) in scars(&code) {
+            let _ = writeln!(wrong, "{}:{line}: {scar}", path.display());
         }
     }
     assert!(wrong.is_empty(), "{wrong}");
+}
+
+/// Beginnings of a doc comment that hide its noun.
+const WITHOUT_NOUN: [&str; 2] = ["What", "The same"];
+
+/// Beginnings of items that are private at the root of a module.
+const PRIVATE: [&str; 9] = [
+    "fn ", "const ", "static ", "struct ", "enum ", "type ", "trait ", "mod ", "unsafe ",
+];
+
+/// Doc comments without a noun, with their lines: of modules and of all items but private ones at the root of a module.
+fn without_noun(code: &str) -> Vec<(usize, &str)> {
+    let doc = |line: &&str| {
+        let text = line.trim_start();
+        text.starts_with("///") || text.starts_with("//!")
+    };
+    let lines: Vec<&str> = code.lines().collect();
+    let mut found = Vec::new();
+    for (index, line) in lines.iter().enumerate() {
+        if !doc(line) || index > 0 && doc(&lines[index - 1]) {
+            continue;
+        }
+        let text = line.trim_start_matches([' ', '/', '!']);
+        let is_hidden = WITHOUT_NOUN.iter().any(|start| {
+            let rest = text.strip_prefix(start);
+            rest.is_some_and(|rest| !rest.starts_with(char::is_alphanumeric))
+        });
+        let is_item = |line: &&&str| !doc(line) && !line.trim_start().starts_with("#[");
+        let item = lines[index..].iter().find(is_item);
+        let is_private = !line.starts_with("//!")
+            && item.is_some_and(|item| PRIVATE.iter().any(|start| item.starts_with(start)));
+        if is_hidden && !is_private {
+            found.push((index + 1, text));
+        }
+    }
+    found
+}
+
+#[test]
+fn doc_comments_begin_with_their_noun() {
+    assert_eq!(without_noun("//! The same, twice.\n").len(), 1);
+    assert_eq!(
+        without_noun("/// What it is.\n#[must_use]\npub fn a() {}").len(),
+        1
+    );
+    assert_eq!(
+        without_noun("trait A {\n    /// The same.\n    fn a();\n}"),
+        [(2, "The same.")]
+    );
+    let others =
+        "/// Whatever.\n/// What follows is text.\npub struct A;\n/// What it does.\nfn f() {}";
+    assert_eq!(without_noun(others), []);
+    let mut wrong = String::new();
+    for (path, code) in sources() {
+        if path.starts_with("cloud") {
+            continue;
+        }
+        for (line, text) in without_noun(&code) {
+            let _ = writeln!(wrong, "{}:{line}: {text}", path.display());
+        }
+    }
+    assert!(
+        wrong.is_empty(),
+        "{wrong}Begin with a noun or a verb: \"balance error\", not \"what is lost\"."
+    );
 }
 
 #[test]

@@ -44,7 +44,7 @@ fn validator() -> Validator {
     jsonschema::draft202012::new(&schema()).expect("the schema is one")
 }
 
-/// What does not fit, a line for each place.
+/// Mistakes of a document, a line for each place.
 fn mistakes(validator: &Validator, document: &Value) -> String {
     let errors = validator.iter_errors(document);
     let lines: Vec<String> = errors
@@ -143,7 +143,7 @@ fn what_is_wrong_with_single_keys_does_not_fit_the_schema() {
             .to_string_lossy()
             .into_owned();
         let said = fs::read_to_string(path.with_extension("stderr")).unwrap_or_default();
-        // What is wrong in a file that the scene names is no matter of the schema.
+        // Mistakes in a file that the scene names are no matter of the schema.
         let of_scene =
             |line: &&str| line.starts_with(&format!("{name}.toml:")) && !line.contains(".file: ");
         let is_of_single = said

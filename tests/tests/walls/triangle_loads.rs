@@ -1,4 +1,4 @@
-//! Loads on the triangles of mesh walls: they add up to what the wall feels, and sliding dissipates what Coulomb says.
+//! Loads on the triangles of mesh walls: they add up to the load of the wall, and sliding dissipates by Coulomb's law.
 
 use std::path::Path;
 use std::sync::Arc;

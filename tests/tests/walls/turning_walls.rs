@@ -20,7 +20,7 @@ const RADIUS: f64 = 0.05;
 const DENSITY: f64 = 2500.0;
 const STIFFNESS: f64 = 1e3;
 const GRAVITY: f64 = 1.0;
-/// Of the table, rad/s.
+/// Angular velocity of the table, rad/s.
 const SPIN: f64 = 0.1;
 
 /// Resistance to sliding, rolling and torsion, each with a coefficient of `friction`.
@@ -85,9 +85,10 @@ fn outwards_per_turn(dt: f64) -> f64 {
     from_axis(&engine) - before
 }
 
-/// With the wall's velocity of another time than the sphere's it creeps by w^2 r dt/2: 1.571 mm in a turn with steps of 5 ms. What is
-/// left does not come from the step: the springs that hold the sphere on its circle, m w^2 r/k = 4.6e-5 m long, have to turn with the table, and lag by
-/// w times gamma/k of both (0.034 and 0.068 s), which lets the sphere out by 2 pi w (0.034 s + 0.068 s) 4.6e-5 m = 2.9e-6 m.
+/// With the wall's velocity of another time than the sphere's it creeps by w^2 r dt/2: 1.571 mm in a turn with steps of 5 ms. The
+/// rest does not come from the step: the springs that hold the sphere on its circle, m w^2 r/k = 4.6e-5 m long, have to turn with
+/// the table, and lag by w times gamma/k of both (0.034 and 0.068 s), which lets the sphere out by 2 pi w (0.034 s + 0.068 s)
+/// 4.6e-5 m = 2.9e-6 m.
 #[test]
 fn a_sticking_sphere_does_not_creep() {
     let (way, coarse) = (outwards_per_turn(5e-3), outwards_per_turn(1e-2));
@@ -193,7 +194,7 @@ fn torsion_spins_up_a_ball_as_fast_as_its_limit_says() {
     }
 }
 
-/// Of the walls below, rad/s, about an axis through their reference point.
+/// Angular velocity of the walls below, rad/s, about an axis through their reference point.
 const TURN: DVec3 = dvec3(3.0, -2.0, 5.0);
 
 /// Three balls, some spinning, that come to a wall which turns about `origin`.

@@ -121,7 +121,8 @@ pictures = false
     )
 }
 
-/// Friction-work and the sum of `slip_power` over what the audit says of the same run, and the time step; `part` of the automatic step.
+/// Friction-work and the sum of `slip_power` over the energy in the audit of the same run, and the time step; `part` of the
+/// automatic step.
 fn friction_work(folder: &Path, part: f64) -> ([f64; 2], f64) {
     let planned = |changes: &[String]| {
         let scene = read_scene(&folder.join("bounce.toml"), changes);
@@ -140,7 +141,8 @@ fn friction_work(folder: &Path, part: f64) -> ([f64; 2], f64) {
     ([owed / 1e-12 / audit, slip / audit], step)
 }
 
-/// What friction takes in a bounce is what the energy audit says, to second order in the step: with springs alone, with dashpots, and by Hertz and Mindlin.
+/// Friction work of a bounce is that of the energy audit, to second order in the step: with springs alone, with dashpots, and by
+/// Hertz and Mindlin.
 #[test]
 fn friction_work_is_that_of_the_audit() {
     const SPRINGS: &str = r#"normal = { law = "linear", stiffness = 2000.0, restitution = 1.0 }

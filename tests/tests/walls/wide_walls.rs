@@ -75,7 +75,7 @@ fn as_among_copies(
     as_there(name, copies, wall(shape(0.0), motion), ball, steps)
 }
 
-/// The same, for any scene without periods.
+/// Compares the way of a ball with that in any scene without periods.
 fn as_there(name: &str, there: Draft, wall: Wall, ball: &NewParticle, steps: u64) -> f64 {
     let expected = way(there, steps);
     let mut periodic = scene(vec![wall], ball.clone());
@@ -241,7 +241,7 @@ fn both_contacts_in_a_crease_go_on() {
     }
 }
 
-/// The same while each copy turns about an axis of its own.
+/// Images of a wall while each copy turns about an axis of its own.
 #[test]
 fn images_of_a_wall_that_turns() {
     let (middle, radius) = (0.5 * PERIOD, 0.55 * PERIOD);

@@ -9,7 +9,7 @@ use crate::output::Output;
 use crate::{Snapshot, Table};
 
 /// `<prefix>.particles.0000.csv`, ...: a line of names with units, then one line per row, numbers in the shortest form that reads
-/// back exactly. The first column is the time. What is missing is an empty field.
+/// back exactly. The first column is the time. A missing value is an empty field.
 pub fn csv(output: &Output, table: Table) -> FilePerFrame<'_, impl Encode> {
     let encode = |snapshot: &Snapshot, out: &mut Vec<u8>| {
         push_csv(&snapshot.specs, &snapshot.frame, out);

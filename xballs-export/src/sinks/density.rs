@@ -10,15 +10,15 @@ use crate::Snapshot;
 
 /// Beyond these there is round-off of a quotient.
 const MOST: i32 = 12;
-/// What programs write at least. Fewer are there where zeros at the end were left out.
+/// Digits that programs write at least. Fewer are there where zeros at the end were left out.
 const LEAST: i32 = 6;
 
-/// How many digits the masses and radii of a frame have.
+/// Number of digits of the masses and radii of a frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Digits(i32);
 
 impl Digits {
-    /// Of a frame. Programs write all columns alike, so the most that any number has is what the others have, too.
+    /// Digits of a frame. Programs write all columns alike, so the most that any number has is what the others have, too.
     pub(super) fn of(snapshot: &Snapshot) -> Self {
         let of = |name: &str| snapshot.numbers(name).map_or(MOST, most);
         Self(of("mass").max(of("radius")))

@@ -38,7 +38,7 @@ impl<'a, E: Encode> FilePerFrame<'a, E> {
         }
     }
 
-    /// Files of a table, which their names tell.
+    /// Files of a table, found by their names.
     #[must_use]
     pub fn of_table(self, table: Table) -> Self {
         Self {

@@ -10,7 +10,7 @@ use super::{Encode, FilePerFrame, OneFile};
 use crate::output::Output;
 use crate::{ExportError, Snapshot};
 
-/// What every writer of this module needs of a frame.
+/// Columns of a frame that every writer of this module needs.
 struct Rows<'a> {
     ids: &'a [u32],
     /// Types count from 1.
@@ -135,7 +135,7 @@ pub fn push_data_file(
     let densities: Vec<f64> = match (density, pair) {
         (Some(Density(density)), _) => vec![density; rows.ids.len()],
         (None, (Ok(mass), Ok(volume))) => {
-            // What was a density of few digits is one again.
+            // A density that was given with few digits gets them back.
             let digits = Digits::of(snapshot);
             let pairs = mass.iter().zip(volume.iter());
             pairs.map(|(&m, &v)| digits.density(m, v)).collect()

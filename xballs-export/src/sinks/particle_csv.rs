@@ -70,8 +70,8 @@ pub fn particle_rows(snapshot: &Snapshot) -> Result<Vec<ParticleRow>, ExportErro
     Ok((0..radius.len()).map(row).collect())
 }
 
-/// `<prefix>.0000.csv`, ...: the table of every selected frame, and what a scene says to start from the last of them. A frame without
-/// positions or radii, or with clumps, is refused.
+/// `<prefix>.0000.csv`, ...: the table of every selected frame, and the lines of a scene that starts from the last of them. A
+/// frame without positions or radii, or with clumps, is refused.
 pub fn particle_tables(output: &Output) -> impl Sink + '_ {
     ParticleTables {
         tables: tables(output),
@@ -81,7 +81,7 @@ pub fn particle_tables(output: &Output) -> impl Sink + '_ {
 
 struct ParticleTables<S> {
     tables: S,
-    /// Of the last frame, all but the name of its table.
+    /// Scene of the last frame, all but the name of its table.
     scene: String,
 }
 
@@ -107,7 +107,8 @@ impl<S: Sink> Sink for ParticleTables<S> {
     }
 }
 
-/// What a scene needs besides its time and output: the domain, a material for each that occurs, and the particles up to the name of their table.
+/// Lines of a scene besides its time and output: the domain, a material for each that occurs, and the particles up to the name of
+/// their table.
 fn scene_lines(snapshot: &Snapshot) -> Result<String, ExportError> {
     let (min, max) = snapshot.domain()?;
     let mut text = format!(

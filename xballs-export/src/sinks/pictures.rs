@@ -1,7 +1,7 @@
 //! Pictures and films of a run: PNG, SVG, film strips, GIF and APNG.
 //!
-//! The input is read twice: once to find one camera and one range of colours for all frames, once to draw. `quantity` says
-//! what colours show, `scene` makes a frame of `mercury_pictures` from a snapshot and what the run has beside it.
+//! The input is read twice: once to find one camera and one range of colours for all frames, once to draw. `quantity` decides
+//! the meaning of colours, `scene` makes a frame of `mercury_pictures` from a snapshot and what the run has beside it.
 
 mod quantity;
 mod scene;
@@ -18,13 +18,14 @@ use crate::{ClumpsAs, ExportError, Job, Outcome, Sink, Snapshot};
 use quantity::Quantity;
 use scene::Scenery;
 
-/// What a picture shows, and how it looks.
+/// Content and look of a picture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PictureChoice {
-    /// Size, camera, background, what stands around the scene. Its `colour` is replaced by what `quantity` says.
+    /// Size, camera, background, surroundings of the scene. Its `colour` is replaced by that of `quantity`.
     pub options: Options,
-    /// What the colours of the particles show: `auto` (speed; height where nothing moves), `none`, `speed`, `height`,
-    /// `diameter`, `material`, `body`, `clump`, `depth` (of worn walls), `film` (`film_volume`), `liquid` (`liquid_volume`), or the name of a column or of a vector, whose length is shown.
+    /// Quantity that the colours of the particles show: `auto` (speed; height where nothing moves), `none`, `speed`, `height`,
+    /// `diameter`, `material`, `body`, `clump`, `depth` (of worn walls), `film` (`film_volume`), `liquid` (`liquid_volume`), or
+    /// the name of a column or of a vector, whose length is shown.
     pub quantity: String,
     /// Values at the ends of the colour bar; `None`: from the frames.
     pub range: Option<(f64, f64)>,
@@ -48,7 +49,7 @@ pub struct PictureChoice {
     pub title: Option<String>,
 }
 
-/// What comes out.
+/// Form of the output.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PictureKind {
     /// One PNG per frame.
@@ -110,7 +111,8 @@ pub struct Pictures<'a> {
     choice: PictureChoice,
     kind: PictureKind,
     scenery: Scenery<'a>,
-    /// What to show may depend on whether anything moves in any frame: all that may be wanted is looked at.
+    /// Quantities that may be shown: the choice may depend on whether anything moves in any frame, so all candidates are looked
+    /// at.
     candidates: Vec<(Quantity, Options, Overview)>,
     is_moving: bool,
     /// Times of the frames, s.
@@ -118,12 +120,12 @@ pub struct Pictures<'a> {
     drawing: Option<Drawing>,
 }
 
-/// What is known once all frames were looked at.
+/// Facts that are known once all frames were looked at.
 struct Drawing {
     quantity: Quantity,
     painter: Painter,
     reel: Reel,
-    /// How long each frame is shown, s.
+    /// Time for which each frame is shown, s.
     delays: Vec<f64>,
     count: usize,
 }
@@ -285,7 +287,7 @@ impl Sink for Pictures<'_> {
     }
 }
 
-/// What becomes of drawn frames.
+/// Destination of drawn frames.
 enum Reel {
     Png(Vec<PathBuf>),
     Svg(Vec<PathBuf>),

@@ -22,7 +22,7 @@ pub struct Stl<'a> {
     wear: Option<&'a WearReader>,
     /// Names of the walls that are meshes as parts of file names, by index.
     names: Vec<Option<String>>,
-    /// Of each wall how the scene placed its file.
+    /// Placement of each wall's file by the scene.
     placed: Vec<Placed>,
     files: Vec<PathBuf>,
     last: Option<f64>,
@@ -40,14 +40,14 @@ struct Placed {
 }
 
 impl Placed {
-    /// As the scene has it.
+    /// Placement of a file that lies as the scene has it.
     const SCENE: Self = Self {
         scale: 1.0,
         turn: None,
         offset: DVec3::ZERO,
     };
 
-    /// As `plan.toml` says of a wall; none if it says nothing of it.
+    /// Placement of a wall by `plan.toml`; none if it has none.
     fn of(wall: &Value) -> Option<Self> {
         let file = wall.get("file")?;
         let vector = |value: &Value| {
@@ -129,7 +129,8 @@ impl<'a> Stl<'a> {
     }
 }
 
-/// How the scene placed the file of each wall, by `plan.toml`. A wall of which it says nothing stays in the frame of the scene, with a warning.
+/// How the scene placed the file of each wall, by `plan.toml`. A wall that is not in it stays in the frame of the scene, with a
+/// warning.
 fn placed(
     job: &Job,
     walls: &[String],
@@ -191,7 +192,7 @@ impl Sink for Stl<'_> {
     }
 }
 
-/// What is worn at a step; none where nothing wears.
+/// Worn depths at a step; none where nothing wears.
 pub(super) fn worn_at(
     reader: Option<&WearReader>,
     step: u64,

@@ -21,7 +21,7 @@ use crate::selection::retain;
 use crate::source::{RunSource, SheetTables};
 use crate::{ClumpsAs, ExportError, FrameChoice, Job, Outcome, Selection, Sink, Snapshot, Source};
 
-/// What goes into the files, and how.
+/// Content of the files, and their form.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct VtuChoice {
     /// Precision and compression.
@@ -48,11 +48,11 @@ pub struct Vtu<'a> {
     clumps: Option<Series>,
     /// Times of the first and the last frame, s.
     span: Option<(f64, f64)>,
-    /// Of each step the number of its frame, and the ids that are selected if not all are.
+    /// Number of the frame of each step, and the ids that are selected if not all are.
     steps: HashMap<u64, (usize, Option<Vec<u32>>)>,
 }
 
-/// What the run has beside its particles and is to be shown.
+/// Tables of the run beside its particles that are to be shown.
 struct Tables<'a> {
     contacts: Option<&'a ContactReader>,
     walls: Option<&'a WallReader>,
@@ -69,7 +69,7 @@ impl<'a> Vtu<'a> {
     /// Looks at what there is to show.
     ///
     /// # Errors
-    /// When a table that is wanted cannot be read.
+    /// When a table that is requested cannot be read.
     pub fn new(job: &'a Job, choice: VtuChoice) -> Result<Self, ExportError> {
         let run = run_of(&job.source);
         let mut warnings = Vec::new();
@@ -213,7 +213,7 @@ impl<'a> Vtu<'a> {
         Ok(())
     }
 
-    /// All contacts that are wanted, and the liquid bridges among them; whether there are any of each.
+    /// All contacts to be shown, and the liquid bridges among them; whether there are any of each.
     fn write_contacts(&self, outcome: &mut Outcome) -> Result<[bool; 2], ExportError> {
         let (Some(reader), Some(run)) = (self.beside.contacts, run_of(&self.job.source)) else {
             return Ok([false; 2]);
@@ -346,7 +346,7 @@ impl<'a> Vtu<'a> {
         Ok(list.is_some())
     }
 
-    /// Which tables end before the frames do.
+    /// Warnings of tables that end before the frames do.
     fn cut(&self) -> Vec<String> {
         let last = self.span.map(|(_, last)| last);
         let cut = |table: &FrameReader, what, lost| beside::cut(table, what, lost, last);
@@ -413,7 +413,8 @@ impl Sink for Vtu<'_> {
     }
 
     fn finish(mut self: Box<Self>, outcome: &mut Outcome) -> Result<Vec<PathBuf>, ExportError> {
-        // Where surfaces stand for all particles there is nothing to list. Without particles in any frame the list says when there were none.
+        // Where surfaces stand for all particles there is nothing to list. Without particles in any frame the list holds the
+        // times without any.
         if self.choice.clumps != ClumpsAs::Surface || self.clumps.is_none() {
             self.write_empty()?;
         }

@@ -14,7 +14,7 @@ use crate::source::EULER;
 use crate::xballs_script::Script;
 use crate::{ExportError, Outcome, Sink, Snapshot};
 
-/// What stands in the last column of `.data`, which XBalls colours by.
+/// Value in the last column of `.data`, which XBalls colours by.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum Info {
     /// The index of the material; of a `.data` file its own info.
@@ -95,7 +95,7 @@ pub fn data_frame(
 /// How `.data` is written.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct XballsChoice {
-    /// 2 or 3; what the input says if not given.
+    /// 2 or 3; that of the input if not given.
     pub dimensions: Option<u8>,
     /// The last column.
     pub info: Info,

@@ -36,7 +36,7 @@ pub struct LammpsSource {
 }
 
 impl LammpsSource {
-    /// The file, if it looks like one of these; its name says nothing, as `.data` is what many call both kinds of data.
+    /// The file, if it looks like one of these; its name does not decide, as `.data` is a common name of both kinds of data.
     pub(super) fn recognise(path: &Path) -> Option<Self> {
         let mut head = Vec::new();
         // A stream that can be read only once is left to its reader.
@@ -176,7 +176,7 @@ struct Grains {
 }
 
 impl Grains {
-    /// As native frames name the columns.
+    /// Snapshot with the names of columns in native frames.
     fn snapshot(self, path: &Path, number: usize) -> Snapshot {
         let types = self.types.iter().copied().max().unwrap_or(0);
         let mut specs = Vec::new();

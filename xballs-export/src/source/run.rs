@@ -185,7 +185,7 @@ impl RunSource {
     }
 }
 
-/// A table if it is there; `help` says how to do without it if something is wrong with it.
+/// A table if it is there; `help`: how to do without it if it cannot be read.
 fn there<'a, T>(table: &'a Beside<T>, help: &str) -> Result<Option<&'a T>, FormatError> {
     match table {
         Ok(table) => Ok(table.as_ref()),

@@ -5,7 +5,7 @@ use mercury_common::frames::{FrameReader, FramesHeader};
 use super::{Item, Snapshot, Source};
 use crate::{ExportError, FrameChoice, Selection, beside, bodies};
 
-/// Which table of a run.
+/// Table of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Table {
     /// The particles.
@@ -20,7 +20,7 @@ pub enum Table {
 }
 
 impl Table {
-    /// As in names of files.
+    /// Name of the table as in names of files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -49,7 +49,7 @@ const SPHERES: &str = "--table particles has the spheres";
 pub(crate) struct Frames<'a> {
     source: &'a Source,
     table: Table,
-    /// Of all but particles.
+    /// Reader and header of a table other than the particles.
     beside: Option<(&'a FrameReader, &'a FramesHeader)>,
 }
 
@@ -118,7 +118,7 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// That no frame is selected.
+    /// Message that no frame is selected.
     pub(crate) fn none(&self) -> String {
         let (path, count) = match self.beside {
             Some((reader, _)) => (reader.path(), Some(reader.len())),

@@ -211,7 +211,7 @@ fn a_table_that_the_run_wrote_as_text_is_exported_as_a_whole() {
     assert_eq!(read.values::<f64>("mass").unwrap(), [0.0, 0.25]);
     assert_eq!(read.values::<String>("name").unwrap(), ["gate", "a, b"]);
     assert_eq!(read.column("mass").unwrap().unit, "kg");
-    // What is not there, and what cannot be selected, is said.
+    // Messages for tables that are not there, and for rows that cannot be selected.
     for (arguments, expected) in [
         (
             &["csv", "run", "--table", "holds"][..],
@@ -480,7 +480,7 @@ fn a_scene_can_read_the_particles_of_a_run() {
     );
 }
 
-/// The laws that are printed are placeholders: of a run of our own the lines say how to go on with what it had.
+/// The laws that are printed are placeholders: of a run of our own the lines describe how to go on with its own.
 #[test]
 fn lines_for_a_scene_name_the_other_way_from_a_run() {
     let place = folder_with_run();

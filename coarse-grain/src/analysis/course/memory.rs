@@ -19,7 +19,7 @@ impl Course {
         words.flag(self.before.is_some());
         if let Some(before) = &self.before {
             let mut before: Vec<_> = before.iter().collect();
-            // The same memory is the same words.
+            // Sorted, so that equal memories have equal words.
             before.sort_unstable_by_key(|(id, _)| **id);
             words.count(before.len());
             for (&id, way) in before {
@@ -43,7 +43,7 @@ impl Course {
         words.0
     }
 
-    /// What a course of the same analysis remembered; nothing if it cannot have been one of the same.
+    /// Course from the words that a course of the same analysis gave; nothing if they cannot be from one of the same.
     #[must_use]
     pub fn remembering(analysis: &Analysis, memory: &[u64]) -> Option<Self> {
         let mut words = Reader(memory);

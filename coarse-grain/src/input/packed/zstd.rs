@@ -43,7 +43,7 @@ impl Frames {
         Ok(false)
     }
 
-    /// What the frame says of its content must be so.
+    /// Checks the content against the checksum of the frame.
     fn end(&self) -> io::Result<()> {
         let said = self.decoder.get_checksum_from_data();
         if said.is_some() && said != self.decoder.get_calculated_checksum() {

@@ -1,4 +1,4 @@
-//! What a clump file must hold to be a rigid body.
+//! Rules that make the content of a clump file a rigid body.
 
 use std::collections::HashSet;
 use std::fmt;
@@ -12,7 +12,7 @@ use crate::readable::significant;
 const MASS_TOLERANCE: f64 = 1e-3;
 /// Largest deviation of the rotation's columns from unit length and right angles.
 const ROTATION_TOLERANCE: f64 = 1e-6;
-/// By how much (relative) the largest moment may exceed the sum of the others: round-off of a flat body.
+/// Relative excess of the largest moment over the sum of the others that counts as round-off of a flat body.
 const TRIANGLE_TOLERANCE: f64 = 1e-9;
 
 /// A value that cannot belong to a rigid body.
@@ -20,7 +20,7 @@ const TRIANGLE_TOLERANCE: f64 = 1e-9;
 pub struct ClumpProblem {
     /// The key as the file has it, for example `pebbles[3].radius`.
     pub key: String,
-    /// What is wrong.
+    /// Description of the problem.
     pub message: String,
 }
 

@@ -25,7 +25,7 @@ fn parse(text: &str) -> Result<ClumpFile, String> {
     parse_clump(Path::new("rod.clump.toml"), text).map_err(|errors| errors.to_string())
 }
 
-/// What is said when `from` in the rod stands as `to`.
+/// Error of the reader when `from` in the file of the rod is replaced by `to`.
 fn complaint(from: &str, to: &str) -> String {
     assert!(ROD.contains(from), "{from}");
     parse(&ROD.replacen(from, to, 1)).expect_err(to)

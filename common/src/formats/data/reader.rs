@@ -63,7 +63,7 @@ impl<R: BufRead> DataReader<R> {
         }
         let header_line = self.lines.line_number();
         let (mut frame, count) = self.read_header()?;
-        // The count is only a promise: no more memory than the lines themselves ask for.
+        // The count is only a promise: no more memory is allocated than the lines themselves need.
         frame.particles.reserve(count.min(256));
 
         let mut values = [0.0; MOST_COLUMNS];

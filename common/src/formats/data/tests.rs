@@ -185,7 +185,7 @@ fn a_missing_file_is_named() {
 /// MercuryDPM's own files survive reading and writing with its precision.
 #[test]
 fn files_of_mercury_dpm() {
-    // The second entry says whether the file was written with the present digits (10 and 15),
+    // The second entry is whether the file was written with the present digits (10 and 15),
     // so that the texts are equal; the chute files have 13 digits.
     for (name, digits, same_text) in [
         (

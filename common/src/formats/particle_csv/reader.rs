@@ -24,7 +24,7 @@ const MOST_MISTAKES: usize = 20;
 /// Reads all rows of a particle table.
 ///
 /// # Errors
-/// Those of [`ParticleTableReader`].
+/// Errors of [`ParticleTableReader`].
 pub fn read_particle_csv(path: impl AsRef<Path>) -> Result<Vec<ParticleRow>, FormatError> {
     let table = ParticleTableReader::open(path).map_err(first)?;
     table.collect()
@@ -38,7 +38,7 @@ fn first(mut errors: Vec<FormatError>) -> FormatError {
 /// Reads all rows of a particle table from memory; `path` is only used in messages.
 ///
 /// # Errors
-/// Those of [`ParticleTableReader`].
+/// Errors of [`ParticleTableReader`].
 pub fn parse_particle_csv(path: &Path, text: &str) -> Result<Vec<ParticleRow>, FormatError> {
     let table = ParticleTableReader::new(text.as_bytes(), path).map_err(first)?;
     table.collect()
@@ -60,7 +60,7 @@ impl ParticleTableReader<BufReader<File>> {
     /// Opens a table and reads its header.
     ///
     /// # Errors
-    /// As for the whole, at least one.
+    /// Errors of the reader, at least one.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, Vec<FormatError>> {
         let path = path.as_ref();
         let file = crate::formats::open(path).map_err(|error| vec![error])?;
@@ -72,7 +72,7 @@ impl<R: BufRead> ParticleTableReader<R> {
     /// Reads from anything, the header at once; `path` is only used in messages.
     ///
     /// # Errors
-    /// As for the whole, at least one.
+    /// Errors of the reader, at least one.
     pub fn new(input: R, path: &Path) -> Result<Self, Vec<FormatError>> {
         let mut lines = LineReader::new(input, path);
         if !next_line(&mut lines).map_err(|error| vec![error])? {
@@ -90,7 +90,7 @@ impl<R: BufRead> ParticleTableReader<R> {
         })
     }
 
-    /// Names of columns that say nothing a start needs: ids, masses, and whatever else tables of other programs hold.
+    /// Names of columns that a start does not need: ids, masses, and whatever else tables of other programs hold.
     pub fn ignored(&self) -> impl Iterator<Item = &str> {
         let columns = self.header.names.iter().zip(&self.header.columns);
         columns
@@ -175,10 +175,10 @@ impl<'a> Line<'a> {
     }
 }
 
-/// What the columns of the table are.
+/// Columns of the table.
 struct Header {
     separator: u8,
-    /// What each cell of a line is; `None` for a column that is not read.
+    /// Meaning of each cell of a line; `None` for a column that is not read.
     columns: Vec<Option<Column>>,
     /// The names.
     names: Vec<String>,
@@ -493,7 +493,7 @@ fn unknown_column(line: Line<'_>, cell: Cell<'_>, name: &str) -> FormatError {
     let lower = name.to_lowercase();
     // A header cell may be a whole misread file: names are short.
     let start: String = lower.chars().take(64).collect();
-    // What people write most often, beside slips of the keyboard.
+    // Common names in other programs; slips of the keyboard are found below.
     let meant = match lower.as_str() {
         "r" | "rad" => Some("radius"),
         "d" | "diameter" => {

@@ -164,7 +164,7 @@ fn clumps_stand_beside_spheres() {
     assert_eq!(clump.orientation, [0.0, 0.0, 1.0, 0.0]);
     assert_eq!((rows[0].radius, rows[0].velocity.x), (0.0, 5.0));
     assert_eq!((&rows[1].clump, rows[1].radius), (&None, 4.0));
-    // Of clumps alone: no radii, and what is not said is the identity.
+    // Of clumps alone: no radii, and a value that is not given is the identity.
     let rows = read("x,y,z,clump\n1,2,3,rod\n").unwrap();
     let clump = rows[0].clump.as_ref().unwrap();
     assert_eq!(

@@ -23,7 +23,7 @@ struct Document<'a> {
 /// The file in parts, to be written one behind the other.
 ///
 /// # Errors
-/// What does not fit together, see [`write_vtu`](super::write_vtu).
+/// Parts of the grid do not fit together, see [`write_vtu`](super::write_vtu).
 pub fn encode_vtu(grid: &VtuGrid, options: VtuOptions) -> Result<Vec<Vec<u8>>, String> {
     let cells = check(grid)?;
     let mut document = Document {
@@ -147,7 +147,7 @@ impl<'a> Document<'a> {
         let _ = write!(self.xml, "        <DataArray type=\"{kind}\" Name=\"");
         escape(name, &mut self.xml);
         self.xml.push('"');
-        // meshio takes a number that is said for a column of its own.
+        // With `NumberOfComponents="1"` meshio reads a number as a column of its own.
         if let components @ 2.. = values.components() {
             let _ = write!(self.xml, " NumberOfComponents=\"{components}\"");
         }
@@ -184,7 +184,7 @@ impl<'a> Document<'a> {
     }
 }
 
-/// The same values without their owner.
+/// Borrowed view of the values.
 fn borrow<'a>(values: &'a VtuValues) -> VtuValues<'a> {
     match values {
         VtuValues::F64(v) => VtuValues::F64(v.as_ref().into()),

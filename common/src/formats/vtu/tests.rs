@@ -41,7 +41,7 @@ struct Parsed {
     points: usize,
     cells: usize,
     time: Option<f64>,
-    /// By element (`PointData`, ...) and name.
+    /// Arrays by element (`PointData`, ...) and name.
     arrays: BTreeMap<(String, String), Found>,
 }
 

@@ -32,14 +32,14 @@ pub enum VtuValues<'a> {
         start: i32,
         /// From one value to the next.
         step: i32,
-        /// How many.
+        /// Number of values.
         length: usize,
     },
-    /// The same small number everywhere, made while writing.
+    /// A small number that is equal everywhere, made while writing.
     Constant {
         /// The number.
         value: u8,
-        /// How many.
+        /// Number of values.
         length: usize,
     },
 }

@@ -13,7 +13,7 @@ use crate::frames::{Column, ColumnKind};
 /// Bytes read at a time when numbers are converted.
 const CHUNK: usize = 64 * 1024;
 
-/// Reads `bytes.len()` bytes of the body from an offset in it; the error says what went wrong.
+/// Reads `bytes.len()` bytes of the body from an offset in it; the error describes the failure.
 pub(in crate::frames) type ReadBody<'a> = dyn Fn(&mut [u8], u64) -> Result<(), String> + 'a;
 
 /// The head of a record batch, checked against the number of columns and the length of its body.
@@ -145,7 +145,7 @@ fn numbers<T: LittleEndian>(
     (offset, length): (u64, u64),
     read: &ReadBody<'_>,
 ) -> Result<Vec<T>, String> {
-    // The buffer lies in the body and the body in the file, so a wrong number of rows cannot ask for more memory than
+    // The buffer lies in the body and the body in the file, so a wrong number of rows cannot take more memory than
     // the file has bytes.
     let end = rows.end;
     let bytes = end.checked_mul(T::WIDTH).filter(|&n| n as u64 <= length);
@@ -202,7 +202,8 @@ fn text(
     words.ok_or_else(|| "text that is not UTF-8 or lies outside of its buffer".to_owned())
 }
 
-/// These rows, which the batch has, of one of its columns: `field` counts the columns of the file. The error says what was found.
+/// These rows, which the batch has, of one of its columns: `field` counts the columns of the file. The error describes what was
+/// found.
 pub(in crate::frames) fn read_column(
     batch: &Batch,
     kinds: &[ColumnKind],

@@ -67,7 +67,7 @@ fn missing(column: &Column) -> usize {
     }
 }
 
-/// The head of the message of a frame. `Err` says what does not fit into the format.
+/// The head of the message of a frame. `Err` describes the part that does not fit into the format.
 pub(in crate::frames) fn encode(frame: &Frame) -> Result<Encoded, String> {
     let rows = frame.rows();
     let mut nodes = vec![FieldNode::new(rows as i64, 0)];
@@ -157,7 +157,7 @@ fn write_validity(out: &mut impl Write, values: &[Option<u32>]) -> io::Result<()
     write_numbers(out, bytes)
 }
 
-/// The buffers of a frame, `time` first, each padded; as many bytes as [`Encoded::body_length`] says.
+/// The buffers of a frame, `time` first, each padded; [`Encoded::body_length`] bytes.
 pub(in crate::frames) fn write_body(out: &mut impl Write, frame: &Frame) -> io::Result<()> {
     write_numbers(out, std::iter::repeat_n(frame.time, frame.rows()))?;
     for column in &frame.columns {

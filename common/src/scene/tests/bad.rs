@@ -1,4 +1,4 @@
-//! What is wrong with a scene is said in exactly these words.
+//! Exact messages for scenes with errors.
 //!
 //! `bad_scenes.txt` holds the cases: a head `### name`, the part of a scene that is wrong, `---`, and the
 //! full text of the errors. Sections that a case leaves out are those of [`GOOD`], put behind it, so a
@@ -39,7 +39,7 @@ fn errors_of(part: &str) -> String {
     }
 }
 
-/// What is read no further without the key must not vanish in silence.
+/// A key on which others hang may be misspelt: the part that is then not read must not vanish in silence.
 #[test]
 fn a_misspelt_key_on_which_the_rest_hangs_is_named() {
     let wall = "[[walls]]\nname = \"a\"\nshape = \"plane\"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\nmaterial = \"glass\"\n";
@@ -86,7 +86,7 @@ fn every_mistake_is_named() {
     assert!(differences.is_empty(), "these differ:\n\n{differences}");
 }
 
-/// Line by line; an expected line that ends in `...` says only how the line begins: a list of keys grows.
+/// Line by line; an expected line that ends in `...` gives only the beginning of the line: a list of keys grows.
 fn is_as_expected(errors: &str, expected: &str) -> bool {
     let is_line = |(found, expected): (&str, &str)| match expected.strip_suffix(" ...") {
         Some(begin) => found.starts_with(begin),

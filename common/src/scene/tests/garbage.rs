@@ -1,4 +1,4 @@
-//! No input makes the reader panic, and every complaint has a place.
+//! No input makes the reader panic, and every error has a place.
 
 use std::path::Path;
 

@@ -122,7 +122,7 @@ fn key_of(table: &'static TableKeys, name: &str) -> &'static SceneKey {
     key.unwrap_or_else(|| panic!("{name}"))
 }
 
-/// What the reader says of a scene.
+/// Errors of the reader for a scene; empty for a good one.
 fn answer(text: &str) -> String {
     match parse_scene(Path::new("a.toml"), text, &[], Files::Unchecked) {
         Ok(_) => String::new(),

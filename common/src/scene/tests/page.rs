@@ -54,7 +54,7 @@ fn code(text: &str) -> String {
     format!("`{text}`")
 }
 
-/// What may stand at a key, in words.
+/// Permitted values at a key, in words.
 fn range(kind: &Kind) -> String {
     let many = |count: usize| vec!["."; count].join(", ");
     match kind {

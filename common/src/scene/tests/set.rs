@@ -300,7 +300,7 @@ plane = { point = [0, 0, 0], normal = [0, 0, 1] }
 
 #[test]
 fn a_strict_start_leaves_the_guard_its_room() {
-    // docs/formats/scene.md: 0.5, or `contact.overlap_error` if that is more; what is said counts as it is.
+    // docs/formats/scene.md: 0.5, or `contact.overlap_error` if that is more; a given value counts as it is.
     let overlap = |overrides: &[&str]| *good(overrides).guard.overlap;
     for (said, limit) in [(0.02, 0.5), (0.5, 0.5), (0.8, 0.8)] {
         let start = format!("contact.overlap_error={said}");

@@ -23,7 +23,7 @@ fn every_shared_scene_parses() {
     let files = scenes(&folder);
     assert!(files.len() >= 17, "only {} scenes", files.len());
     for path in files {
-        // The head of t-bar.toml says that its clump file is made first.
+        // By the head of t-bar.toml its clump file is made first.
         let is_unmade = path.ends_with("t-bar.toml");
         let text = std::fs::read_to_string(&path).expect("the scene can be read");
         let files = if is_unmade {

@@ -218,8 +218,8 @@ fn requested(psd: &str) -> Result<SizeDistribution, SizeError> {
     SizeDistribution::from_scene(scene.insertions[0].mixture[0].psd.as_ref().unwrap())
 }
 
-/// What stays on a sieve and all larger ones is one minus what passes: 32.5 % stays on 1 mm, 72.5 % on 0.5 mm, and classes of constant
-/// number density have the mass of d^4 in them.
+/// The mass retained on a sieve and on all larger ones is one minus the mass that passes: 32.5 % stays on 1 mm, 72.5 % on 0.5 mm,
+/// and classes of constant number density have the mass of d^4 in them.
 #[test]
 fn a_lab_sheet_in_a_scene_has_its_median() {
     let folder = tempfile::tempdir().unwrap();
@@ -373,7 +373,7 @@ fn laws_that_are_made_of_themselves_are_refused_with_the_chain() {
         ),
         "{error}"
     );
-    // The same file side by side is no circle.
+    // Two mixtures of one file, side by side, are no circle.
     let files = [
         ("a.toml", mixture_of(&["b.toml", "b.toml"])),
         ("b.toml", mixture_of(&[])),

@@ -111,8 +111,8 @@ fn lognormal_moments_are_those_of_hatch_and_choate() {
         let number_median = median * (-f64::from(power) * sigma * sigma).exp();
         let mean = number_median * (0.5 * sigma * sigma).exp();
         let cube = number_median.powi(3) * (4.5 * sigma * sigma).exp();
-        // What the open ends leave out: 1e-9 at +-6 sigma of the stated law, which is at
-        // 6 - 3 * 0.2 = 5.4 sigma of the others, 3e-8, times d / mean <= exp(6 * 3 * 0.2).
+        // Share of the open ends: 1e-9 at +-6 sigma of the stated law, which is at 6 - 3 * 0.2 = 5.4 sigma of the others, 3e-8,
+        // times d / mean <= exp(6 * 3 * 0.2).
         assert!((sizes.mean_diameter() / mean - 1.0).abs() < 3e-7);
         assert!((sizes.mean_volume() / (PI / 6.0 * cube) - 1.0).abs() < 2e-6);
         assert!((sizes.quantile(0.5) / median - 1.0).abs() < 1e-14);

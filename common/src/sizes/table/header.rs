@@ -1,9 +1,9 @@
-//! What the columns of a table mean: `diameter [mm]`, `cumulative volume [%]`.
+//! Meaning of the columns of a table: `diameter [mm]`, `cumulative volume [%]`.
 
 use crate::scene::Weighting;
 use crate::sizes::ClassModel;
 
-/// What the first column is.
+/// Meaning of the first column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SizeKind {
     /// Diameters.
@@ -14,7 +14,7 @@ pub enum SizeKind {
     Sieve,
 }
 
-/// What the second column is.
+/// Meaning of the second column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ValueKind {
     /// The share finer than the size of the row.
@@ -48,18 +48,18 @@ pub enum ValueUnit {
     Count,
 }
 
-/// What the columns of a table mean.
+/// Meaning of the columns of a table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Columns {
-    /// What the sizes are.
+    /// Meaning of the sizes.
     pub size: SizeKind,
-    /// How many of its units make a metre.
+    /// Number of its units in a metre.
     pub per_metre: f64,
-    /// What the values are; none for a list of sizes.
+    /// Meaning of the values; none for a list of sizes.
     pub values: Option<(ValueKind, Weighting)>,
     /// The unit of the values; none: 1 or 100 is all, as the table ends.
     pub unit: Option<ValueUnit>,
-    /// What is assumed inside a class.
+    /// Distribution inside a class.
     pub model: ClassModel,
     /// Repair like MercuryDPM.
     pub mercury: bool,
@@ -78,7 +78,7 @@ const LENGTHS: [(&str, f64); 9] = [
     ("nm", 1e9),
 ];
 
-/// How many of a unit make a metre.
+/// Number of a unit's lengths in a metre.
 #[must_use]
 pub fn parse_size_unit(word: &str) -> Option<f64> {
     let word = word.trim();

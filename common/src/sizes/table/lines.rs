@@ -21,10 +21,10 @@ pub struct Row {
     pub value: f64,
 }
 
-/// The comment that says what is assumed inside a class.
+/// The comment with the distribution inside a class.
 const MODEL_MARK: &str = "in-class:";
 
-/// The comment of a list whose sizes were drawn by quota. Other words behind the colon say nothing that matters here.
+/// The comment of a list whose sizes were drawn by quota. Other words behind the colon do not matter here.
 pub const BY_QUOTA: [&str; 2] = ["sampling", "quota"];
 
 const EXAMPLE: &str = "a header such as: diameter [mm],cumulative volume [%]";
@@ -55,16 +55,16 @@ struct Layout {
     separator: Option<char>,
     size: usize,
     value: Option<usize>,
-    /// How many cells a row may have.
+    /// Number of cells that a row may have.
     columns: usize,
 }
 
-/// What the lines hold.
+/// Content of the lines.
 pub(super) struct Read {
-    /// What the columns mean.
+    /// Meaning of the columns.
     pub(super) columns: Columns,
     pub(super) rows: Vec<Row>,
-    /// What was left out.
+    /// Notes of what was left out.
     pub(super) notes: Vec<String>,
     pub(super) by_quota: bool,
 }
@@ -266,7 +266,7 @@ fn header(
         }
         match head.values() {
             Ok(values) => value_columns.extend(values.map(|values| (index, values))),
-            // The command line says what its values are.
+            // The command line gives the meaning of its values.
             Err(_) if options.values.is_some() => {
                 value_columns.push((index, (ValueKind::Cumulative, None)))
             }

@@ -1,4 +1,4 @@
-//! From rows to a distribution: what is refused, with the line, and what is repaired and said.
+//! From rows to a distribution: refusals, with the line, and repairs, with a note.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use crate::error::FormatError;
 use crate::scene::Weighting;
 use crate::sizes::{ClassProblem, Classes};
 
-/// Shares may miss their sum by this much (losses of a sieving, rounding); they are then scaled, and it is said.
+/// Shares may miss their sum by this much (losses of a sieving, rounding); they are then scaled, with a note.
 const TOLERANCE: f64 = 0.01;
 /// Smaller differences are round-off of the printed digits and not worth a word.
 const ROUND_OFF: f64 = 1e-9;
@@ -228,7 +228,7 @@ fn check_values(
 
 type EdgesAndShares = (Vec<f64>, Vec<f64>);
 
-/// The first row of cumulative shares and of fractions has the share 0: otherwise the message gives `found` and says what to do;
+/// The first row of cumulative shares and of fractions has the share 0: otherwise the message gives `found` and advice;
 /// MercuryDPM puts a class in front.
 fn begin_with_nothing(
     path: &Path,

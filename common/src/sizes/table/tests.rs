@@ -95,7 +95,7 @@ fn what_is_repaired_or_left_out_is_said() {
     assert_eq!(extra.notes, ["the column \"remark\" is not read"]);
     let model = table("# in-class: volume-log-uniform\ndiameter [mm],Q3\n1,0\n2,1\n");
     assert_eq!(model.classes.model(), ClassModel::LogUniform(Volume));
-    // What begins with 0 stays: the pan of a sieving.
+    // A class that begins with 0 stays: the pan of a sieving.
     let pan = table("sieve [mm],retained [g]\n2,0\n1,30\npan,10\n");
     assert_eq!(pan.edges, [0.0, 1e-3, 2e-3]);
 }
@@ -167,7 +167,7 @@ fn options_speak_for_files_without_header() {
         read_with("diameter [mm]\n1.5\n2\n", &Options::default()),
         Ok(list_of(&[1.5e-3, 2e-3], false))
     );
-    // How a list says that it is no random sample; other words are comments.
+    // The comment of a list that is no random sample; other words are comments.
     for (comment, by_quota) in [
         ("#sampling:quota", true),
         ("#  sampling : quota ", true),

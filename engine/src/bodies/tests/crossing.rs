@@ -66,7 +66,7 @@ fn a_body_that_crosses_faces_stays_a_free_rotor() {
     // From zero on, where what is shifted by a period is rounded, too.
     for (middle, period) in [(DVec3::ZERO, 8.0), (DVec3::splat(3.65), 7.3)] {
         let crossing = after_a_second(middle, Some(period), velocity);
-        // Rotation and velocity know nothing of positions: the same bits.
+        // Rotation and velocity do not depend on positions: the same bits.
         assert_eq!(crossing.orientation, free.orientation);
         assert_eq!(crossing.velocity, velocity);
         assert_eq!(crossing.angular_momentum, free.angular_momentum);

@@ -30,7 +30,7 @@ fn after(steps: u64, time_step: f64, bar: NewBody) -> Body {
     engine.particles.bodies()[0]
 }
 
-/// What is not prescribed falls: x = v t + g t^2/2, which the integrator gives to round-off, and v + g t.
+/// Components that are not prescribed fall: x = v t + g t^2/2, which the integrator gives to round-off, and v + g t.
 #[test]
 fn what_is_not_prescribed_falls() {
     for (velocity, spin) in [

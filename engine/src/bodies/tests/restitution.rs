@@ -1,4 +1,4 @@
-//! What the two choices of the effective mass mean for the restitution of an impact.
+//! Effect of the two choices of the effective mass on the restitution of an impact.
 
 use glam::{DQuat, DVec3, dvec3};
 

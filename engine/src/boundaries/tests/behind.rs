@@ -1,4 +1,4 @@
-//! What lies behind a one-sided wall is solid to an insertion.
+//! Space behind a one-sided wall is solid to an insertion.
 
 use std::sync::Arc;
 

@@ -291,7 +291,7 @@ fn mixtures_follow_their_shares_by_number() {
     }
 }
 
-/// Each of three comes as often as its share says, the last one too.
+/// Each of three comes as often as by its share, the last one too.
 #[test]
 fn a_mixture_of_three_follows_its_shares() {
     let shares = [1.0, 2.0, 5.0];
@@ -591,7 +591,7 @@ fn a_quota_gives_every_size_its_number() {
     assert!((first - second).abs() < 1.3e-3, "{first} {second}");
 }
 
-/// The place of a size in the list of all says of which ingredient it is, also where one of them brings nothing.
+/// The place of a size in the list of all gives its ingredient, also where one of them brings nothing.
 #[test]
 fn a_quota_knows_the_ingredients_of_its_places() {
     let mut draft = by_quota(Total::Number(90));

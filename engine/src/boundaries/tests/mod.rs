@@ -58,7 +58,7 @@ fn unit_box() -> Region {
     }
 }
 
-/// As fast as they fit, at rest.
+/// Insertion of grains at rest, as fast as they fit.
 fn insertion(region: Region, sizes: SizeDistribution, total: Total) -> InsertionPlan {
     InsertionPlan {
         name: "feed".to_owned(),

@@ -28,7 +28,7 @@ fn a_hundred_thousand_particles_come_in_one_step() {
     assert!(failed < in_vain, "{failed} {in_vain}");
 }
 
-/// What finds no place between the spheres of another insertion, which fill the region, is tried in one step of 64.
+/// Grains that find no place between the spheres of another insertion, which fill the region, are tried in one step of 64.
 #[test]
 fn a_full_region_is_tried_seldom() {
     let region = || Region::Box {

@@ -117,8 +117,8 @@ impl<H> LawEvents<H> for NoEvents {
 /// law [presses](AdhesionLaw::PRESSES) the surfaces together, as that of Johnson, Kendall and Roberts does.
 ///
 /// It may act at a gap. The overlap of such a contact is negative, the contact point stands halfway across the gap, and all other
-/// parts of the pair's law are silent: friction and rolling springs end with the touch. What adhesion remembers lasts while the gap
-/// is below its range, through sorts of the particles and new lists, and is forgotten there.
+/// parts of the pair's law are silent: friction and rolling springs end with the touch. The memory of adhesion lasts while the
+/// gap is below its range, through sorts of the particles and new lists, and is forgotten there.
 pub trait AdhesionLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// What it remembers. A history that differs from its default holds the pair together across a gap.
     type History<L: Real>: History<L, One = Self::History<f64>>;

@@ -5,7 +5,7 @@
 //! restitutions has no meaning for the mixed pair). `[[contacts]]` then replaces key by key. A material that lacks a law
 //! that `[[contacts]]` names for the pair leaves the other one to decide.
 //!
-//! What a law's table of keys says is done here ([`Pair::number`]); what it cannot say stands in the law's own file.
+//! Rules in a law's table of keys are applied here ([`Pair::number`]); further rules stand in the law's own file.
 
 mod damping;
 mod liquid;
@@ -74,7 +74,7 @@ pub struct Pair<'a> {
     sides: [&'a Material; 2],
     /// Both are the same material.
     same: bool,
-    /// What replaces mixed values, and its number in the file.
+    /// Override of mixed values, and its number in the file.
     contact: Option<(usize, &'a ContactOverride)>,
     conventions: &'a Conventions,
     /// The law whose keys are being read, and its part.
@@ -136,7 +136,7 @@ impl<'a> Pair<'a> {
         self.conventions
     }
 
-    /// What was resolved so far.
+    /// Parameters that were resolved so far.
     #[must_use]
     pub fn parameters(&self) -> &[Parameter] {
         &self.parameters
@@ -159,7 +159,7 @@ impl<'a> Pair<'a> {
         )
     }
 
-    /// Where to complain if the pair as a whole is wrong.
+    /// Place of the error if the pair as a whole is wrong.
     fn place(&self) -> SourceSpan {
         match self.contact {
             Some((_, contact)) => contact.place.clone(),
@@ -170,7 +170,7 @@ impl<'a> Pair<'a> {
         }
     }
 
-    /// Complains about the pair; `help` says what to do.
+    /// Reports an error of the pair; `help` is the advice.
     pub fn error(&mut self, message: String, help: String) {
         let error = self.place().error(message).with_help(help);
         self.errors.push(error);
@@ -210,7 +210,7 @@ impl<'a> Pair<'a> {
         })
     }
 
-    /// What `[[contacts]]` replaces of a part.
+    /// Values of a part that `[[contacts]]` replaces.
     #[must_use]
     pub fn replaced(&self, part: LawPart) -> Option<&'a LawValues> {
         let (_, contact) = self.contact?;
@@ -273,7 +273,7 @@ impl<'a> Pair<'a> {
         Some((value, self.mixed_origin(sides.map(|side| side.is_some()))))
     }
 
-    /// As [`Pair::mix`]; complains where the value is missing.
+    /// As [`Pair::mix`]; reports an error where the value is missing.
     pub fn need(
         &mut self,
         key: &str,
@@ -290,7 +290,7 @@ impl<'a> Pair<'a> {
         mixed
     }
 
-    /// The number at a key as the law's table says: replaced, mixed, or its default; else complains. It is recorded.
+    /// The number at a key by the law's table: replaced, mixed, or its default; else an error is reported. It is recorded.
     pub fn number(&mut self, key: &str) -> Option<f64> {
         let (over, sides) = (self.over(key), self.sides(key));
         let default = self.law.key(key).map(|key| key.default);
@@ -312,7 +312,7 @@ impl<'a> Pair<'a> {
         Some(numbers)
     }
 
-    /// The word at a key as the law's table says: replaced, the same of both sides, or its default; else complains. It is not
+    /// The word at a key by the law's table: replaced, equal on both sides, or its default; else an error. It is not
     /// recorded yet.
     pub fn word(&mut self, key: &str) -> Option<(&'static str, Origin)> {
         let known = self.law.key(key)?;

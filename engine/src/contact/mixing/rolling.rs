@@ -39,7 +39,7 @@ fn law_of(pair: &mut Pair<'_>) -> Option<Option<&'static LawKeys>> {
 pub(super) fn needs_tangential_stiffness(pair: &mut Pair<'_>) -> bool {
     let errors = pair.errors.len();
     let law = law_of(pair).flatten();
-    // `resolve` complains.
+    // `resolve` reports it.
     pair.errors.truncate(errors);
     law.is_some_and(|law| {
         pair.ask(LawPart::Rolling, law);

@@ -5,7 +5,7 @@ use mercury_common::scene::{LawKeys, LawPart};
 use super::{Origin, Pair};
 use crate::contact::{AnyNormal, AnyTangential};
 
-/// What all laws of sliding have.
+/// Parameters that all laws of sliding have.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Friction {
     /// mu while sliding.

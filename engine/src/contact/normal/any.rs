@@ -56,7 +56,7 @@ macro_rules! normal_laws {
         }
 
         impl AnyNormal {
-            /// What scenes say of each of them.
+            /// Keys of each of them in scenes.
             pub const KEYS: &'static [&'static mercury_common::scene::LawKeys] = &[$(<$law as $crate::contact::PlannedNormal>::KEYS),*];
         }
 

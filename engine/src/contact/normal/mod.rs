@@ -62,7 +62,7 @@ impl<L: Real> NormalForce<L> {
         self.elastic + self.viscous
     }
 
-    /// The same without tension: the viscous part is cut so that the sum is never below zero.
+    /// This force without tension: the viscous part is cut so that the sum is never below zero.
     #[inline(always)]
     #[must_use]
     fn clamped(self) -> Self {
@@ -75,7 +75,7 @@ impl<L: Real> NormalForce<L> {
 
 /// A normal law; its fields are its parameters for one pair of materials.
 pub trait NormalLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
-    /// What it remembers.
+    /// Memory of the law.
     type History<L: Real>: History<L, One = Self::History<f64>>;
 
     /// How the plan and the log call it.

@@ -14,7 +14,7 @@ macro_rules! rolling_laws {
         any_law!(RollingLaw: AnyRolling remembers AnyRollingHistory { [None = NoRolling] $($variant($law)),* });
 
         impl AnyRolling {
-            /// What scenes say of each of them.
+            /// Keys of each of them in scenes.
             pub const KEYS: &'static [&'static LawKeys] = &[$($law::KEYS),*];
 
             /// Whether the law of two materials takes its stiffness from the tangential one.

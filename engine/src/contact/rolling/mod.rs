@@ -11,7 +11,7 @@ use crate::lanes::{Real, Vector};
 
 /// A rolling and torsion law; its fields are its parameters for one pair of materials.
 pub trait RollingLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
-    /// What it remembers.
+    /// Memory of the law.
     type History<L: Real>: History<L, One = Self::History<f64>>;
     /// False for the law that does nothing.
     const ACTIVE: bool;

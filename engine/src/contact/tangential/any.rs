@@ -14,7 +14,7 @@ macro_rules! tangential_laws {
         any_law!(TangentialLaw: AnyTangential remembers AnyTangentialHistory { [None = NoFriction] $($variant($law)),* });
 
         impl AnyTangential {
-            /// What scenes say of each of them.
+            /// Keys of each of them in scenes.
             pub const KEYS: &'static [&'static LawKeys] = &[$($named::KEYS),*];
 
             /// The law of two materials by the table of keys that is read for them.

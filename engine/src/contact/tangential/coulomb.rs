@@ -18,7 +18,7 @@ pub(super) struct Slider<L: Real> {
 pub(super) struct Limited<L: Real> {
     /// The force on A, N.
     pub force: Vector<L>,
-    /// What the spring carries of it from now on where it slides, N; elsewhere it stays as it was.
+    /// Part of it that the spring carries from now on where it slides, N; elsewhere the spring stays as it was.
     pub carried: Vector<L>,
     /// Where the spring has to be set back to what it carries.
     pub slides: L::Mask,
@@ -37,7 +37,7 @@ impl<L: Real> Slider<L> {
         static_friction: f64,
     ) -> Self {
         let pressure = match rule {
-            // What pulls does not press.
+            // A tensile force does not press.
             CoulombLimits::Bounded => normal_force.max(L::ZERO),
             CoulombLimits::Elastic | CoulombLimits::Total => normal_force.abs(),
         };

@@ -64,7 +64,7 @@ impl Mindlin {
         }
     }
 
-    /// The same that never slides.
+    /// This law without a limit: it never slides.
     pub(super) fn without_limit(&self) -> Self {
         Self {
             friction: f64::INFINITY,
@@ -73,7 +73,7 @@ impl Mindlin {
         }
     }
 
-    /// The same, kept within Coulomb's limit in another way.
+    /// This law, kept within Coulomb's limit in another way.
     #[must_use]
     pub fn with_limits(self, limits: CoulombLimits) -> Self {
         Self { limits, ..self }

@@ -108,8 +108,8 @@ impl TangentialLaw for MindlinRescaled {
             let smaller = elastic * (radius / before.contact_radius);
             elastic = Vector::select(shrinks, smaller, elastic);
         }
-        // What is added in the middle of the step meets the stiffness of that time, and shrinks for the other half of the step. A new
-        // contact has no radius before.
+        // An increment in the middle of the step meets the stiffness of that time, and shrinks for the other half of the step. A
+        // new contact has no radius before.
         let grows = L::ZERO.below(before.contact_radius) & !shrinks;
         let mean = stiffness * ((before.contact_radius / radius + 1.0) * 0.5);
         let middle = L::select(grows, mean, stiffness);

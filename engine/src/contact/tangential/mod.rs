@@ -33,7 +33,7 @@ pub(crate) const STATIC_FRICTION: Key = Key::new(
 
 /// A tangential law; its fields are its parameters for one pair of materials.
 pub trait TangentialLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
-    /// What it remembers.
+    /// Memory of the law.
     type History<L: Real>: History<L, One = Self::History<f64>>;
     /// False for the law that does nothing: scenes without friction skip rotation.
     const ACTIVE: bool;

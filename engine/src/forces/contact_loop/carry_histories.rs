@@ -177,7 +177,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
             carried
         };
         let carried = map_parts(parallel, &self.blocks, of_block).concat();
-        // Those of one wall that a particle touches keep their order. What is sorted has no type of a law, so that the sort is compiled once.
+        // Those of one wall that a particle touches keep their order. The sorted values have no type of a law, so that the sort
+        // is compiled once.
         let mut places: Vec<(NearKey, u32)> =
             (0..).zip(&carried).map(|(k, one)| (one.0, k)).collect();
         sort(&mut places, parallel);

@@ -201,7 +201,8 @@ impl<'a> ContactBatch<'a> {
         &places[..count]
     }
 
-    /// The same where they may follow several laws, whose indices are noted; `None` if they are evaluated in the order of their slots.
+    /// Order of contacts that may follow several laws, whose indices are noted; `None` if they are evaluated in the order of
+    /// their slots.
     #[inline(never)]
     fn put_laws_side_by_side(
         &mut self,
@@ -222,7 +223,7 @@ impl<'a> ContactBatch<'a> {
             // The law of two materials is the same in either order.
             *pair = (a.min(b) * materials + a.max(b)) as u32;
         }
-        // What stands side by side: those of one law, of which those that touch and those that do not are two kinds.
+        // Contacts of one law stand side by side; those that touch and those that do not are two kinds.
         let mut kinds: [u32; CHUNK] = std::array::from_fn(|k| self.numbers.pair[k]);
         if by_touch {
             let gaps = self.numbers.squared.0.iter().zip(&self.numbers.reach.0);

@@ -80,7 +80,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let work = |thread: usize| {
             shares.begin(thread);
             let begun = Instant::now();
-            // What this thread has computed and still has to finish: no other thread has it in its cache.
+            // Blocks that this thread has computed and still has to finish: no other thread has them in its cache.
             let mut mine = Vec::new();
             let mut numbers = BatchColumns::new();
             let finish_ready = |mine: &mut Vec<usize>| {
@@ -226,7 +226,7 @@ impl Shares {
         Self::of(blocks.iter().map(|block| block.work).collect(), threads)
     }
 
-    /// The same, given the work of each block.
+    /// Shares for the given work of each block.
     fn of(works: Vec<usize>, threads: usize) -> Self {
         let total: usize = works.iter().sum();
         let (mut end, mut before) = (0, 0);

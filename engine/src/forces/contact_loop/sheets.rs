@@ -82,7 +82,7 @@ impl<'a> AtSheet<'a> {
         }
     }
 
-    /// What it gets where the particle gets this force (N) and this couple (N m).
+    /// Load on the sheet where the particle gets this force (N) and this couple (N m).
     pub(super) fn load(&self, force: DVec3, couple: DVec3) -> SurfaceLoad {
         SurfaceLoad {
             surface: self.number,
@@ -91,7 +91,7 @@ impl<'a> AtSheet<'a> {
         }
     }
 
-    /// What it gets at a saddle where the particle, its centre at `centre` (m), gets this force (N).
+    /// Load on the sheet at a saddle where the particle, its centre at `centre` (m), gets this force (N).
     pub(super) fn load_at(&self, saddle: &Saddle, centre: DVec3, force: DVec3) -> SurfaceLoad {
         let foot = centre - saddle.normal * saddle.distance;
         let place = self.surface.place(self.mesh, saddle.feature, foot);
@@ -108,19 +108,19 @@ impl<'a> AtSheet<'a> {
     }
 }
 
-/// What is left of a contact that joins a nearer one of the same particle.
+/// Rest of a contact that joins a nearer one of the same particle.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Joined {
     /// By which part it counts.
     part: f64,
-    /// What the normal spring would store at the saddle, J; `None` if the part holds of the normal force too.
+    /// Energy that the normal spring would store at the saddle, J; `None` if the part holds of the normal force too.
     less: Option<f64>,
     /// Force on the particle at the saddle, N.
     pub(super) pull: DVec3,
 }
 
 impl Joined {
-    /// What it stores, of what it would store alone, J.
+    /// Elastic energy of the joined contact, from that which it would store alone, J.
     pub(super) fn stored(&self, alone: f64, by_friction: f64) -> f64 {
         match self.less {
             Some(less) => alone - (1.0 - self.part) * by_friction - less,
@@ -128,7 +128,7 @@ impl Joined {
         }
     }
 
-    /// The same of each spring.
+    /// Elastic energies of the joined contact, spring by spring, J.
     pub(super) fn springs(&self, alone: &SpringEnergy) -> SpringEnergy {
         let mut stored = *alone;
         match self.less {
@@ -143,8 +143,8 @@ impl Joined {
 }
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
-    /// What is left of the `action` of a contact that joins a nearer one at a saddle: of elastic normal forces all of it, less the force at the
-    /// saddle; of others a part. `reach`: radius of the particle and half the thickness of the sheet, m.
+    /// Rest of the `action` of a contact that joins a nearer one at a saddle: of elastic normal forces all of it, less the force
+    /// at the saddle; of others a part. `reach`: radius of the particle and half the thickness of the sheet, m.
     #[inline(never)]
     pub(super) fn join(
         law: &PairLaw<N, T, R, A>,
@@ -192,8 +192,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         (left, joined)
     }
 
-    /// What contacts remember goes on with their roles: where two change their order, the one that joins the other now takes what that one
-    /// remembered while it was the joining one.
+    /// Exchanges memories with the roles of contacts: where two change their order, the one that joins the other now takes the
+    /// memory that the other had while it was the joining one.
     pub(super) fn change_roles(slots: &mut [WallSlot<Histories<N, T, R, A>>], saddles: &[Saddle]) {
         for saddle in saddles {
             let place = |feature| slots.iter().position(|slot| slot.feature == feature);

@@ -84,7 +84,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 if let (Some(joined), Some(saddle)) = (&acted.joined, &sheet.saddle) {
                     load.add(joined.pull, DVec3::ZERO);
                     loads.push(sheet.load_at(saddle, side.centre, joined.pull));
-                    // What is seen of the contact is all that it does to the particle.
+                    // The observed force of the contact is all that it exerts on the particle.
                     acted.action.force += Vector::from(joined.pull);
                 }
             } else {

@@ -96,7 +96,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
         each_part_by(pool, pieces, touch);
     }
 
-    /// What contacts of vertices remember, sheet by sheet.
+    /// Memories of the contacts of vertices, sheet by sheet.
     pub(super) fn saved_vertices(&self) -> Vec<SavedSlots> {
         let saved = |blocks: &VertexBlocks<_>| {
             let mut saved = SavedSlots::new(Self::nothing());

@@ -208,13 +208,13 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             let sheet =
                 touch.and_then(|touch| AtSheet::of(side, self.context.surfaces, saddles, touch));
             let sheet = sheet.as_ref();
-            // What is held on both sides is not moved by a contact.
+            // A contact moves nothing where both sides are held.
             let is_held = sheet.is_some_and(|sheet| sheet.inverse_mass + a.inverse_mass == 0.0);
             let seen = touch.filter(|_| !is_held).map(|touch| {
                 let at = self.side_of(a, (side, sheet), touch, slot.state);
                 (touch, at)
             });
-            // What is held from behind is looked for from farther away.
+            // A vertex that is held from behind is looked for from farther away.
             let acts = |(touch, at): &(&Touch, u32)| *at != 0 || touch.distance < contact_reach;
             match seen.filter(acts) {
                 Some((touch, at)) => {
@@ -250,7 +250,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 }
             }
         }
-        // What a wall that vanishes takes away is not dissipated.
+        // Energy that a wall takes away as it vanishes is not dissipated.
         if let (Some(reported), Shape::Mesh(mesh), true) =
             (&mut reported, side.wall.shape(), state.present)
         {
@@ -441,8 +441,8 @@ fn assign<H: History>(
     }
 }
 
-/// The same on a mesh, where a contact may pass many triangles in a step: a new contact takes the slot of the one that is no
-/// longer there and whose feature is nearest now.
+/// Assigns touches on a mesh, where a contact may pass many triangles in a step: a new contact takes the slot of the one that is
+/// no longer there and whose feature is nearest now.
 fn assign_on_mesh<H: History>(
     slots: &mut [WallSlot<H>],
     touches: &Touches,

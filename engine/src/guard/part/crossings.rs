@@ -86,7 +86,7 @@ impl<'a> Passing<'a> {
         self.way + particle.velocity.length() * self.dt > SEEN * particle.radius
     }
 
-    /// The same with the motion of a sheet where it is nearest to `centre` (m), within reach of a particle on its way.
+    /// The wall with the motion of a sheet where it is nearest to `centre` (m), within reach of a particle on its way.
     fn carried(&self, particle: &Particle, centre: DVec3, touches: &mut Touches) -> Option<Self> {
         let Some(surface) = self.surface else {
             return Some(Self { ..*self });
@@ -126,7 +126,7 @@ impl<'a> Passing<'a> {
         })
     }
 
-    /// What there is to say if the centre of a particle went through the wall in this step.
+    /// Alarm if the centre of a particle went through the wall in this step.
     fn crossing(&self, of: Subject, particle: &Particle, touches: &mut Touches) -> Option<Alarm> {
         // Particles that contacts cannot move do not feel walls, but sheets feel them.
         let feels = particle.inverse_mass > 0.0 || self.surface.is_some();
@@ -273,7 +273,7 @@ impl GuardPart {
         self.crossed.take_from(&mut alarms);
     }
 
-    /// The same for slower particles that have just left through a face of the domain: no contact sees them any more.
+    /// Looks for crossings of slower particles that have just left through a face of the domain: no contact sees them any more.
     pub(super) fn look_at_leavers(&mut self, core: &Core) {
         let leavers = core.boundaries().left_by_face();
         if leavers.is_empty() || core.physics().guard.policy == GuardPolicy::Off {

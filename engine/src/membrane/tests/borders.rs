@@ -153,7 +153,7 @@ fn its_damping_is_twice_that_of_the_dashpots() {
     }
 }
 
-/// A ball of gas whose cap is held: the gas adds what its law says of the volume that the cap sweeps.
+/// A ball of gas whose cap is held: the gas adds the load by its law over the volume that the cap sweeps.
 #[test]
 fn an_enclosed_fluid_resists() {
     let mesh = sphere(DVec3::ZERO, 1.0, 0.4);

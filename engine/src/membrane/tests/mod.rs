@@ -1,4 +1,4 @@
-//! What the theory says of sheets at rest: `docs/theory/membranes.md`.
+//! Comparison with the theory of sheets at rest: `docs/theory/membranes.md`.
 
 mod balloon;
 mod bending;

@@ -129,7 +129,7 @@ fn any_deformation_of_a_triangle_agrees_with_the_deformation_gradient() {
     }
 }
 
-/// What dashpots lose is the power that their forces take.
+/// Losses of dashpots are the power that their forces take.
 #[test]
 fn dashpots_lose_what_their_forces_take() {
     let mesh = lattice(5, 4);

@@ -393,7 +393,7 @@ proptest! {
     }
 }
 
-/// What two films give may add up to more than the largest volume by round-off; the bridge holds no more.
+/// Volumes of two films may add up to more than the largest volume by round-off; the bridge holds no more.
 #[test]
 fn no_bridge_holds_more_than_the_largest_volume() {
     let apart = 2.0 * RADIUS + TOUCH;

@@ -38,8 +38,8 @@ pub(super) struct Found {
 
 impl Mesh {
     /// Finds the local minima of the distance from `centre` below `reach` (m) among the facets `near`, of each patch the
-    /// nearest only. `scratch.bounds` says what the squares of their distances are at least. Which of them are tested, and in which order,
-    /// changes nothing in the result.
+    /// nearest only. `scratch.bounds` holds lower bounds of the squares of their distances. Which of them are tested, and in
+    /// which order, changes nothing in the result.
     pub(super) fn collect(&self, near: Near<'_>, centre: DVec3, reach: f64, scratch: &mut Scratch) {
         let Scratch {
             minima,
@@ -54,7 +54,7 @@ impl Mesh {
         best.clear();
         found.clear();
         let mut nearest_of_all: Option<(Nearest, u32, u32)> = None;
-        // What seems nearest goes first: it saves the others of its patch from being tested.
+        // The facet that seems nearest goes first: it saves the others of its patch from being tested.
         let mut first = (0, f32::INFINITY);
         for (k, &bound) in bounds.iter().enumerate() {
             if bound < first.1 {
@@ -74,7 +74,8 @@ impl Mesh {
             if best.beats(group, bound) {
                 continue;
             }
-            // What fills a pack up is no facet; it seems far, but for spheres so fast that single precision does not hold their way.
+            // An entry that fills a pack up is no facet; it seems far, but for spheres so fast that single precision does not
+            // hold their way.
             if index >= self.facets.len() {
                 continue;
             }
@@ -118,7 +119,7 @@ impl Mesh {
                 minima.push(minimum);
             }
         }
-        // It is a minimum whatever round-off says; for a surface that acts on one side it shows on which side the centre is.
+        // It is a minimum whatever the round-off; for a surface that acts on one side it shows on which side the centre is.
         if let Some((nearest, facet, feature)) = nearest_of_all {
             *last = facet;
             let facet = &self.facet(facet as usize);
@@ -220,7 +221,7 @@ impl Mesh {
             let along = self.vertices[to as usize] - nearest.point;
             let nearer = outward.dot(along);
             // Round-off of the corners and the centre must not make two triangles each leave a contact on their common edge to the
-            // other. What is taken twice is merged.
+            // other. Contacts that are taken twice are merged.
             nearer <= 0.0 || nearer <= self.round_off * (along.length() + nearest.distance)
         };
         match nearest.part {

@@ -16,13 +16,13 @@ pub(super) struct Facet {
     pub vertices: [u32; 3],
     /// Edges: from the first corner to the second, from there to the third, and back.
     pub edges: [u32; 3],
-    /// What it is a part of.
+    /// Patch of which it is a part.
     pub patch: Membership,
     /// How far its normal is from that of its corners, for slivers whose own is not exact; rounded up.
     pub skew: f32,
 }
 
-/// Which part of a triangle is nearest.
+/// Part of a triangle that is nearest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum FacetPart {
     Face,

@@ -8,8 +8,8 @@ use super::patches::Membership;
 /// Facets of a leaf.
 pub(super) const LANES: usize = 8;
 
-/// What single precision may be off by, over the distance from the place and the size of the leaf: rounding the place, the
-/// corners and the normal, their differences and products of three sums up to less than 20 units of 2^-24.
+/// Largest error of single precision, over the distance from the place and the size of the leaf: rounding the place, the corners
+/// and the normal, their differences and products of three sums up to less than 20 units of 2^-24.
 const SINGLE: f32 = 1.5e-6;
 
 /// The shortest way in the plane that counts, over the same.
@@ -21,10 +21,10 @@ type Lanes = [f32; LANES];
 #[derive(Debug, Clone, PartialEq)]
 #[repr(align(64))]
 pub(super) struct Leaf {
-    /// What the corners are given from, m.
+    /// Origin of the corners, m.
     origin: DVec3,
     corners: [[Lanes; 3]; 3],
-    /// Of the corners' planes.
+    /// Normals of the corners' planes.
     normals: [Lanes; 3],
     patches: [Membership; LANES],
     /// Largest coordinate of a corner, m.
@@ -33,8 +33,8 @@ pub(super) struct Leaf {
     skew: f32,
 }
 
-/// What the distances of the facets of a leaf from a place are at least: a facet lies in its plane; and, since it is convex,
-/// beyond a line in the plane.
+/// Lower bounds of the distances of the facets of a leaf from a place: a facet lies in its plane; and, since it is convex, beyond
+/// a line in the plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Bounds {
     /// Normals of the planes, and heights of the place over them, m.
@@ -45,13 +45,13 @@ pub(super) struct Bounds {
     ways: [Lanes; 3],
     gaps: Lanes,
     patches: [Membership; LANES],
-    /// What lengths may be off by, m.
+    /// Largest error of lengths, m.
     pub slack: f32,
-    /// What a height over the plane of the normal that the facet uses may be off by, m.
+    /// Largest error of a height over the plane of the normal that the facet uses, m.
     pub tilt: f32,
 }
 
-/// What is known of one facet.
+/// Lower bound of the distance of one facet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Bound {
     pub normal: Vec3,
@@ -72,7 +72,7 @@ fn put(lanes: &mut [Lanes; 3], k: usize, x: Vec3) {
 }
 
 impl Leaf {
-    /// Of at least one facet.
+    /// Leaf of at least one facet.
     pub(super) fn new(facets: &[Facet]) -> Self {
         let corners = || facets.iter().flat_map(|facet| facet.corners);
         let low = corners().fold(DVec3::INFINITY, DVec3::min);
@@ -98,7 +98,7 @@ impl Leaf {
         leaf
     }
 
-    /// What the distances of the facets from `centre` are at least.
+    /// Lower bounds of the distances of the facets from `centre`.
     #[inline]
     pub(super) fn bounds(&self, centre: DVec3) -> Bounds {
         let place = (centre - self.origin).as_vec3();
@@ -164,7 +164,7 @@ impl Bounds {
         (reach * (1.0 + 1e-7)) as f32 + self.slack
     }
 
-    /// How much nearer than they are facets may be thought to be from a place within `within` (m) of this one, m.
+    /// Largest underestimate of the distances of facets from a place within `within` (m) of this one, m.
     #[inline]
     pub(super) fn loose(&self, within: f64) -> f32 {
         let farthest = self.slack / SINGLE + within as f32;

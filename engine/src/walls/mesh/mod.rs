@@ -68,11 +68,11 @@ pub struct Mesh {
     /// The facets by the leaves of the tree.
     leaves: Vec<Leaf>,
     extent: Extent,
-    /// Of a triangle, m^2.
+    /// Mean area of a triangle, m^2.
     mean_area: f64,
     /// How far corners have moved in all changes together, at most, m.
     travelled: f64,
-    /// The same when facets, leaves and tree were fitted to the corners last, m.
+    /// How far corners had moved when facets, leaves and tree were fitted to them last, m.
     fitted: f64,
     /// Only the side acts where the normals point.
     front_only: bool,
@@ -121,7 +121,7 @@ struct Extent {
 }
 
 impl Extent {
-    /// Of those vertices that count.
+    /// Extent of those vertices that count.
     fn of(vertices: &[DVec3], counts: impl Fn(u32) -> bool) -> Self {
         let numbered = || (0u32..).zip(vertices);
         let all = || numbered().filter(|(k, _)| counts(*k)).map(|(_, &x)| x);
@@ -191,7 +191,7 @@ impl Mesh {
             + self.topology.bytes()
     }
 
-    /// The same of so many triangles, two at each edge and six at each corner, before there is a mesh.
+    /// Memory of a mesh of so many triangles, two at each edge and six at each corner, before there is one, bytes.
     #[must_use]
     pub fn bytes_of(triangles: usize) -> f64 {
         let each = size_of::<Facet>()
@@ -242,8 +242,8 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// Of these triangles, each with its place in the file. Also says which number each vertex has now; `u32::MAX` for those that no
-    /// triangle uses.
+    /// Mesh of these triangles, each with its place in the file. Also returns the number that each vertex has now; `u32::MAX` for
+    /// those that no triangle uses.
     fn assembled(
         vertices: Vec<DVec3>,
         kept: &mut [(u32, [u32; 3])],
@@ -284,7 +284,7 @@ impl Mesh {
         (mesh, number)
     }
 
-    /// The same mesh with more triangles; which number each vertex has now.
+    /// This mesh with more triangles; the number that each vertex has now.
     fn rebuilt(&self, vertices: Vec<DVec3>, kept: &mut [(u32, [u32; 3])]) -> (Self, Vec<u32>) {
         let (precision, front_only) = (self.precision, self.front_only);
         let (mesh, number) = Self::assembled(vertices, kept, precision, front_only, self.left_out);
@@ -292,8 +292,8 @@ impl Mesh {
         (Self { extent, ..mesh }, number)
     }
 
-    /// The same mesh with a touch for every local minimum of the distance that counts beside nearer ones ([`Saddle`]), the nearest first: for surfaces that
-    /// bend around particles.
+    /// This mesh with a touch for every local minimum of the distance that counts beside nearer ones ([`Saddle`]), the nearest
+    /// first: for surfaces that bend around particles.
     #[must_use]
     pub fn keeping_all(mut self) -> Self {
         self.keeps_all = true;
@@ -307,7 +307,7 @@ impl Mesh {
         self.front_only
     }
 
-    /// How many triangles act; what continues them along periodic axes does not count.
+    /// Number of triangles that act; continuations along periodic axes do not count.
     #[must_use]
     pub fn len(&self) -> usize {
         (0..self.facets.len())
@@ -370,7 +370,7 @@ impl Mesh {
         self.tree.has_near(centre, reach, stack, near)
     }
 
-    /// Whether [`Mesh::may_be_near`] may say so of any place within `within` (m) of `centre`; false only if it does not.
+    /// Whether [`Mesh::may_be_near`] may be true of any place within `within` (m) of `centre`; false only if it does not.
     #[must_use]
     pub fn may_be_near_some(
         &self,
@@ -427,7 +427,7 @@ impl Mesh {
         (part < 1.0).then_some(part)
     }
 
-    /// What pictures and files of the surface need: the triangles in the order of the file, without those that have no area.
+    /// Surface for pictures and files: the triangles in the order of the file, without those that have no area.
     #[must_use]
     pub fn outline(&self) -> Surface {
         let mut triangles: Vec<(u32, [u32; 3])> = self

@@ -15,10 +15,10 @@ const LEAST_SKIN: f64 = 0.02;
 const LARGEST_SKIN: f64 = 0.25;
 /// How far ahead of a moving sphere its next list is made, over the skin.
 const AHEAD: f64 = 0.7;
-/// How many spheres ahead lists and facets are prefetched: a few calls take as long as a memory access.
+/// Number of spheres ahead for which lists and facets are prefetched: a few calls take as long as a memory access.
 const LISTS_AHEAD: usize = 6;
 const FACETS_AHEAD: usize = 3;
-/// What single precision may be off by when a list is used, over the largest distance in it.
+/// Largest error of single precision when a list is used, over the largest distance in it.
 const SINGLE: f64 = 5e-7;
 
 /// Facets of a [`Pack`].
@@ -40,7 +40,7 @@ pub(super) struct Pack {
     facets: [u32; PACK],
     /// Patch and side, if the sphere cannot change sides within the skin.
     groups: [u32; PACK],
-    /// Of the nearest one, m; rounded down.
+    /// Distance of the nearest one, m; rounded down.
     distance: f32,
 }
 
@@ -67,7 +67,7 @@ impl Pack {
         self.groups[k] = group;
     }
 
-    /// What the squares of the distances (m^2) are at least, when the sphere has `moved` (m). `slack`: see [`SINGLE`].
+    /// Lower bounds of the squares of the distances (m^2), when the sphere has `moved` (m). `slack`: see [`SINGLE`].
     #[inline]
     fn bounds(&self, moved: Vec3, slack: f32) -> [f32; PACK] {
         let mut squares = [0.0; PACK];
@@ -88,7 +88,7 @@ impl Pack {
 #[derive(Clone, Copy)]
 pub(super) struct Near<'a> {
     pub packs: &'a [Pack],
-    /// What their distances may be off by, m.
+    /// Largest error of their distances, m.
     pub slack: f32,
     /// How far facets may have moved since, m.
     pub moved: f64,
@@ -209,7 +209,7 @@ impl Mesh {
 
 #[cfg(test)]
 impl Mesh {
-    /// The contacts of a sphere when every facet is tested, whatever tree and lists say.
+    /// The contacts of a sphere when every facet is tested, whatever tree and lists hold.
     pub(crate) fn touches_of_all(&self, centre: DVec3, radius: f64, out: &mut Touches) {
         let facets: Vec<u32> = (0..self.facets.len() as u32).collect();
         let packs: Vec<Pack> = facets
@@ -247,7 +247,7 @@ struct List {
     centre: DVec3,
     /// How far the sphere may move, m; negative before the list is made.
     skin: f64,
-    /// What its distances may be off by, m.
+    /// Largest error of its distances, m.
     slack: f32,
     /// In packs.
     begin: u32,
@@ -257,7 +257,7 @@ struct List {
     nearest: u32,
     /// How far the corners of the mesh had moved in all when the list was made, m.
     travelled: f64,
-    /// By how much its facets were behind the corners then, m.
+    /// Distance by which its facets were behind the corners then, m.
     late: f64,
 }
 
@@ -439,8 +439,8 @@ mod tests {
     use super::*;
 
     proptest! {
-        /// What a list says of a facet holds wherever the sphere has gone since: also if its foot was hardly beside the facet when
-        /// the list was made, so that single precision knows the way there badly, and is far beside it now.
+        /// Bounds in a list hold wherever the sphere has gone since: also if its foot was hardly beside the facet when the list
+        /// was made, so that single precision knows the way there badly, and is far beside it now.
         #[test]
         fn bounds_of_lists_hold_after_moves(
             seed in any::<u64>(),

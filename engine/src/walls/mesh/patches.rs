@@ -12,7 +12,7 @@ const BEND: f64 = 1.5;
 /// No patch, or no known side of one.
 pub(super) const NO_GROUP: u32 = u32::MAX;
 
-/// What patch a facet belongs to, and on which of its sides it may be left out for a nearer one of its patch.
+/// Patch that a facet belongs to, and the sides on which the facet may be left out for a nearer one of its patch.
 ///
 /// It may on a side from which no point of the rim of the patch can be a contact. Seen from the inside of a bend that is not sharper
 /// than a right angle no point of the bend is nearest: the faces beside it are. At other rims a contact may point in any direction.
@@ -138,7 +138,7 @@ impl Membership {
 
 #[cfg(test)]
 impl super::Mesh {
-    /// The same mesh without patches: every facet counts by itself.
+    /// This mesh without patches: every facet counts by itself.
     pub(crate) fn without_patches(&self) -> Self {
         let mut new = self.clone();
         for facet in &mut new.facets {

@@ -30,7 +30,7 @@ pub struct Period {
     pub low: f64,
     /// Length of the period, m.
     pub length: f64,
-    /// How many periods a copy may be away from its original.
+    /// Number of periods that a copy may be away from its original.
     farthest: u32,
     /// The displacement along the axis by which the mesh covers the domain best, m: whole periods.
     home: f64,
@@ -56,7 +56,7 @@ impl Period {
     }
 }
 
-/// What the triangles of a continued mesh are copies of.
+/// Originals of the triangles of a continued mesh.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Continuation {
     pub periods: Vec<Period>,
@@ -134,7 +134,7 @@ impl Continuation {
 struct Parts {
     vertices: Vec<DVec3>,
     triangles: Vec<(u32, [u32; 3])>,
-    /// Of each corner: the one of the file, and how far it is from there, m.
+    /// Origin of each corner: the one of the file, and how far it is from there, m.
     origins: Vec<(u32, DVec3)>,
     /// Corners at the upper face of a period with those that are the same at the lower one, and the axis.
     seams: Vec<(u32, u32, usize)>,

@@ -11,7 +11,7 @@ use crate::contact::parameter::short;
 const SAME_PLACE: f64 = 1e-9;
 /// Units of round-off by which equal coordinates may differ.
 const UNITS: f64 = 4.0;
-/// A value above this many medians is that of a stray corner, which says nothing of the others.
+/// A value above this many medians is that of a stray corner, which does not describe the others.
 const STRAY: f64 = 100.0;
 
 /// How exactly the places of a mesh are known, and what limits it.
@@ -33,7 +33,7 @@ enum Cause {
 }
 
 impl Precision {
-    /// Of triangles whose corners come to stand at `placed` (m) by `place`, a similarity.
+    /// Precision of triangles whose corners come to stand at `placed` (m) by `place`, a similarity.
     pub(super) fn of(
         triangles: &TriangleMesh,
         placed: &[DVec3],

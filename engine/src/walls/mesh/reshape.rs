@@ -4,7 +4,7 @@
 //! follow; so it stays right, and good as long as neighbours stay neighbours.
 //!
 //! Of a mesh that changes in each step, as sheets do, a change moves the corners alone. Facets that a particle is near are made of them when they
-//! are needed; leaves and tree are fitted now and then, and what they say is right to within the way of the corners since.
+//! are needed; leaves and tree are fitted now and then, and their bounds hold to within the way of the corners since.
 
 use std::borrow::Cow;
 
@@ -35,7 +35,7 @@ impl Mesh {
         &self.vertices
     }
 
-    /// Puts the corners to new places (m), one for each of [`Mesh::corners`]. What continues the mesh along periodic axes follows:
+    /// Puts the corners to new places (m), one for each of [`Mesh::corners`]. Continuations along periodic axes follow:
     /// the places given for its copies are not read. Returns how far the farthest corner has moved, m: no point of the surface
     /// has moved farther. The result depends on the places alone, not on the way there.
     ///
@@ -57,7 +57,7 @@ impl Mesh {
         Ok(self.take(new))
     }
 
-    /// The same in one go from any earlier shape: triangles may have turned in many steps.
+    /// Reshapes the mesh in one go from any earlier shape: triangles may have turned in many steps.
     pub(in super::super) fn place(&mut self, places: &[DVec3]) -> Result<(), WallError> {
         let new = self.checked(places)?;
         self.take(new);

@@ -1,4 +1,4 @@
-//! Which minima of the distance are contacts of their own, on surfaces that bend around particles.
+//! Minima of the distance that are contacts of their own, on surfaces that bend around particles.
 //!
 //! Each triangle that faces a sphere may have a minimum of its own. On a path over the surface from one minimum to a nearer one the distance rises to a
 //! saddle; the lowest saddle of all paths lies on an edge. A minimum counts as far as it is below its saddle: where the surface is flat
@@ -27,7 +27,7 @@ pub struct Saddle {
     pub distance: f64,
     /// From there to the centre.
     pub normal: DVec3,
-    /// By which part the minimum counts: 1 - (depth of the saddle / depth of the minimum)^2.
+    /// Share by which the minimum counts: 1 - (depth of the saddle / depth of the minimum)^2.
     pub part: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Which triangle takes what acts on a feature of a mesh: for surfaces that move by their loads.
+//! Triangles that take the loads on the features of a mesh: for surfaces that move by their loads.
 
 use glam::DVec3;
 
@@ -16,7 +16,7 @@ pub enum Feature {
 }
 
 impl Mesh {
-    /// What feature a number stands for.
+    /// Feature of a number.
     #[inline]
     #[must_use]
     pub fn feature_of(&self, number: u32) -> Feature {
@@ -28,8 +28,8 @@ impl Mesh {
         }
     }
 
-    /// Which vertex each corner is, of the `vertices` (m) and `triangles` that the mesh was made of; all of these have an area. The mesh
-    /// must not have been reshaped since.
+    /// Number of each corner among the `vertices` (m) of the `triangles` that the mesh was made of; all of these have an area.
+    /// The mesh must not have been reshaped since.
     #[must_use]
     pub fn vertex_numbers(&self, vertices: &[DVec3], triangles: &[[u32; 3]]) -> Vec<u32> {
         let mut numbers = vec![u32::MAX; self.vertices.len()];

@@ -1,4 +1,4 @@
-//! Which triangles meet at which edges and corners.
+//! Topology of a mesh: the triangles that meet at each edge and corner.
 
 use glam::DVec3;
 use mercury_common::turns::angle_between;
@@ -44,7 +44,7 @@ impl Topology {
         (3 * of_edge + of_corner) / 2
     };
 
-    /// Of these triangles, and the edges of each.
+    /// Topology of these triangles, and the edges of each.
     pub(super) fn new(
         vertices: &[DVec3],
         triangles: &[[u32; 3]],
@@ -164,7 +164,7 @@ impl Topology {
         self.edges[edge as usize]
     }
 
-    /// How many edges there are.
+    /// Number of edges.
     #[inline]
     pub(super) fn edge_count(&self) -> usize {
         self.edges.len()

@@ -12,7 +12,7 @@ const WIDE: usize = 8;
 /// Boxes smaller than this part of the reach are taken for what they hold, where that may be.
 const SMALL: f64 = 0.5;
 
-/// What single precision may be off by: of a place, over its largest coordinate; of a distance, over itself.
+/// Largest error of single precision: of a place, over its largest coordinate; of a distance, over itself.
 const PLACE: f64 = 2e-7;
 const DISTANCE: f64 = 1e-6;
 
@@ -80,7 +80,7 @@ impl Node {
         (self.low.map(least), self.high.map(most))
     }
 
-    /// Which children's boxes a ball reaches.
+    /// Children whose boxes a ball reaches.
     #[inline]
     fn near(&self, ball: &Ball) -> [bool; WIDE] {
         let mut squares = [0.0f32; WIDE];

@@ -1,4 +1,4 @@
-//! Which triangles the features of a mesh belong to, and how large they are: for loads on triangles.
+//! Triangles that the features of a mesh belong to, and their sizes: for loads on triangles.
 
 use super::Mesh;
 

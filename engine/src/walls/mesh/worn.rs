@@ -1,4 +1,4 @@
-//! What wear needs of a mesh: where a contact stands on its triangle, which corners move alike, and what lies behind a face.
+//! Queries of a mesh for wear: where a contact stands on its triangle, which corners move alike, and the mesh behind a face.
 
 use std::cmp::Reverse;
 use std::collections::HashMap;
@@ -25,9 +25,9 @@ pub struct Base {
 pub struct TurnedPair {
     /// Place in the file of the one with more such neighbours, where those without area are not counted.
     pub triangle: u32,
-    /// Of the other one.
+    /// Number of the other one.
     pub neighbour: u32,
-    /// How many pairs of the mesh are so.
+    /// Number of such pairs in the mesh.
     pub pairs: usize,
     /// The middle of the edge, m.
     pub place: DVec3,
@@ -181,8 +181,8 @@ impl Mesh {
         nearest.unwrap_or(DVec3::ZERO)
     }
 
-    /// What comes near the triangle of these corners at a corner of either, of all triangles that share no corner with it: how near anything comes,
-    /// at most `reach` (m), and what faces the other way and is nearer than `thin` (m). Corners that are `same` are one.
+    /// Distance of the triangle of these corners, at a corner of either, from all triangles that share no corner with it, at most
+    /// `reach` (m), and the one that faces the other way and is nearer than `thin` (m). Corners that are `same` are one.
     #[must_use]
     pub fn facing(
         &self,

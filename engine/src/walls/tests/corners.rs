@@ -1,4 +1,4 @@
-//! What happens at corners, rims, tips, on axes, and behind one-sided surfaces.
+//! Contacts at corners, rims, tips, on axes, and behind one-sided surfaces.
 
 use super::random::Kind;
 use super::{nearest, touches};

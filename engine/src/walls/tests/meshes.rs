@@ -134,7 +134,7 @@ proptest! {
         lists_and_queries_agree(&wall, seed, centre.into(), step * reach, reach)?;
     }
 
-    /// The same on a fine wavy sheet, where patches are large and lists are long.
+    /// Lists give the touches of queries on a fine wavy sheet, where patches are large and lists are long.
     #[test]
     fn lists_give_the_same_as_queries_on_fine_meshes(
         seed in any::<u64>(),
@@ -184,7 +184,7 @@ proptest! {
         prop_assert_eq!(one.as_slice(), other.as_slice());
     }
 
-    /// What says that no place nearby is near a mesh is never wrong about what is said of each place, also where that says too much.
+    /// The test that no place nearby is near a mesh is never wrong about any of these places, also where it covers too much.
     #[test]
     fn whole_balls_are_left_out_only_if_every_place_is(
         seed in any::<u64>(),
@@ -402,7 +402,7 @@ fn concave_corners_are_as_many_contacts_as_faces() {
 }
 
 /// Where two tessellated walls meet in a concave corner, a place over an edge in both has both contacts, in any direction: the farther one too, which
-/// nothing but its own triangles can tell of.
+/// nothing but its own triangles can show.
 #[test]
 fn round_off_over_edges_loses_no_contact_of_a_corner() {
     let steps = [0.0, 0.3, 0.45, 0.8, 1.0];

@@ -212,7 +212,7 @@ fn only_the_triangles_of_the_file_are_reported() {
     assert_eq!(found.len(), 6, "{found:?}");
 }
 
-/// What is shorter than the period, or far from the domain, is left as it is.
+/// Meshes that are shorter than the period, or far from the domain, are left as they are.
 #[test]
 fn other_meshes_stay_as_they_are() {
     let one = mesh(&square(6, |_, _| 0.0), false).unwrap();

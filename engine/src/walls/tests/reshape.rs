@@ -215,7 +215,7 @@ fn what_a_mesh_cannot_become_is_refused_by_name_and_changes_nothing() {
     bent.reshape(&places).unwrap();
 }
 
-/// Of a surface that acts on one side, edges and corners tell the sides by the normals around them as they are now.
+/// Edges and corners of a surface that acts on one side decide the sides by the normals around them as they are now.
 #[test]
 fn a_fold_has_the_sides_of_its_faces() {
     let roof = TriangleMesh {

@@ -1,4 +1,4 @@
-//! What was typed on the command line.
+//! Arguments of the command line.
 
 use std::path::PathBuf;
 
@@ -48,7 +48,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "METHOD")]
     pub(crate) generate: Option<MethodName>,
 
-    /// How many pebbles to make
+    /// Number of pebbles to make
     #[arg(long, value_name = "N", requires = "generate", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub(crate) pebbles: Option<u32>,
 
@@ -115,7 +115,7 @@ pub(crate) struct Arguments {
 pub(crate) enum Protrusion {
     /// So far, m.
     Length(f64),
-    /// As far as makes the volume of their union that of the surface.
+    /// Protrusion at which the volume of the union is that of the surface.
     Auto,
 }
 
@@ -132,7 +132,7 @@ pub(crate) enum RouteName {
     Surface,
     /// The space that the pebbles cover
     Union,
-    /// The same by voxels
+    /// The space that the pebbles cover, by voxels
     Voxels,
     /// Every pebble for itself
     Pebbles,

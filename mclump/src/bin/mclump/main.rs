@@ -162,7 +162,7 @@ struct Files<'a> {
     pebbles: Option<&'a Path>,
 }
 
-/// Which file is the surface and which the pebbles, by their names.
+/// Surface and pebbles among the files, by their names.
 fn sort_files(files: &[PathBuf]) -> Result<Files<'_>, Failure> {
     let is_surface = |path: &&PathBuf| {
         path.extension()

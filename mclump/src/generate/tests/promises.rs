@@ -1,4 +1,4 @@
-//! What holds for every body.
+//! Properties that hold for every body.
 
 use glam::{DQuat, DVec3};
 use mercury_common::random::Stream;

@@ -1,4 +1,4 @@
-//! What was typed on the command line.
+//! Arguments of the command line.
 
 use std::path::PathBuf;
 
@@ -61,7 +61,7 @@ pub(crate) enum Command {
 /// How files are read.
 #[derive(Debug, Args)]
 pub(crate) struct Reading {
-    /// What the sizes of files without header are
+    /// Meaning of the sizes of files without header
     #[arg(long, value_name = "WORD", value_parser = words(&SIZES))]
     pub(crate) size: Option<SizeKind>,
 
@@ -69,11 +69,12 @@ pub(crate) struct Reading {
     #[arg(long, value_name = "UNIT", value_parser = unit)]
     pub(crate) unit: Option<f64>,
 
-    /// What the second column is: cumulative|fraction|retained|cumulative-retained, a hyphen, number|length|area|volume|mass
+    /// Meaning of the second column: cumulative|fraction|retained|cumulative-retained, a hyphen, number|length|area|volume|mass
     #[arg(long = "type", value_name = "TYPE", value_parser = table::parse_type)]
     pub(crate) values: Option<(ValueKind, Weighting)>,
 
-    /// What is assumed inside a class: number-uniform (default), quantity-uniform or log-uniform of what was measured, or volume-uniform, ...
+    /// Distribution inside a class: number-uniform (default), quantity-uniform or log-uniform of what was measured, or
+    /// volume-uniform, ...
     #[arg(long, value_name = "MODEL", value_parser = model)]
     pub(crate) in_class: Option<Model>,
 
@@ -85,7 +86,7 @@ pub(crate) struct Reading {
 /// How the target of a check is read, where that is otherwise than its sizes.
 #[derive(Debug, Args)]
 pub(crate) struct TargetReading {
-    /// What the sizes of a target without header are [default: as --size]
+    /// Meaning of the sizes of a target without header [default: as --size]
     #[arg(long, value_name = "WORD", value_parser = words(&SIZES), requires = "target")]
     pub(crate) target_size: Option<SizeKind>,
 
@@ -93,7 +94,7 @@ pub(crate) struct TargetReading {
     #[arg(long, value_name = "UNIT", value_parser = unit, requires = "target")]
     pub(crate) target_unit: Option<f64>,
 
-    /// What the target's second column is [default: as --type]; a list of sizes has none
+    /// Meaning of the target's second column [default: as --type]; a list of sizes has none
     #[arg(long, value_name = "TYPE", value_parser = table::parse_type, requires = "target")]
     pub(crate) target_type: Option<(ValueKind, Weighting)>,
 }
@@ -116,7 +117,7 @@ pub(crate) enum Compat {
     Mercury,
 }
 
-/// What every command takes: how its files are read, what is printed.
+/// Arguments of every command: how its files are read, what is printed.
 #[derive(Debug, Args)]
 pub(crate) struct Common {
     #[command(flatten)]
@@ -169,7 +170,7 @@ pub(crate) struct ConvertArguments {
     #[arg(value_name = "FILE")]
     pub(crate) file: String,
 
-    /// What the table is to hold [default: what was measured, cumulative]
+    /// Content of the written table [default: what was measured, cumulative]
     #[arg(long, value_name = "TYPE", value_parser = table::parse_type)]
     pub(crate) to: Option<(ValueKind, Weighting)>,
 
@@ -185,7 +186,7 @@ pub(crate) struct ConvertArguments {
     #[arg(long)]
     pub(crate) percent: bool,
 
-    /// Into how many classes a law or list is divided
+    /// Number of classes into which a law or list is divided
     #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub(crate) classes: u32,
 
@@ -223,7 +224,7 @@ pub(crate) struct FitArguments {
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub(crate) family: Vec<Family>,
 
-    /// How many particles the shares of a table stand for [default: as many as make the best family just probable]
+    /// Number of particles in the shares of a table [default: as many as make the best family just probable]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = positive)]
     pub(crate) count: Option<f64>,
 
@@ -281,7 +282,7 @@ pub(crate) struct SampleArguments {
     #[arg(value_name = "FILE")]
     pub(crate) file: String,
 
-    /// How many diameters
+    /// Number of diameters
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
     pub(crate) number: u32,
 
@@ -448,7 +449,7 @@ fn words<T: Copy + Send + Sync>(
 #[derive(Debug, Clone)]
 pub(crate) struct Conditions {
     pub(crate) all: Vec<Condition>,
-    /// As typed.
+    /// Conditions as typed.
     pub(crate) text: String,
 }
 

@@ -1,4 +1,4 @@
-//! What each subcommand does: read, work, say.
+//! Subcommands: each reads its input, computes, and prints.
 
 pub(crate) mod check;
 pub(crate) mod compare;
@@ -53,7 +53,7 @@ fn notes(source: &Source) -> String {
         .collect()
 }
 
-/// What is to be said where standard output is for numbers.
+/// Prints a text to standard error where standard output is for numbers.
 fn say_beside(text: &str) {
     use std::io::Write as _;
     // A closed stream is not an error here.
@@ -85,7 +85,7 @@ fn write(path: &Path, bytes: &[u8]) -> Outcome {
     })
 }
 
-/// Writes NAME.svg and NAME.png and says their names.
+/// Writes NAME.svg and NAME.png and prints their names.
 fn draw(page: &ChartPage, stem: &Path) -> Result<String, Failure> {
     page.write(stem).map_err(Failure::run)?;
     let stem = stem.display();

@@ -106,7 +106,7 @@ fn quota_samples_fit_better_than_chance() {
 fn wrong_samples_are_found_out() {
     let target =
         law("kind = \"lognormal\"\nmedian_diameter = 1e-3\nsigma = 0.3\nweighting = \"number\"");
-    // The same law read as by volume: 27 % smaller by number.
+    // A wrong law: the target read as one by volume, with 27 % smaller by number.
     let wrong =
         law("kind = \"lognormal\"\nmedian_diameter = 1e-3\nsigma = 0.3\nweighting = \"volume\"");
     let sample = Sample::new(draw(&wrong, 300, Method::Random, 0)).expect("sizes");
@@ -261,7 +261,7 @@ fn few_particles_prove_nothing_and_it_is_said() {
     // 0.9^n <= 0.005 from n = 51 on: only then d10 has a lower end.
     assert!(number_interval(&of(50), 0.1, 0.01).low.is_none());
     assert!(number_interval(&of(51), 0.1, 0.01).low.is_some());
-    // What is wrong is wrong, be it alone.
+    // A wrong size is found, even in a sample of one.
     let far = Sample::new(vec![1.0]).expect("a size");
     assert_eq!(judged(&far, &target).finding, Finding::Failed);
     let single = law("kind = \"monodisperse\"\ndiameter = 1e-3");

@@ -57,7 +57,7 @@ fn small_samples_by_hand() {
     let result = TwoSamples::of(&a.expect("sizes"), &b.expect("sizes"), 0.05);
     assert_eq!(result.kolmogorov.value, 0.5);
     assert!((result.wasserstein - 1.0).abs() < 1e-15);
-    // Two against two say nothing, and no difference has an end.
+    // Two against two prove nothing, and no difference has an end.
     assert_eq!(result.finding(0.01), Finding::Undetermined);
     for (_, _, interval) in &result.differences {
         assert_eq!([interval.low, interval.high], [None, None]);

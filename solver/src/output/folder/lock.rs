@@ -65,7 +65,7 @@ pub(super) fn lock(folder: &Path) -> io::Result<Result<FolderLock, Owner>> {
     }
 }
 
-/// The run that has the folder on a file system without locks, as far as its file and the list of processes say.
+/// The run that has the folder on a file system without locks, as far as its file and the list of processes show.
 fn owner_without_locks(path: &Path) -> Option<Owner> {
     let owner = Owner::read(path)?;
     let is_other = owner != Owner::myself();

@@ -1,4 +1,5 @@
-//! Set-ups that can run but are hardly intended: each check looks at the whole plan and says what it finds, with the cause and advice.
+//! Set-ups that can run but are hardly intended: each check looks at the whole plan and reports its findings, with the cause and
+//! advice.
 //!
 //! A check is a function of the plan in a file of its own and a line of [`CHECKS`].
 
@@ -13,7 +14,7 @@ mod wear;
 
 use super::Plan;
 
-/// What a check finds.
+/// Finding of a check.
 pub(super) enum Finding {
     /// A likely mistake: shown before the run and in its report.
     Warning(String),

@@ -15,7 +15,7 @@ pub(super) fn servos_that_lift_off(plan: &Plan) -> Vec<Finding> {
     found.map(Finding::Warning).collect()
 }
 
-/// What a servo's axis and a wall's normal may differ from being opposite: less than friction could make up for.
+/// Largest difference between a servo's axis and the opposite of a wall's normal: less than friction could make up for.
 const OPPOSITE: f64 = 1e-6;
 
 /// A plane pushes along its normal only. A servo with a load in the opposite direction, at all times, drives it away from the
@@ -31,7 +31,7 @@ fn is_driven_away(plan: &Plan, wall: &Wall) -> Option<String> {
             Component::Rotation { .. } | Component::Table { .. }
         )
     };
-    // What sticks to a wall is pulled by it.
+    // Grains that stick to a wall are pulled by it.
     let sticks = plan.notes().pairs().iter().any(|pair| {
         let mut parameters = pair.parameters.iter();
         let has_cohesion = parameters.any(|parameter| {

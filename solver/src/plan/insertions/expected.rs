@@ -1,4 +1,4 @@
-//! How much an insertion is expected to bring.
+//! Amounts that an insertion is expected to bring.
 
 use glam::{DVec2, DVec3};
 use mercury_common::scene::{Quantity, Total};

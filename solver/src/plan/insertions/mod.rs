@@ -235,7 +235,7 @@ fn total_of(
         });
         return None;
     };
-    // What is wrong with the region is reported where it is counted.
+    // An error of the region is reported where the region is counted.
     let region = region(&named.region, &mut Vec::new(), &mut Vec::new())?;
     Some(Total::Volume(fraction * room.volume_of(region)))
 }

@@ -14,8 +14,8 @@ use mercury_engine::walls::{Wall, WallNow};
 /// The share of the particles, by number, that must have a position: the rest is too rare to wait for at the start.
 pub(super) const ALMOST_ALL: f64 = 0.999;
 
-/// Of each ingredient the radius (m) of the sphere of a `diameter` (m) of its sizes, of clumps of the largest pebble of a body of that size;
-/// and whether it is a pebble.
+/// Radius (m) of the sphere of a `diameter` (m) of each ingredient's sizes, of clumps of the largest pebble of a body of that
+/// size; and whether it is a pebble.
 pub(super) fn spheres<'a>(
     mixture: &'a [Ingredient],
     clumps: &'a [Clump],

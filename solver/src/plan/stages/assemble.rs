@@ -24,7 +24,7 @@ use mercury_engine::spray::SprayPlan;
 use mercury_engine::state::StartValues;
 use mercury_engine::walls::WallFilmPlan;
 
-/// What the stages before have found.
+/// Results of the stages before.
 pub(super) struct Resolved {
     pub(super) parts: Parts,
     pub(super) laws: Laws,

@@ -15,12 +15,12 @@ use mercury_engine::state::MaterialIndex;
 /// The laws of a scene.
 pub(super) struct Laws {
     pub(super) pairs: Vec<PairPlan>,
-    /// Of exact bridges, where a pair needs them.
+    /// Tables of exact bridges, where a pair needs them.
     tables: Tables,
 }
 
 impl Laws {
-    /// Of all pairs that can meet.
+    /// Laws of all pairs that can meet.
     pub(super) fn of(scene: &Scene, parts: &Parts, found: &mut Findings) -> Self {
         Self {
             pairs: plan_pairs(scene, &parts.uses, &mut found.errors),
@@ -67,7 +67,7 @@ impl Laws {
         ranges.fold(0.0, f64::max)
     }
 
-    /// As the engine looks them up, and the pairs as the report shows them.
+    /// Table of laws for the engine, and the pairs for the report.
     pub(super) fn into_table(self, materials: usize) -> (LawTable, Vec<PairPlan>) {
         let mut laws = LawTable {
             materials,

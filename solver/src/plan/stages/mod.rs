@@ -1,5 +1,5 @@
-//! From a scene to its plan, in stages, each of which is a value: the parts of the scene, the laws of its pairs, what their places say,
-//! the time step, and all of it as one plan. Problems of all stages are collected.
+//! From a scene to its plan, in stages, each of which is a value: the parts of the scene, the laws of its pairs, the checks of
+//! their places, the time step, and all of it as one plan. Problems of all stages are collected.
 
 mod assemble;
 mod laws;
@@ -24,7 +24,7 @@ use step::plan_step;
 /// The largest number of materials: a law is made and reported for each pair.
 const MOST_MATERIALS: usize = 128;
 
-/// What the stages have to say about a scene.
+/// Findings of the stages about a scene.
 #[derive(Default)]
 struct Findings {
     errors: Vec<SceneError>,
@@ -42,7 +42,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
 }
 
 /// The plan of a scene with two sites of each lattice: cheap whatever their number, and sufficient for the memory of the whole.
-/// What it leaves out is counted in [`Counted::left_out`](super::Counted::left_out).
+/// Parts that it leaves out are counted in [`Counted::left_out`](super::Counted::left_out).
 ///
 /// # Errors
 /// As [`plan`], except for errors of other sites.
@@ -140,7 +140,7 @@ fn continue_walls(scene: &Scene, parts: &mut Parts, laws: &Laws, found: &mut Fin
     meshes::continue_periodically(&mut parts.walls, &scene.domain, reach, &mut found.remarks);
 }
 
-/// What the places of particles, walls, sheets and insertions say: overlaps, particles behind walls, regions without space.
+/// Checks the places of particles, walls, sheets and insertions: overlaps, particles behind walls, regions without space.
 fn check_places(scene: &Scene, parts: &Parts, counted: &mut Counted, found: &mut Findings) {
     let Parts {
         dimensions,

@@ -18,7 +18,7 @@ use mercury_engine::physics::Sizes;
 use mercury_engine::spray::SprayPlan;
 use mercury_engine::walls::Wall;
 
-/// What is in a scene.
+/// Parts of a scene.
 pub(super) struct Parts {
     /// 2 or 3.
     pub(super) dimensions: u8,
@@ -93,7 +93,7 @@ impl Parts {
     }
 }
 
-/// Of the materials, kg/m^3.
+/// Densities of the materials, kg/m^3.
 pub(super) fn densities(scene: &Scene) -> Vec<f64> {
     scene
         .materials

@@ -115,7 +115,7 @@ pub(super) fn plan_step(
         TimeStep::Seconds(_) => contact.as_ref().zip(critical.as_ref()),
     };
     let would_be = would_be.map(|(contact, critical)| bearable_step(contact, critical));
-    // What all else allows, in the form of a contact that allows the same.
+    // The limit by all else, in the form of a contact with the same limit.
     let by_others = beside
         .as_ref()
         .map(|limit| limit.time / membranes::STEPS_PER_CRITICAL);

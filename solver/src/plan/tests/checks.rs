@@ -1,4 +1,4 @@
-//! What is refused before a run, word for word.
+//! Refusals before a run, word for word.
 
 use crate::plan::parse_scene;
 use mercury_common::scene::Files;
@@ -499,7 +499,7 @@ fn the_volume_of_a_region_in_two_dimensions_is_an_area() {
     );
 }
 
-/// What reader and plan say of a scene, without advice; nothing of one that is right.
+/// Errors of reader and plan for a scene, without advice; none for one that is right.
 fn said_of(body: &str) -> Vec<String> {
     let text = format!("{HEAD}{body}");
     let read = parse_scene(Path::new("test.toml"), &text, &[], Files::MustExist);
@@ -531,7 +531,7 @@ fn of_the_servos_of_a_wall_one_acts_at_a_time() {
     assert_eq!(said_of(&format!("{first}{second}")), [""; 0]);
 }
 
-/// What a servo aims at is said in one way, and a pressure needs an area.
+/// Targets of servos are given in one way, and a pressure needs an area.
 #[test]
 fn targets_of_servos_are_judged() {
     let reported = |shape: &str, target: &str| {
@@ -668,7 +668,8 @@ fn rain(lines: &str) -> String {
     )
 }
 
-/// A quota rounds: half of a particle of 0.1 m weighs 1.90986 pi/6 1e-3 / 2 = 5e-4 kg; less than that is nothing, and it is said.
+/// A quota rounds: half of a particle of 0.1 m weighs 1.90986 pi/6 1e-3 / 2 = 5e-4 kg; less than that is nothing, and there is a
+/// warning.
 #[test]
 fn requests_that_bring_nothing_are_reported() {
     let about = |lines: &str| -> Vec<String> {
@@ -721,7 +722,7 @@ fn requests_that_bring_nothing_are_reported() {
     assert!(about(&format!("{mixture}total = {{ number = 100 }}")).is_empty());
 }
 
-/// What passes the finest sieve has no smallest size: the pan is named, and what to do.
+/// Particles that pass the finest sieve have no smallest size: the message names the pan, and gives advice.
 #[test]
 fn a_distribution_down_to_nothing_is_refused_by_name() {
     let classes = "material = \"ball\"\ntotal = { number = 3 }\n\

@@ -1,4 +1,4 @@
-//! What is doubtful about `[[membranes]]`.
+//! Doubtful settings of `[[membranes]]`.
 
 use super::{HEAD, planned_with};
 

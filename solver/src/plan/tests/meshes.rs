@@ -1,4 +1,4 @@
-//! Mesh walls: which go on for ever, and what is said of their triangles.
+//! Mesh walls: which go on for ever, and the warnings of their triangles.
 
 use super::super::passes;
 use super::*;
@@ -140,7 +140,7 @@ fn a_mesh_in_the_wrong_place_or_unit_is_reported() {
             "(1, 1, 4.1)"
         )]
     );
-    // What moves may come in.
+    // A mesh that moves may come in.
     let motion = "motion = [{ kind = \"translation\", velocity = [0.0, 0.0, -1.0] }]\n";
     assert_eq!(warnings(1.0, &format!("{above}{motion}")), [""; 0]);
     // A diagonal of 2 sqrt(2) scale beside that of the domain, 2 sqrt(3): 10 times at scale 12.2.

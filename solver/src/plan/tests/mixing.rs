@@ -296,7 +296,8 @@ fn damping_needs_one_meaning() {
 
 #[test]
 fn a_side_that_leaves_its_tangential_damping_open_counts_with_the_default() {
-    // The default of the pair is sqrt(2/3) of its normal damping, here 0.6 on both sides; the other side says 0.2: their harmonic mean.
+    // The default of the pair is sqrt(2/3) of its normal damping, here 0.6 on both sides; the other side has 0.2: their harmonic
+    // mean.
     let normal =
         "normal = { law = \"hertz\", youngs_modulus = 1e7, poisson_ratio = 0.3, damping = 0.6 }";
     let side =

@@ -38,7 +38,7 @@ fn planned(body: &str) -> Plan {
     planned_with(&format!("{HEAD}{body}"), &[]).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-/// What the plan of [`HEAD`] and `body` complains about: key, message and help, without the excerpt.
+/// Errors of the plan of [`HEAD`] and `body`: key, message and help, without the excerpt.
 fn complaints(body: &str) -> Vec<String> {
     complaints_with(body, &[])
 }

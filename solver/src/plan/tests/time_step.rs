@@ -350,7 +350,7 @@ proptest! {
     }
 }
 
-/// An interval shorter than what contacts allow decides the step, which is said, and from half of it on a warning.
+/// An interval shorter than what contacts allow decides the step, which is reported, and from half of it on with a warning.
 #[test]
 fn a_short_interval_decides_the_step_and_is_named() {
     let text = format!("{HEAD}{BALL}{}", two("ball", 0.5));

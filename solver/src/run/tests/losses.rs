@@ -1,4 +1,4 @@
-//! What parts of the step take stands in the energy budget.
+//! Energy that parts of the step take stands in the energy budget.
 
 use std::path::Path;
 use std::sync::Arc;

@@ -150,7 +150,7 @@ fn what_insertions_bring_is_counted_after_the_plan_is_reported() {
     );
     let large = machine(2.0 * needed.peak()).unwrap();
     check_fit(&scene, &plan, &needed, large).unwrap();
-    // What is free now changes: it is reported, not refused.
+    // The free memory changes: a lack of it is reported, not refused.
     let busy = MachineMemory { free: 0.0, ..large };
     check_fit(&scene, &plan, &needed, busy).unwrap();
     let reported = |machine| crate::plan::report(&plan, &needed, Some(machine));

@@ -141,7 +141,7 @@ fn calm_lasts_as_long_as_a_fall_takes_to_show() {
         looks.is_some_and(|looks| looks == 2500 || looks == 2501),
         "{looks:?}"
     );
-    // What falls from rest has left the limit by then: v^2 / 2 = (g t)^2 / 2 is 1e-2 / 2 of g d.
+    // A grain that falls from rest has left the limit by then: v^2 / 2 = (g t)^2 / 2 is 1e-2 / 2 of g d.
     let speed = GRAVITY * least;
     assert!(0.5 * speed * speed > 1e3 * 1e-6 * GRAVITY * 2.0 * RADIUS);
 }

@@ -102,7 +102,7 @@ fn of_constant_work_the_estimate_is_steps_times_cost() {
         [125.0 * (1000 - found.steps) as f64; 2]
     );
     assert_eq!(found.particles_at_end, [125.0; 2]);
-    // Whatever the clock says: the steps made took their time, the others take the cost.
+    // Whatever the clock shows: the steps made took their time, the others take the cost.
     let expected = found.starting
         + found.stepping
         + found.seconds_per_particle_step * found.particle_steps_ahead[0];

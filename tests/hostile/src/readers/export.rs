@@ -1,4 +1,5 @@
-//! What `mercury-export` reads beside what others read: scripts of XBalls, series of `.data`, runs with all their tables; and what it makes of them.
+//! Readers of `mercury-export` beside those of other programs: scripts of XBalls, series of `.data`, runs with all their tables;
+//! and its exports of them.
 
 use std::path::Path;
 
@@ -64,7 +65,7 @@ fn beside(place: &Place, prefix: &str) -> Vec<Vec<u8>> {
     vec![place.of_run("scene.particles.arrow")]
 }
 
-/// As `mercury-export` does, for all kinds of files.
+/// Exports all kinds of files as `mercury-export` does.
 fn each_kind(path: &Path, place: &Place) {
     let Some(job) = job(path, place) else { return };
     let density = Density::new(2500.0).ok();
@@ -95,7 +96,7 @@ fn each_kind(path: &Path, place: &Place) {
     }
 }
 
-/// As `mercury-export png` and `svg` do, small.
+/// Draws small pictures as `mercury-export png` and `svg` do.
 fn pictures(path: &Path, place: &Place) {
     let Some(job) = job(path, place) else { return };
     for kind in [PictureKind::Png, PictureKind::Svg] {

@@ -1,4 +1,5 @@
-//! What `mercury-cg` reads: `.data` with `.fstat`, compressed too, restart files of MercuryDPM, runs, points; and what it computes of that.
+//! Readers of `mercury-cg`: `.data` with `.fstat`, compressed too, restart files of MercuryDPM, runs, points; and its fields of
+//! them.
 
 use std::io::{Read as _, Write as _};
 use std::path::Path;
@@ -226,7 +227,7 @@ fn pack(random: &mut Random, plain: Vec<u8>) -> Vec<u8> {
     file
 }
 
-/// What a compressed file holds, as far as it can be unpacked; the file itself, if it is none.
+/// Size of a compressed file's content, as far as it can be unpacked; of the file itself, if it is none.
 fn unpacked(bytes: &[u8]) -> u64 {
     let mut decoder = MultiGzDecoder::new(bytes);
     let (mut size, mut block) = (0, [0; 1 << 14]);
@@ -252,7 +253,7 @@ fn states(place: &Place, name: &str, needs: Needs) {
     }
 }
 
-/// As `mercury-cg --points` does.
+/// Reads points as `mercury-cg --points` does.
 fn points(bytes: &[u8], place: &Place) {
     let wanted = Wanted {
         width: Some(Width::Metres(0.1)),
@@ -262,7 +263,7 @@ fn points(bytes: &[u8], place: &Place) {
     said(wanted.analysis(&[], &State::default(), Vec::new()));
 }
 
-/// As `mercury-cg` does, on a small grid.
+/// Computes fields as `mercury-cg` does, on a small grid.
 fn fields(path: &Path) {
     let wanted = Wanted {
         grid: Some(Cells(vec![3, 3, 3])),

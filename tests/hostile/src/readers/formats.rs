@@ -214,7 +214,7 @@ fn obj_samples(_: &Place) -> Vec<Vec<u8>> {
     ]
 }
 
-/// As meshes are read for walls, and as `mclump` prepares them.
+/// Reads meshes as for walls, and prepares them as `mclump` does.
 fn mesh(bytes: &[u8], place: &Place, name: &str) {
     let path = place.write(name, bytes);
     let Some(mesh) = said(read_mesh(&path)) else {

@@ -1,4 +1,4 @@
-//! What runs read of their own folder: checkpoints, locks, plans.
+//! Readers of a run's own folder: checkpoints, locks, plans.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -74,7 +74,7 @@ pub(super) fn resealed(random: &mut Random, samples: &[Vec<u8>]) -> Vec<u8> {
     out
 }
 
-/// As `mercury-solve --inspect` does.
+/// Reads a checkpoint as `mercury-solve --inspect` does.
 fn inspected(bytes: &[u8], place: &Place) {
     let path = place.write("a.0.restart", bytes);
     if let Some(checkpoint) = said(checkpoint::read(&path))
@@ -91,7 +91,7 @@ thread_local! {
     static PLAN: RefCell<Option<Arc<Plan>>> = const { RefCell::new(None) };
 }
 
-/// As `mercury-solve --resume` does, up to the engine and some steps.
+/// Resumes as `mercury-solve --resume` does, up to the engine and some steps.
 fn resumed(bytes: &[u8], place: &Place) {
     let plan = PLAN.with_borrow_mut(|known| {
         let plan = known.get_or_insert_with(|| {
@@ -120,11 +120,11 @@ fn resumed(bytes: &[u8], place: &Place) {
 }
 
 thread_local! {
-    /// The plan of the run with a later end, and what its scene says then.
+    /// The plan of the run with a later end, and the statement of its scene then.
     static LONGER: RefCell<Option<(Plan, BTreeMap<String, String>)>> = const { RefCell::new(None) };
 }
 
-/// As `mercury-solve --resume` does, with all files of the run: some steps, a checkpoint, the end.
+/// Resumes as `mercury-solve --resume` does, with all files of the run: some steps, a checkpoint, the end.
 fn gone_on(bytes: &[u8], place: &Place) {
     let (plan, scene) = LONGER.with_borrow_mut(|known| {
         let known = known.get_or_insert_with(|| {

@@ -162,7 +162,7 @@ const MACHINE: MachineMemory = MachineMemory {
     free: 20e6,
 };
 
-/// As `mercury-solve --check` does.
+/// Plans as `mercury-solve --check` does.
 fn checked(scene: Result<Scene, SceneErrors>) {
     let scene = match scene {
         Ok(scene) => scene,

@@ -33,12 +33,12 @@ pub enum Tangential {
         static_friction: f64,
         /// c: 2/3 by default, 1 for Mindlin's solution at constant load.
         stiffness_factor: f64,
-        /// What a changing normal load does to the stored force.
+        /// Effect of a changing normal load on the stored force.
         load_history: LoadHistory,
     },
 }
 
-/// What a changing normal load does to the force of the Mindlin law.
+/// Effect of a changing normal load on the force of the Mindlin law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum LoadHistory {
     /// The displacement is remembered and the present stiffness applied to all of it.

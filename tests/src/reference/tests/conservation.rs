@@ -1,4 +1,4 @@
-//! What holds for every law: momentum, energy of elastic systems, the plane of discs, friction limits.
+//! Properties that hold for every law: momentum, energy of elastic systems, the plane of discs, friction limits.
 
 use std::f64::consts::PI;
 

@@ -127,7 +127,7 @@ fn t14_slopes() {
     let (rolling, spinning) = accelerations(slope(20.0));
     near(rolling, 2.396584004, TOLERANCE);
     near(spinning * RADIUS, 2.396584004, TOLERANCE);
-    // What is missing from g sin θ is friction per mass.
+    // The difference from g sin θ is friction per mass.
     near(
         GRAVITY * 20f64.to_radians().sin() - rolling,
         0.958633602,

@@ -1,4 +1,4 @@
-//! What the colours of the particles show.
+//! Quantity that the colours of the particles show.
 
 use mercury_common::frames::Column;
 use mercury_common::paraview::{Group, groups};
@@ -42,7 +42,7 @@ pub(super) enum Quantity {
     },
 }
 
-/// What a run has beside its particles.
+/// Tables of a run beside its particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct OfRun {
     /// Walls that wear.
@@ -51,7 +51,7 @@ pub(super) struct OfRun {
     pub(super) has_sheets: bool,
 }
 
-/// What colours of the triangles of elastic sheets show.
+/// Quantity that the colours of the triangles of elastic sheets show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum SheetQuantity {
     /// The larger principal tension.
@@ -86,8 +86,8 @@ impl SheetQuantity {
 }
 
 impl Quantity {
-    /// What `wanted` may mean: one thing, or for `auto` what to show if something moves and what if nothing does.
-    /// `clumps`: names of the kinds of clumps that the run has; `of_run`: what else it has.
+    /// Possible meanings of `wanted`: one quantity, or for `auto` one if something moves and one if nothing does. `clumps`: names
+    /// of the kinds of clumps that the run has; `of_run`: what else it has.
     pub(super) fn candidates(
         wanted: &str,
         snapshot: &Snapshot,

@@ -23,7 +23,7 @@ use crate::bodies::{self, Shown};
 use crate::source::SheetTables;
 use crate::{ClumpsAs, ExportError, Selection, Snapshot, Source};
 
-/// What a run has beside its particles.
+/// Tables of a run beside its particles.
 pub(super) struct Scenery<'a> {
     contacts: Option<&'a ContactReader>,
     /// Whether those with a liquid bridge alone are drawn.
@@ -143,7 +143,7 @@ impl<'a> Scenery<'a> {
         Ok(snapshot)
     }
 
-    /// What the run has beside its particles.
+    /// Tables that the run has beside its particles.
     pub(super) fn of_run(&self) -> OfRun {
         OfRun {
             wears: self.walls.is_some() && self.wear.is_some(),
@@ -156,7 +156,7 @@ impl<'a> Scenery<'a> {
         self.without_contacts = 0;
     }
 
-    /// That contacts were written at other times than some of the frames drawn.
+    /// Note that contacts were written at other times than some of the frames drawn.
     pub(super) fn note(&self) -> Option<String> {
         let table = self.contacts?.frames();
         (self.without_contacts > 0 && table.damage().is_none()).then(|| {
@@ -166,7 +166,7 @@ impl<'a> Scenery<'a> {
         })
     }
 
-    /// Which of the tables end before the time `last` (s).
+    /// Warnings of tables that end before the time `last` (s).
     pub(super) fn cut(&self, last: Option<f64>) -> Vec<String> {
         let contacts = self.contacts.and_then(|table| {
             let lost = "later pictures are without them";
@@ -485,7 +485,7 @@ fn grains(
 ) -> Result<Vec<Grain>, ExportError> {
     let table = &shown.table;
     let quantity = match quantity {
-        // What is the body of a pebble is the id of a body.
+        // The body of a pebble is the id of a body.
         Quantity::Body => Quantity::Column {
             name: "id".to_owned(),
             unit: String::new(),

@@ -69,6 +69,6 @@ fn info_can_be_any_column() {
         error,
         format!("{}: no column `heat` of numbers", path.display())
     );
-    // The same file by its own reader: what the source adds does not get into the way.
+    // Its own reader accepts the file: additions of the source do not get into the way.
     assert_eq!(DataReader::open(&path).unwrap().count(), 1);
 }

@@ -18,7 +18,7 @@ enum Style {
     Hybrid,
 }
 
-/// What other codes than these know of counts: none of it may be there.
+/// Counts of other codes than these: none of them may be there.
 const FOREIGN: [&str; 4] = ["ellipsoids", "lines", "triangles", "bodies"];
 
 /// Reads the whole file.
@@ -26,7 +26,7 @@ pub(super) fn read<R: BufRead>(mut lines: LineReader<R>) -> Result<Grains, Forma
     let mut grains = Grains::default();
     let mut header = Header::default();
     let mut more = lines.advance()?;
-    // The first line is the title, whatever it says; an empty one was passed over.
+    // The first line is the title, whatever its text; an empty one was passed over.
     if more && lines.line_number() == 1 {
         grains.title = lines.line().trim().to_owned();
         more = lines.advance()?;
@@ -348,7 +348,7 @@ fn read_velocities<R: BufRead>(
     Ok((velocity, spin))
 }
 
-/// Passes over a section that says nothing of spheres; false at the end of the file.
+/// Passes over a section about other things than spheres; false at the end of the file.
 fn pass_over<R: BufRead>(lines: &mut LineReader<R>) -> Result<bool, FormatError> {
     while lines.advance()? {
         let line = lines.line().trim_start();

@@ -272,7 +272,7 @@ impl<R: BufRead> Iterator for Frames<R> {
 struct Places {
     id: Option<usize>,
     kind: Option<usize>,
-    /// And the factor to the radius.
+    /// Column of the radius, and the factor to it.
     radius: (usize, f64),
     position: [usize; 3],
     /// Positions from 0 to 1 within the box.
@@ -286,7 +286,7 @@ struct Places {
 }
 
 impl Places {
-    /// What is missing, and what to do.
+    /// A column is missing or occurs twice; the second text is the advice.
     fn of(columns: &[String]) -> Result<Self, (String, &'static str)> {
         if let Some(twice) = (1..columns.len()).find(|&k| columns[..k].contains(&columns[k])) {
             return Err((

@@ -60,7 +60,7 @@ fn a_data_file_is_read_by_ids() {
         grains.angular_velocity.as_ref().unwrap()[1],
         DVec3::new(10.0, 20.0, 30.0)
     );
-    // Without a title but an empty line, with another order of columns, and with sections that say nothing of spheres.
+    // Without a title but an empty line, with another order of columns, and with sections about other things than spheres.
     let hybrid = DATA
         .replace("LIGGGHTS data file\n", "\n")
         .replace("# granular", "# hybrid sphere bond/gran")

@@ -1,4 +1,4 @@
-//! What a contact remembers of its liquid bridge.
+//! Memory of a contact of its liquid bridge.
 
 use super::{Fit, NO_LIQUID};
 use crate::contact::{History, HistoryNumber, LawEvents};
@@ -57,7 +57,7 @@ impl<L: Real, const N: usize> Bridge<L, N> {
         }
     }
 
-    /// The same bridge with room for `M` numbers of its curve: filled up with 0, or without the last ones.
+    /// This bridge with room for `M` numbers of its curve: filled up with 0, or without the last ones.
     #[inline(always)]
     #[must_use]
     pub fn resized<const M: usize>(&self) -> Bridge<L, M> {
@@ -197,7 +197,7 @@ impl<L: Real, const N: usize> History<L> for Bridge<L, N> {
         }
     }
 
-    /// What depends on the volume changes by the rules of migration alone.
+    /// Writes the gap and the force: all that depends on the volume changes by the rules of migration alone.
     #[inline(always)]
     fn put(&self, k: usize, one: &mut Bridge<f64, N>) {
         (one.gap, one.force) = (self.gap.lane(k), self.force.lane(k));

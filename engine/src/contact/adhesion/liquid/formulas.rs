@@ -91,7 +91,7 @@ pub fn willett(volume: f64, angle: f64) -> Curve {
     ]
 }
 
-/// The same authors' full fit (their appendix).
+/// Full fit of the same authors (their appendix).
 #[must_use]
 pub fn willett_classical(volume: f64, angle: f64) -> Curve {
     let (l, t) = (log(within_fit(volume)), angle);
@@ -133,7 +133,7 @@ pub fn end_of_equal_spheres(volume: f64, angle: f64) -> f64 {
     (1.0 + 0.5 * angle) * (root + 0.1 * root * root)
 }
 
-/// The same for spheres whose radii have the ratio `ratio` (smaller over larger, 0 at a wall): shorter by up to 30 %. Our fit to 209
+/// End for spheres whose radii have the ratio `ratio` (smaller over larger, 0 at a wall): shorter by up to 30 %. Our fit to 209
 /// exact ends (V* 1e-4 to 0.1, θ 0 to 50 degrees, all ratios), −5.7 to +4.5 %.
 #[must_use]
 pub fn end_of_unequal_spheres(volume: f64, angle: f64, ratio: f64) -> f64 {

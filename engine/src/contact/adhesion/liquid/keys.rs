@@ -1,4 +1,4 @@
-//! What scenes say of liquid bridges.
+//! Keys of liquid bridges in scenes.
 
 use mercury_common::scene::{Key, LawKeys, LawPart, Mixing, Range};
 

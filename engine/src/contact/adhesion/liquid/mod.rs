@@ -87,7 +87,7 @@ pub enum Rupture {
 pub struct Liquid {
     /// Capillary force.
     pub fit: Fit,
-    /// What stands for the volume in the fit of Lian & Seville.
+    /// Measure of the volume in the fit of Lian & Seville.
     pub lian_seville_volume: LianSevilleVolume,
     /// Where bridges break.
     pub rupture: Rupture,
@@ -427,8 +427,8 @@ impl Liquid {
     }
 
     /// The work that the capillary force has done since the last evaluation, as the integrator counts it, less what the energy of the
-    /// bridge has fallen: 0 but for the step in which it breaks. What it sets free when it forms or takes liquid is counted where that
-    /// happens.
+    /// bridge has fallen: 0 but for the step in which it breaks. The energy set free when it forms or takes liquid is counted
+    /// where that happens.
     fn loss_of<const N: usize>(
         &self,
         contact: &Contact,

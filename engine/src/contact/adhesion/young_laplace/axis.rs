@@ -1,6 +1,6 @@
 //! An axis of a table: evenly spaced nodes, and cubic interpolation between them.
 
-/// What lies outside by less than this is round-off of the input.
+/// Largest distance outside that counts as round-off of the input.
 const ROUND_OFF: f64 = 1e-9;
 
 /// Evenly spaced nodes; one alone where the range is a single value, else at least four.

@@ -51,7 +51,7 @@ impl Bound {
         }
     }
 
-    /// The same bridge in other units: gaps times `length`, forces times `force`, energies times both. With R_D and gamma R_D, gaps
+    /// This bridge in other units: gaps times `length`, forces times `force`, energies times both. With R_D and gamma R_D, gaps
     /// are in m, forces in N and energies in J.
     #[must_use]
     pub fn scaled(self, length: f64, force: f64) -> Self {

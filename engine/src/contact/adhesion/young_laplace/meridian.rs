@@ -73,7 +73,7 @@ pub struct Bridge {
     pub surface_energy: f64,
 }
 
-/// What is given: contact angle, volume, and the curvatures of the two spheres. The first of them is no plane.
+/// Given values: contact angle, volume, and the curvatures of the two spheres. The first of them is no plane.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Given {
     theta: f64,

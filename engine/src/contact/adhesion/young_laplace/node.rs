@@ -6,7 +6,7 @@ use super::bound::COEFFICIENTS;
 use super::exact::{Branch, Failure};
 use super::meridian::Bridge;
 
-/// Smallest x at which a bridge is fitted ([`super::Bound`]). What lies behind, in the last hundredths of the gap, follows by
+/// Smallest x at which a bridge is fitted ([`super::Bound`]). The curve behind, in the last hundredths of the gap, follows by
 /// extrapolation: where asymmetric shapes set in just before the end, the force bends too sharply there to be fitted.
 const FITTED_FROM: f64 = 0.045;
 

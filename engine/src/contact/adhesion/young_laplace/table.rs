@@ -80,7 +80,7 @@ impl Errors {
     }
 }
 
-/// What a table has for one bridge.
+/// Entry of a table for one bridge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Binding {
     /// Force, energy and end.
@@ -304,7 +304,8 @@ impl Table {
     }
 }
 
-/// What the table has for the ratio of radii: |d|^(2/3) with d = (1 - ratio)/(1 + ratio), from 0 for equal spheres to 1 for a plane.
+/// Coordinate of the table for the ratio of radii: |d|^(2/3) with d = (1 - ratio)/(1 + ratio), from 0 for equal spheres to 1 for
+/// a plane.
 ///
 /// Where asymmetric shapes end the stable branch, its end is a smooth function of this power near equal spheres, as that of any
 /// slightly imperfect pitchfork is (Koiter 1945); elsewhere of d^2, which is the third power of it.

@@ -22,9 +22,9 @@ struct Subject {
     sample: Sample,
     /// kg
     mass: Option<f64>,
-    /// Whether it is a list that says so.
+    /// Whether it is a list with a comment of it.
     by_quota: bool,
-    /// What was noted while it was read.
+    /// Notes of its reading.
     notes: Vec<String>,
 }
 
@@ -91,12 +91,12 @@ pub(crate) fn run(arguments: &CheckArguments) -> Outcome {
     outcome.finish(arguments.common.json)
 }
 
-/// What all kinds of particles came to.
+/// Combined reports on all kinds of particles.
 struct Reports {
     passed: bool,
     text: String,
     values: serde_json::Map<String, Value>,
-    /// What was noted while files were read.
+    /// Notes of the reading of files.
     notes: Vec<String>,
     pages: Vec<(String, mercury_pictures::charts::ChartPage)>,
     stem: Option<PathBuf>,
@@ -116,7 +116,7 @@ impl Default for Reports {
 }
 
 impl Reports {
-    /// What was noted while this was read.
+    /// Adds the notes of the reading of one sample.
     fn note(&mut self, name: &str, notes: &[String]) {
         for note in notes {
             self.text += &format!("{name}: note: {note}\n");
@@ -142,7 +142,7 @@ impl Reports {
         if self.passed {
             Ok(())
         } else {
-            // The report has said why.
+            // The report gives the reason.
             Err(Failure::new(Exit::Failed, ""))
         }
     }
@@ -216,7 +216,7 @@ fn subjects(
     Ok(subjects)
 }
 
-/// What a kind of particles should be.
+/// Target of a kind of particles.
 struct Wanted {
     sizes: SizeDistribution,
     mass: Option<f64>,
@@ -225,7 +225,7 @@ struct Wanted {
 
 type Pair = (Subject, Wanted);
 
-/// What each of them should be, and what was noted while that was read.
+/// Samples with their targets, and the notes of the reading of the targets.
 fn with_targets(
     arguments: &CheckArguments,
     subjects: Vec<Subject>,
@@ -307,7 +307,7 @@ fn with_targets(
     Ok((pairs, Vec::new()))
 }
 
-/// What a chart calls one of two samples.
+/// Name of one of two samples in a chart.
 fn called(path: &Path, at: Option<f64>, place: &Option<Conditions>) -> String {
     let name = path.file_name().unwrap_or(path.as_os_str());
     let mut name = name.to_string_lossy().into_owned();
