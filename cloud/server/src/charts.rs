@@ -86,7 +86,7 @@ pub(crate) fn describe(
         if head.is_empty() {
             if is_head(line) {
                 head = (fields(line).into_iter())
-                    .map(|cell| table_head::name(cell).to_owned())
+                    .map(|cell| table_head::name(&cell).to_owned())
                     .collect();
             }
             return true;
