@@ -34,7 +34,7 @@ pub struct Column {
 pub struct TableSpec {
     /// Ending of its file behind the prefix.
     pub file: &'static str,
-    /// What its rows are of, for messages.
+    /// Kind of thing that a row describes, for messages.
     pub row_of: &'static str,
     /// Part of a scene that makes a run write it.
     pub from: &'static str,

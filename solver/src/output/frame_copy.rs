@@ -17,7 +17,7 @@ use mercury_engine::state::{Body, BodyIndex, FIXED, Load, PEBBLE, Particle};
 use mercury_engine::step::Engine;
 use mercury_engine::walls::WallState;
 
-/// What is written of one time. Particles are in the engine's order at first, and by ascending ids behind
+/// State at one time, as far as it is written. Particles are in the engine's order at first, and by ascending ids behind
 /// [`in_order_of_ids`](Self::in_order_of_ids); the place of a particle in this order is its rank.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FrameCopy {
