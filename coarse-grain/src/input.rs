@@ -1,6 +1,5 @@
 //! Where states come from: run folders, `.data` with `.fstat`, MercuryDPM's `.restart`.
 
-mod choice;
 mod data;
 mod fstat;
 mod packed;
@@ -20,8 +19,8 @@ use mercury_common::run_files::{self, FRAMES, particles_in, plain_name, series_n
 
 use crate::CgError;
 use crate::state::State;
-pub use choice::FrameChoice;
 pub use data::DataSource;
+pub use mercury_common::frames::FrameChoice;
 use packed::open_text;
 pub use restart::{Restart, read_restart};
 pub use run::{RunSource, equal_ball, state_of};

@@ -16,6 +16,7 @@
 #![allow(clippy::result_large_err)]
 
 mod bodies;
+mod choice;
 mod clump_surfaces;
 mod columns;
 mod contacts;
@@ -36,6 +37,7 @@ mod wear;
 mod writer;
 
 pub use bodies::{BodyFrame, BodyReader, BodyWriter};
+pub use choice::FrameChoice;
 pub use clump_surfaces::ClumpKind;
 pub use columns::{ColumnVisitor, Values};
 pub use contacts::{ContactColumns, ContactFrame, ContactReader, ContactWriter, HistoryColumn};

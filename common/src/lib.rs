@@ -22,6 +22,7 @@ pub mod readable;
 #[doc(hidden)]
 pub mod reference_data;
 pub mod run_files;
+pub mod run_tables;
 pub mod scene;
 pub mod sizes;
 pub mod surfaces;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use mercury_common::cli;
 use mercury_common::formats::vtu::{VtuCompression, VtuPrecision};
-use mercury_export::run_table::RunTable;
+use mercury_common::run_tables::{self, TableSpec};
 use mercury_export::sinks::pictures;
 use mercury_export::{ClumpsAs, FrameChoice, Region, Table};
 
@@ -190,7 +190,7 @@ pub(crate) struct Common {
     /// Folder for the files [default: a folder named after the command, beside the input]; of one picture or film also its file: drum.png
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
-    /// all, last, a number, A..B (without B), A.., ..B, or "every N"
+    /// all, last, a number, A..B (without B), A.., ..B, "every N", or A..B/N
     #[arg(long, default_value = "all", allow_negative_numbers = true)]
     pub(crate) frames: FrameChoice,
     /// Only particles with their centre in a box, as in x=0..0.1,z=..0.05 (m)
@@ -263,29 +263,22 @@ pub(crate) enum TableName {
 
 impl TableName {
     /// A table of frames, or one that is text.
-    pub(crate) fn kind(self) -> Result<Table, RunTable> {
-        let text = |name, from| Err(RunTable { name, from });
+    pub(crate) fn kind(self) -> Result<Table, &'static TableSpec> {
         match self {
             Self::Particles => Ok(Table::Particles),
             Self::Contacts => Ok(Table::Contacts),
             Self::Bodies => Ok(Table::Bodies),
             Self::WearTriangles => Ok(Table::WearTriangles),
-            Self::Walls => text(
-                "walls",
-                "a scene with walls and without walls = false in [output]",
-            ),
-            Self::Regions => text("regions", "[[regions]] in the scene"),
-            Self::Flux => text("flux", "[[fluxes]] in the scene"),
-            Self::Left => text("left", "left = true in [output] of the scene"),
-            Self::Track => text("track", "track = [\"NAME\"] in [output] of the scene"),
-            Self::Budget => text("budget", "energy_budget = true in [output] of the scene"),
-            Self::Liquid => text(
-                "liquid",
-                "a scene with liquid and without liquid = false in [output]",
-            ),
-            Self::Wear => text("wear", "`wear` at a wall of the scene"),
-            Self::Membranes => text("membranes", "[[membranes]] in the scene"),
-            Self::Holds => text("holds", "a hold of one of the [[membranes]] in the scene"),
+            Self::Walls => Err(&run_tables::WALLS),
+            Self::Regions => Err(&run_tables::REGIONS),
+            Self::Flux => Err(&run_tables::FLUX),
+            Self::Left => Err(&run_tables::LEFT),
+            Self::Track => Err(&run_tables::TRACK),
+            Self::Budget => Err(&run_tables::BUDGET),
+            Self::Liquid => Err(&run_tables::LIQUID),
+            Self::Wear => Err(&run_tables::WEAR),
+            Self::Membranes => Err(&run_tables::MEMBRANES),
+            Self::Holds => Err(&run_tables::HOLDS),
         }
     }
 }

@@ -43,5 +43,6 @@ mod xballs_script;
 pub use bodies::ClumpsAs;
 pub use driver::{Job, Outcome, Sink, export};
 pub use error::ExportError;
-pub use selection::{FrameChoice, Region, Selection};
+pub use mercury_common::frames::FrameChoice;
+pub use selection::{Region, Selection};
 pub use source::{LammpsSource, Snapshot, Source, Table};

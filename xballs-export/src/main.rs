@@ -11,9 +11,10 @@ use mercury_common::cli::{self, Exit, Failure, Progress};
 use mercury_common::formats::number::NumberStyle;
 use mercury_common::formats::vtu::VtuOptions;
 use mercury_common::readable::counted;
+use mercury_common::run_tables::TableSpec;
 use mercury_export::output::{Output, ending_of_file, takes_folder};
 use mercury_export::query;
-use mercury_export::run_table::{Format, RunTable};
+use mercury_export::run_table::Format;
 use mercury_export::sinks::pictures::{PictureKind, Pictures};
 use mercury_export::sinks::{
     Density, Info, Parquet, Stl, Vtu, VtuChoice, Xballs, XballsChoice, csv, data_files, dump,
@@ -170,7 +171,7 @@ fn execute(command: Command) -> Result<(), ExportError> {
 /// Writes a table that the run has as text, with a message.
 fn whole(
     common: &Common,
-    table: RunTable,
+    table: &TableSpec,
     beside: &str,
     file: Option<&Path>,
     format: Format,

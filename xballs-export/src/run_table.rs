@@ -2,21 +2,13 @@
 
 use std::path::PathBuf;
 
-use mercury_common::formats::table_head::cell;
+use mercury_common::formats::delimited::push_line;
+use mercury_common::formats::table_head;
+use mercury_common::run_tables::TableSpec;
 use mercury_tables::Table;
 
 use crate::output::Output;
-use crate::sinks::push_csv_text;
 use crate::{ExportError, Selection, Source};
-
-/// A table of a run that is text, and what makes a run write it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct RunTable {
-    /// Ending of its file, without `.csv`.
-    pub name: &'static str,
-    /// The part of the scene that makes it.
-    pub from: &'static str,
-}
 
 /// The format of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,12 +34,12 @@ impl Format {
 /// When the run has no such table, it cannot be read, single frames or particles are selected, or the file cannot be written.
 pub fn export(
     source: &Source,
-    table: RunTable,
+    table: &TableSpec,
     selection: &Selection,
     output: &Output,
     format: Format,
 ) -> Result<(PathBuf, usize), ExportError> {
-    let name = table.name;
+    let name = table.name();
     if selection.is_partial() || selection.frames != crate::FrameChoice::All {
         return Err(ExportError::Input(format!(
             "--table {name}: --frames, --region and --material select of tables of frames; this one is written as a whole\nhelp: leave them out, or filter its column `time`"
@@ -55,7 +47,7 @@ pub fn export(
     }
     let path = source
         .folder()
-        .join(format!("{}.{name}.csv", source.prefix()));
+        .join(format!("{}.{}", source.prefix(), table.file));
     if !path.exists() {
         return Err(ExportError::Input(format!(
             "{}: there is no such table\nhelp: {} makes a run write it",
@@ -82,23 +74,10 @@ fn text(table: &Table) -> Result<Vec<u8>, ExportError> {
     let cells: Vec<Vec<String>> = (columns.iter())
         .map(|column| table.values(&column.name))
         .collect::<Result<_, _>>()?;
-    let mut out = Vec::new();
-    let mut line = |of: &mut dyn Iterator<Item = String>| {
-        for (k, text) in of.enumerate() {
-            if k > 0 {
-                out.push(b',');
-            }
-            push_csv_text(&text, &mut out);
-        }
-        out.push(b'\n');
-    };
-    line(
-        &mut columns
-            .iter()
-            .map(|column| cell(&column.name, &column.unit)),
-    );
+    let head = table_head::line(columns.iter().map(|column| (&column.name, &column.unit)));
+    let mut out = head.into_bytes();
     for row in 0..table.rows() {
-        line(&mut cells.iter().map(|column| column[row].clone()));
+        push_line(&mut out, cells.iter().map(|column| &column[row]));
     }
     Ok(out)
 }

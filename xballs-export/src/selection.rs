@@ -3,78 +3,9 @@
 use std::str::FromStr;
 
 use glam::DVec3;
-use mercury_common::frames::Column;
+use mercury_common::frames::{Column, FrameChoice};
 
 use crate::{ExportError, Snapshot};
-
-/// Choice of frames, counted from 0.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum FrameChoice {
-    /// All.
-    #[default]
-    All,
-    /// The last one.
-    Last,
-    /// From the first number up to and without the second; `None` is the end.
-    Range(usize, Option<usize>),
-    /// Every so many, from the first on.
-    Every(usize),
-}
-
-impl FrameChoice {
-    /// Whether frame `k` is chosen; of [`FrameChoice::Last`] only its reader knows.
-    #[must_use]
-    pub fn has(self, k: usize) -> bool {
-        match self {
-            Self::All | Self::Last => true,
-            Self::Range(from, to) => k >= from && to.is_none_or(|to| k < to),
-            Self::Every(step) => k.is_multiple_of(step),
-        }
-    }
-
-    /// Whether no frame from `k` on is chosen.
-    #[must_use]
-    pub fn ends_before(self, k: usize) -> bool {
-        matches!(self, Self::Range(_, Some(to)) if k >= to)
-    }
-}
-
-impl FromStr for FrameChoice {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let text = text.trim();
-        let number = |text: &str| text.trim().parse::<usize>().ok();
-        let choice = match text {
-            "all" => Some(Self::All),
-            "last" => Some(Self::Last),
-            _ => None,
-        };
-        let every = || {
-            let step = number(text.strip_prefix("every")?)?;
-            (step > 0).then_some(Self::Every(step))
-        };
-        let range = || {
-            let (from, to) = text.split_once("..")?;
-            let from = if from.is_empty() {
-                Some(0)
-            } else {
-                number(from)
-            };
-            let to = if to.is_empty() {
-                Some(None)
-            } else {
-                number(to).map(Some)
-            };
-            Some(Self::Range(from?, to?))
-        };
-        let one = || number(text).map(|k| Self::Range(k, Some(k.saturating_add(1))));
-        let found = choice.or_else(every).or_else(range).or_else(one);
-        found.ok_or_else(|| {
-            "expected all, last, a number, A..B (without B), A.., ..B, or \"every N\"".to_owned()
-        })
-    }
-}
 
 /// A box in space, open where nothing is said.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -210,34 +141,6 @@ pub(crate) fn retain(column: &mut Column, keep: &[bool]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn frames_are_chosen_in_every_spelling() {
-        use FrameChoice::{All, Every, Last, Range};
-        for (text, expected) in [
-            ("all", All),
-            ("last", Last),
-            ("7", Range(7, Some(8))),
-            ("18446744073709551615", Range(usize::MAX, Some(usize::MAX))),
-            ("2..5", Range(2, Some(5))),
-            ("2..", Range(2, None)),
-            ("..5", Range(0, Some(5))),
-            ("every 10", Every(10)),
-        ] {
-            assert_eq!(text.parse(), Ok(expected), "{text}");
-        }
-        for bad in ["", "first", "-1", "every 0", "every", "2..x", "1.5"] {
-            let error = bad.parse::<FrameChoice>().unwrap_err();
-            assert!(
-                error.starts_with("expected all, last, a number"),
-                "{bad}: {error}"
-            );
-        }
-        let chosen = |choice: FrameChoice| (0..6).filter(|&k| choice.has(k)).collect::<Vec<_>>();
-        assert_eq!(chosen(Range(2, Some(4))), [2, 3]);
-        assert_eq!(chosen(Every(2)), [0, 2, 4]);
-        assert!(Range(2, Some(4)).ends_before(4) && !Range(2, Some(4)).ends_before(3));
-    }
 
     #[test]
     fn regions_are_open_where_nothing_is_said() {

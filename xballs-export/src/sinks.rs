@@ -35,7 +35,6 @@ mod stl;
 mod vtu;
 mod xballs;
 
-pub(crate) use csv::push_csv_text;
 pub use csv::{csv, push_csv};
 pub use files::{Encode, FilePerFrame, OneFile};
 pub use lammps::{Density, data_files, dump, push_data_file, push_dump};

@@ -1,8 +1,12 @@
 //! Columns of tables, reduced to the least and the largest value of at most 2,000 bins.
 
+use std::borrow::Cow;
+
 use cloud_api::answers::{Chart, TableInfo};
 use cloud_store::{Result, Store};
+use mercury_common::formats::delimited::{Cell, Cells};
 use mercury_common::formats::table_head;
+use mercury_common::run_tables::{ALL, Role};
 
 use crate::content::Content;
 
@@ -18,14 +22,22 @@ pub(crate) fn is_table(name: &str) -> bool {
     last.ends_with(".ene") || last.ends_with(".csv") || last.ends_with(".fields")
 }
 
-/// Splits a line of either kind: at commas where it has some, else at blanks. No field of ours is quoted with a comma
-/// inside but names, in which quotes are left as they are.
-fn fields(line: &str) -> Vec<&str> {
+/// Splits a line of either kind: at commas where it has some, else at blanks.
+fn fields(line: &str) -> Vec<Cow<'_, str>> {
     if line.contains(',') {
-        line.split(',').map(str::trim).collect()
+        Cells::new(line, b',').map(Cell::value).collect()
     } else {
-        line.split_whitespace().collect()
+        line.split_whitespace().map(Cow::Borrowed).collect()
     }
+}
+
+/// Whether a column of a file holds names or ids. Tables that are not declared, such as those of fields, have none.
+fn is_label(file: &str, column: &str) -> bool {
+    let file = file.rsplit('/').next().unwrap_or(file);
+    let mut tables = ALL.iter();
+    let table = tables.find(|table| file.ends_with(&format!(".{}", table.file)));
+    let column = table.and_then(|table| table.column(column));
+    column.is_some_and(|column| column.role == Role::Label)
 }
 
 /// Calls `each` with every line of a table, until it returns false.
@@ -74,17 +86,17 @@ pub(crate) fn describe(
         if head.is_empty() {
             if is_head(line) {
                 head = (fields(line).into_iter())
-                    .map(|cell| table_head::name(cell).to_owned())
+                    .map(|cell| table_head::name(&cell).to_owned())
                     .collect();
             }
             return true;
         }
         // Names repeat from instant to instant: the first rows have them all.
         if let Some(name) = head.iter().position(|column| column == "name")
-            && let Some(&found) = fields(line).get(name)
+            && let Some(found) = fields(line).get(name)
             && !names.iter().any(|known| known == found)
         {
-            names.push(found.to_owned());
+            names.push(found.to_string());
         }
         rows += 1;
         rows < 1000 && head.iter().any(|column| column == "name")
@@ -95,7 +107,7 @@ pub(crate) fn describe(
     let columns = head
         .into_iter()
         .skip(1)
-        .filter(|column| column != "name" && column != "material");
+        .filter(|column| !is_label(file, column));
     Ok(Some(TableInfo {
         file: file.to_owned(),
         columns: columns.collect(),
@@ -173,7 +185,7 @@ pub(crate) fn chart(
             return places.is_some() && place("time") == Some(0);
         };
         if let (Some(name), Some(at)) = (name, name_at)
-            && fields.get(at) != Some(&name)
+            && fields.get(at).is_none_or(|field| field != name)
         {
             return true;
         }
@@ -279,5 +291,17 @@ mod tests {
                 .unwrap()
                 .is_none()
         );
+    }
+
+    #[test]
+    fn columns_of_names_are_no_charts_and_names_may_hold_commas() {
+        let text = "time [s],at,name,direction,id,clump,material,diameter [m]\n\
+            0.5,plane,\"in, left\",1,7,,glass,0.002\n";
+        let (_folder, store, content) = table("a.left.csv", text);
+        let info = describe(&store, &content, "a.left.csv").unwrap().unwrap();
+        assert_eq!(info.columns, ["direction", "diameter"]);
+        assert_eq!(info.names, ["in, left"]);
+        let found = chart(&store, &content, "a.left.csv", "diameter", Some("in, left"));
+        assert_eq!(found.unwrap().unwrap().max, [Some(0.002)]);
     }
 }

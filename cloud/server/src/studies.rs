@@ -15,7 +15,8 @@ use cloud_api::answers::{
 use cloud_api::problem::SceneProblem;
 use cloud_api::requests::{Role, Study};
 use cloud_api::{RunId, RunState};
-use mercury_common::formats::csv_line::csv_line;
+use mercury_common::formats::delimited::push_line;
+use mercury_common::formats::table_head;
 use rusqlite::{OptionalExtension, params};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -541,27 +542,14 @@ fn results(app: &App, id: &str) -> Result<Value, ApiError> {
 
 /// The table as comma-separated values, with units in the head, as in the solver's `study.csv`.
 pub(crate) fn csv(table: &StudyTable) -> String {
-    let mut head: Vec<String> = [
-        "run",
-        "id",
-        "status",
-        "problem",
-        "steps",
-        "core_seconds [s]",
-    ]
-    .map(str::to_owned)
-    .into();
-    head.extend(table.keys.clone());
-    head.extend(
-        table
-            .results
-            .iter()
-            .map(|column| match column.unit.as_str() {
-                "" | "1" => column.name.clone(),
-                unit => format!("{} [{unit}]", column.name),
-            }),
-    );
-    let mut text = csv_line(head);
+    let own = ["run", "id", "status", "problem", "steps"].map(|name| (name, ""));
+    let keys = table.keys.iter().map(|key| (key.as_str(), ""));
+    let results = (table.results.iter()).map(|column| (column.name.as_str(), column.unit.as_str()));
+    let head = (own.into_iter())
+        .chain([("core_seconds", "s")])
+        .chain(keys)
+        .chain(results);
+    let mut text = table_head::line(head).into_bytes();
     for row in &table.rows {
         let mut cells = vec![
             row.name.clone(),
@@ -578,9 +566,9 @@ pub(crate) fn csv(table: &StudyTable) -> String {
         );
         let number = |value: &Option<f64>| value.map_or(String::new(), |value| value.to_string());
         cells.extend(row.results.iter().map(number));
-        text += &csv_line(cells);
+        push_line(&mut text, cells);
     }
-    text
+    String::from_utf8_lossy(&text).into_owned()
 }
 
 #[cfg(test)]

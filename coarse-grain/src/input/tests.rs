@@ -837,26 +837,3 @@ fn numbers_that_are_none_are_refused_wherever_they_stand() {
         assert!(message.contains(name), "{message}");
     }
 }
-
-#[test]
-fn frames_are_chosen_in_every_spelling() {
-    let chosen = |text: &str| {
-        let choice: FrameChoice = text.parse().unwrap();
-        (0..8).filter(|&k| choice.has(k)).collect::<Vec<usize>>()
-    };
-    assert_eq!(chosen("all").len(), 8);
-    assert_eq!(chosen("2..5"), [2, 3, 4]);
-    assert_eq!(chosen("..3"), [0, 1, 2]);
-    assert_eq!(chosen("6.."), [6, 7]);
-    assert_eq!(chosen("3"), [3]);
-    assert_eq!(chosen("every 3"), [0, 3, 6]);
-    assert_eq!(chosen("1..7/2"), [1, 3, 5]);
-    for bad in ["", "first", "-1", "every 0", "1..x", "1.5", "1..5/0"] {
-        assert!(
-            bad.parse::<FrameChoice>()
-                .unwrap_err()
-                .starts_with("expected all, last"),
-            "{bad}"
-        );
-    }
-}

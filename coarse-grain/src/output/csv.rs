@@ -1,7 +1,7 @@
 //! Tables: coordinates first, then fields, with a line of units.
 
 use mercury_common::formats::number::{NumberStyle, push_number};
-use mercury_common::formats::table_head::cell;
+use mercury_common::formats::table_head;
 
 use crate::analysis::Block;
 use crate::evaluate::Evaluator;
@@ -43,10 +43,9 @@ pub fn columns(evaluator: &Evaluator, block: &Block, timed: bool) -> Vec<(String
 #[must_use]
 pub fn header(evaluator: &Evaluator, block: &Block, timed: bool) -> String {
     let columns = columns(evaluator, block, timed);
-    let cells = columns.iter().map(|(name, unit)| cell(name, unit));
-    let cells: Vec<String> = cells.collect();
     let units: Vec<&str> = columns.iter().map(|(_, unit)| unit.as_str()).collect();
-    format!("# units: {}\n{}\n", units.join(","), cells.join(","))
+    let names = table_head::line(columns.iter().map(|(name, unit)| (name, unit)));
+    format!("# units: {}\n{names}", units.join(","))
 }
 
 /// The rows of a block.

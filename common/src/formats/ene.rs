@@ -11,6 +11,7 @@ use glam::DVec3;
 use super::lines::LineReader;
 use super::number::{NumberStyle, push_number, push_number_in_width};
 use crate::error::FormatError;
+use crate::run_tables::ENERGIES;
 
 /// The energies at one time. Fixed particles do not count in any of them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -30,16 +31,15 @@ pub struct EnergyRow {
 }
 
 /// The header words.
-pub const COLUMNS: [&str; 8] = [
-    "time",
-    "gravitEnergy",
-    "traKineticEnergy",
-    "rotKineticEnergy",
-    "elasticEnergy",
-    "centerOfMassX",
-    "centerOfMassY",
-    "centerOfMassZ",
-];
+pub const COLUMNS: [&str; 8] = {
+    let mut names = [""; ENERGIES.columns.len()];
+    let mut place = 0;
+    while place < names.len() {
+        names[place] = ENERGIES.columns[place].name;
+        place += 1;
+    }
+    names
+};
 
 /// Width of a column in MercuryDPM's look.
 const WIDTH: usize = 16;

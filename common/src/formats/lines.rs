@@ -95,6 +95,19 @@ impl<R: BufRead> LineReader<R> {
         }
     }
 
+    /// Goes to the next line that is neither blank nor a comment; `false` at the end of the file.
+    ///
+    /// # Errors
+    /// Those of [`advance`](Self::advance).
+    pub fn advance_to_content(&mut self) -> Result<bool, FormatError> {
+        while self.advance()? {
+            if !self.is_comment() {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
     /// Makes the next [`advance`](Self::advance) stay on this line.
     pub fn hold(&mut self) {
         self.held = true;
@@ -113,6 +126,23 @@ impl<R: BufRead> LineReader<R> {
     /// The text of the current line with its line end.
     pub fn line(&self) -> &str {
         &self.line
+    }
+
+    /// The text of the current line without its line end.
+    pub fn text(&self) -> &str {
+        let text = self.line.strip_suffix('\n').unwrap_or(&self.line);
+        text.strip_suffix('\r').unwrap_or(text)
+    }
+
+    /// A problem at a byte of the current line.
+    pub fn error_at(
+        &self,
+        byte: usize,
+        found: impl Into<String>,
+        expected: impl Into<String>,
+    ) -> FormatError {
+        let column = self.line[..byte].chars().count() + 1;
+        FormatError::at(&self.path, self.line_number, Some(column), found, expected)
     }
 
     /// True if the first token of the current line starts with `#`.

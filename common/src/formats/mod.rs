@@ -11,8 +11,8 @@
 )]
 
 pub mod clump;
-pub mod csv_line;
 pub mod data;
+pub mod delimited;
 pub mod ene;
 pub mod fstat;
 pub mod lines;
@@ -23,6 +23,7 @@ pub(crate) mod other_kinds;
 pub mod particle_csv;
 pub mod pebble_list;
 pub mod table_head;
+pub mod time_table;
 pub mod vtu;
 
 use std::fs::File;

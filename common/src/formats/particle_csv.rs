@@ -2,7 +2,6 @@
 //!
 //! See `docs/formats/particle-csv.md`.
 
-mod cells;
 mod reader;
 #[cfg(test)]
 mod tests;

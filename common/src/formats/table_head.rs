@@ -1,9 +1,8 @@
 //! Heads of text tables: of each column its name, and its unit in brackets: `time [s],name,fz [N]`.
 
-/// Name and SI unit of a column; the unit is empty, or `1`, where it has none.
-pub type TableColumn = (&'static str, &'static str);
+use super::delimited::push_line;
 
-/// The cell of a head for a column of this name and unit.
+/// The cell of a head for a column of this name and SI unit; the unit is empty, or `1`, where it has none.
 ///
 /// ```
 /// use mercury_common::formats::table_head::{cell, name};
@@ -34,9 +33,14 @@ pub fn name(cell: &str) -> &str {
     }
 }
 
-/// The first line of a table, with its end.
+/// The first line of a table with columns of these names and units, with its end.
 #[must_use]
-pub fn line<'a>(columns: impl IntoIterator<Item = &'a TableColumn>) -> String {
-    let cells = columns.into_iter().map(|(name, unit)| cell(name, unit));
-    cells.collect::<Vec<_>>().join(",") + "\n"
+pub fn line(columns: impl IntoIterator<Item = (impl AsRef<str>, impl AsRef<str>)>) -> String {
+    let mut out = Vec::new();
+    let cells = columns.into_iter();
+    push_line(
+        &mut out,
+        cells.map(|(name, unit)| cell(name.as_ref(), unit.as_ref())),
+    );
+    String::from_utf8_lossy(&out).into_owned()
 }

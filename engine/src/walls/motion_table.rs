@@ -7,12 +7,15 @@
 
 use glam::DVec3;
 use mercury_common::error::FormatError;
+use mercury_common::formats::time_table::{TimeRow, TimeTable};
 use std::path::Path;
 
 /// The columns, in the order in which [`Row`] takes them; the last three may be missing together.
-const COLUMNS: [&str; 7] = ["t", "x", "y", "z", "angle_x", "angle_y", "angle_z"];
-const REQUIRED: usize = 4;
-const EXPECTED_HEADER: &str = "the columns t,x,y,z or t,x,y,z,angle_x,angle_y,angle_z";
+const COLUMNS: TimeTable<'_, 7> = TimeTable {
+    names: ["t", "x", "y", "z", "angle_x", "angle_y", "angle_z"],
+    required: 4,
+    equal_times: false,
+};
 
 /// Where the wall is at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,30 +45,12 @@ pub(super) struct Limits {
 }
 
 impl MotionTable {
-    /// Reads a CSV file: a header with the columns `t,x,y,z` (s, m) and, if the wall turns,
-    /// `angle_x,angle_y,angle_z` (rad), in any order; then one row per time. Empty lines and lines that
-    /// begin with `#` are skipped.
+    /// Reads a [table](TimeTable) with the columns `t,x,y,z` (s, m) and, if the wall turns, `angle_x,angle_y,angle_z` (rad).
     ///
     /// # Errors
-    /// If the file cannot be read, a column is missing, unknown or doubled, a row has too few or too
-    /// many fields, a field is no finite number, the times do not increase, or there is no row.
+    /// If it cannot be read or is no such table.
     pub fn read(path: &Path) -> Result<Self, FormatError> {
-        let bytes = std::fs::read(path)
-            .map_err(|e| FormatError::of_file(path, format!("the file cannot be read: {e}")))?;
-        let text = String::from_utf8(bytes).map_err(|e| {
-            let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()]
-                .iter()
-                .filter(|&&b| b == b'\n')
-                .count();
-            FormatError::at(
-                path,
-                line,
-                None,
-                "bytes that are no UTF-8 text",
-                "a CSV file",
-            )
-        })?;
-        Self::parse(path, &text)
+        Ok(Self::of(COLUMNS.read(path)?))
     }
 
     /// As [`MotionTable::read`], from the content of a file; `path` is for the error messages.
@@ -73,43 +58,18 @@ impl MotionTable {
     /// # Errors
     /// As for [`MotionTable::read`].
     pub fn parse(path: &Path, text: &str) -> Result<Self, FormatError> {
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let mut lines = text
-            .lines()
-            .enumerate()
-            .map(|(i, line)| (i + 1, line))
-            .filter(|(_, line)| !line.trim().is_empty() && !line.trim_start().starts_with('#'));
-        let Some((number, header)) = lines.next() else {
-            return Err(FormatError {
-                expected: EXPECTED_HEADER.into(),
-                ..FormatError::of_file(path, "no header")
-            });
-        };
-        let columns = read_header(path, number, header)?;
+        Ok(Self::of(COLUMNS.parse(path, text)?))
+    }
 
-        let mut rows: Vec<Row> = Vec::new();
-        for (number, line) in lines {
-            let (row, time_column) = read_row(path, number, line, &columns)?;
-            if let Some(before) = rows.last()
-                && row.time <= before.time
-            {
-                return Err(FormatError::at(
-                    path,
-                    number,
-                    Some(time_column),
-                    format!("t = {}", row.time),
-                    format!("a time after that of the row before, {}", before.time),
-                ));
-            }
-            rows.push(row);
+    fn of(rows: Vec<TimeRow<7>>) -> Self {
+        let row = |TimeRow { values: v, .. }: TimeRow<7>| Row {
+            time: v[0],
+            displacement: DVec3::new(v[1], v[2], v[3]),
+            rotation_vector: DVec3::new(v[4], v[5], v[6]),
+        };
+        Self {
+            rows: rows.into_iter().map(row).collect(),
         }
-        if rows.is_empty() {
-            return Err(FormatError {
-                expected: "at least one row below the header".into(),
-                ..FormatError::of_file(path, "no rows")
-            });
-        }
-        Ok(Self { rows })
     }
 
     /// The rows, in the order of time.
@@ -229,87 +189,4 @@ fn left_jacobian(angle: f64) -> (f64, f64) {
         1.0 / 6.0 - a2 * (1.0 / 120.0 - a2 * (1.0 / 5040.0 - a2 / 362_880.0))
     };
     (first, second)
-}
-
-/// The fields of a line with the columns (characters from 1) in which they begin.
-fn fields(line: &str) -> impl Iterator<Item = (usize, &str)> {
-    let mut column = 1;
-    line.split(',').map(move |raw| {
-        let text = raw.trim();
-        let blank = raw.len() - raw.trim_start().len();
-        let begin = column + raw[..blank].chars().count();
-        column += raw.chars().count() + 1;
-        (begin, text)
-    })
-}
-
-/// For each field of a row, which of [`COLUMNS`] it is.
-fn read_header(path: &Path, number: usize, header: &str) -> Result<Vec<usize>, FormatError> {
-    let mut columns = Vec::new();
-    for (begin, name) in fields(header) {
-        let wrong =
-            |found: String| FormatError::at(path, number, Some(begin), found, EXPECTED_HEADER);
-        let Some(column) = COLUMNS.iter().position(|&known| known == name) else {
-            return Err(wrong(format!("the column \"{name}\"")));
-        };
-        if columns.contains(&column) {
-            return Err(wrong(format!("the column \"{name}\" a second time")));
-        }
-        columns.push(column);
-    }
-    let turns = columns.iter().any(|&column| column >= REQUIRED);
-    let needed = if turns { COLUMNS.len() } else { REQUIRED };
-    for (column, name) in COLUMNS.iter().enumerate().take(needed) {
-        if !columns.contains(&column) {
-            let found = format!("no column \"{name}\"");
-            return Err(FormatError::at(path, number, None, found, EXPECTED_HEADER));
-        }
-    }
-    Ok(columns)
-}
-
-/// The row of a line, and where its time stands.
-fn read_row(
-    path: &Path,
-    number: usize,
-    line: &str,
-    columns: &[usize],
-) -> Result<(Row, usize), FormatError> {
-    let mut values = [0.0; COLUMNS.len()];
-    let mut time_column = 1;
-    let mut count = 0;
-    for (begin, text) in fields(line) {
-        let Some(&column) = columns.get(count) else {
-            let expected = format!("{} fields, as in the header", columns.len());
-            let found = format!("one more field, \"{text}\"");
-            return Err(FormatError::at(path, number, Some(begin), found, expected));
-        };
-        let value = text.parse().ok().filter(|value: &f64| value.is_finite());
-        let Some(value) = value else {
-            let found = format!("\"{text}\" in column {}", COLUMNS[column]);
-            return Err(FormatError::at(
-                path,
-                number,
-                Some(begin),
-                found,
-                "a finite number",
-            ));
-        };
-        if column == 0 {
-            time_column = begin;
-        }
-        values[column] = value;
-        count += 1;
-    }
-    if count < columns.len() {
-        let found = format!("{count} fields");
-        let expected = format!("{}, as in the header", columns.len());
-        return Err(FormatError::at(path, number, None, found, expected));
-    }
-    let row = Row {
-        time: values[0],
-        displacement: DVec3::new(values[1], values[2], values[3]),
-        rotation_vector: DVec3::new(values[4], values[5], values[6]),
-    };
-    Ok((row, time_column))
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use mercury_common::error::FormatError;
+use mercury_common::formats::time_table::TimeTable;
 
 use super::error::{WallError, finite};
 
@@ -44,8 +45,7 @@ impl Ramp {
         }
     }
 
-    /// Reads a CSV file with the columns `t` (s) and `value`, under a header with these names in any order. Empty lines and lines that begin with
-    /// `#` are skipped.
+    /// Reads a [table](TimeTable) with the columns `t` (s) and `value`.
     ///
     /// # Errors
     /// If it cannot be read or is no such table.
@@ -54,64 +54,8 @@ impl Ramp {
         reason = "a file is read once; the error type is shared by all readers"
     )]
     pub fn read(path: &Path, value: &str) -> Result<Self, FormatError> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|e| FormatError::of_file(path, format!("the file cannot be read: {e}")))?;
-        Self::parse(path, &text, value)
-    }
-
-    /// As [`Ramp::read`], from the content of a file.
-    ///
-    /// # Errors
-    /// As [`Ramp::read`].
-    #[allow(
-        clippy::result_large_err,
-        reason = "a file is read once; the error type is shared by all readers"
-    )]
-    pub fn parse(path: &Path, text: &str, value: &str) -> Result<Self, FormatError> {
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let expected = format!("two columns, t,{value}");
-        let mut order: Option<[usize; 2]> = None;
-        let mut rows: Vec<[f64; 2]> = Vec::new();
-        for (index, line) in text.lines().enumerate() {
-            if line.trim().is_empty() || line.trim_start().starts_with('#') {
-                continue;
-            }
-            let wrong = |found: String, expected: &str| {
-                FormatError::at(path, index + 1, None, found, expected)
-            };
-            let fields: Vec<&str> = line.split(',').map(str::trim).collect();
-            let Some([t, v]) = order else {
-                let of = |name: &str| fields.iter().position(|field| *field == name);
-                match (of("t"), of(value)) {
-                    (Some(t), Some(v)) if fields.len() == 2 => order = Some([t, v]),
-                    _ => return Err(wrong(format!("the header {line:?}"), &expected)),
-                }
-                continue;
-            };
-            if fields.len() != 2 {
-                return Err(wrong(format!("{} fields", fields.len()), "two"));
-            }
-            let mut row = [0.0; 2];
-            for (number, field) in row.iter_mut().zip([fields[t], fields[v]]) {
-                *number = match field.parse() {
-                    Ok(number) if f64::is_finite(number) => number,
-                    _ => return Err(wrong(format!("{field:?}"), "a finite number")),
-                };
-            }
-            if let Some(before) = rows.last()
-                && row[0] <= before[0]
-            {
-                let after = format!("a time after that of the row before, {}", before[0]);
-                return Err(wrong(format!("t = {}", row[0]), &after));
-            }
-            rows.push(row);
-        }
-        if rows.is_empty() {
-            return Err(FormatError {
-                expected,
-                ..FormatError::of_file(path, "no rows")
-            });
-        }
+        let rows = TimeTable::new(["t", value]).read(path)?;
+        let rows = rows.into_iter().map(|row| row.values).collect();
         Ok(Self { rows })
     }
 
@@ -200,31 +144,5 @@ mod tests {
         assert_eq!(Ramp::new(Vec::new()), Err(WallError::NoRows));
         assert!(Ramp::new(vec![[0.0, f64::NAN]]).is_err());
         assert!(Ramp::new(vec![[1.0, 0.0], [1.0, 2.0]]).is_err());
-        let path = Path::new("load.csv");
-        let good = Ramp::parse(path, "# N\nforce, t\n-1, 0\n-2, 0.5\n", "force").unwrap();
-        assert_eq!(good.rows(), [[0.0, -1.0], [0.5, -2.0]]);
-        for (text, message) in [
-            ("", "load.csv: no rows, expected two columns, t,force"),
-            (
-                "t,force\n",
-                "load.csv: no rows, expected two columns, t,force",
-            ),
-            (
-                "t,pressure\n0,1\n",
-                "load.csv:1: the header \"t,pressure\", expected two columns, t,force",
-            ),
-            ("t,force\n0,1,2\n", "load.csv:2: 3 fields, expected two"),
-            (
-                "t,force\n0,x\n",
-                "load.csv:2: \"x\", expected a finite number",
-            ),
-            (
-                "t,force\n0,1\n0,2\n",
-                "load.csv:3: t = 0, expected a time after that of the row before, 0",
-            ),
-        ] {
-            let error = Ramp::parse(path, text, "force").unwrap_err().to_string();
-            assert_eq!(error, message);
-        }
     }
 }

@@ -4,7 +4,7 @@ use mercury_common::frames::{BodyFrame, BodyWriter, ClumpKind};
 
 use super::particle_frames::frame_flags;
 use super::stream::{Beginning, Sink, Stream, StreamKind};
-use super::{OrderedFrame, OutputError};
+use super::{FrameCopy, OutputError};
 use crate::plan::Plan;
 
 pub(super) struct BodyFrames {
@@ -34,7 +34,7 @@ impl StreamKind for BodyFrames {
 }
 
 impl Stream for BodyFrames {
-    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
+    fn write(&mut self, state: &FrameCopy) -> Result<(), OutputError> {
         if state.due.frame {
             self.writer.append(self.table.frame(state))?;
         }
@@ -65,7 +65,7 @@ impl BodyTable {
     }
 
     /// The bodies of a state, in the order of their ids.
-    pub(super) fn frame(&self, state: &OrderedFrame) -> BodyFrame {
+    pub(super) fn frame(&self, state: &FrameCopy) -> BodyFrame {
         let bodies = || state.bodies.iter();
         BodyFrame {
             time: state.time,

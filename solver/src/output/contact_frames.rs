@@ -3,7 +3,7 @@
 use mercury_common::frames::{ContactColumns, ContactFrame, ContactWriter, HistoryColumn};
 
 use super::stream::{Beginning, Sink, Stream, StreamKind};
-use super::{OrderedFrame, OutputError};
+use super::{FrameCopy, OutputError};
 use crate::plan::Plan;
 use mercury_engine::contact::{AnyRolling, HistoryNumber};
 use mercury_engine::forces::Partner;
@@ -47,7 +47,7 @@ pub(super) fn contact_columns(plan: &Plan, history: &[HistoryNumber]) -> Contact
 }
 
 impl Stream for ContactFrames {
-    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
+    fn write(&mut self, state: &FrameCopy) -> Result<(), OutputError> {
         if !state.due.contacts {
             return Ok(());
         }
@@ -61,7 +61,7 @@ impl Stream for ContactFrames {
 }
 
 /// The contacts sorted by the lower id, then pairs by the higher one, then walls, then membranes.
-pub(super) fn contact_frame(state: &OrderedFrame, columns: &ContactColumns) -> ContactFrame {
+pub(super) fn contact_frame(state: &FrameCopy, columns: &ContactColumns) -> ContactFrame {
     let mut records: Vec<_> = state.observation.records.iter().collect();
     records.sort_by_cached_key(|record| {
         let partner = match record.partner {

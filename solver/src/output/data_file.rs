@@ -7,7 +7,7 @@ use mercury_common::formats::orientation::euler_from_quaternion;
 
 use super::data_rows::{DataRows, Row};
 use super::stream::{Beginning, Sink, Stream, StreamKind, TextFile};
-use super::{OrderedFrame, OutputError};
+use super::{FrameCopy, OutputError};
 use crate::plan::Plan;
 
 pub(super) struct DataFile {
@@ -38,7 +38,7 @@ impl StreamKind for DataFile {
 }
 
 impl Stream for DataFile {
-    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
+    fn write(&mut self, state: &FrameCopy) -> Result<(), OutputError> {
         if !state.due.frame {
             return Ok(());
         }

@@ -1,6 +1,6 @@
 //! The rows of `.data`, to which `.fstat` refers: spheres, and either bodies or their pebbles, in the order of ids.
 
-use super::OrderedFrame;
+use super::FrameCopy;
 use mercury_engine::state::{BodyIndex, Id};
 
 /// Object that a row of `.data` shows.
@@ -20,7 +20,7 @@ pub(super) struct DataRows {
 
 impl DataRows {
     /// Of a state; `pebbles`: a body appears as its pebbles.
-    pub(super) fn new(state: &OrderedFrame, pebbles: bool) -> Self {
+    pub(super) fn new(state: &FrameCopy, pebbles: bool) -> Self {
         let mut rows = Vec::with_capacity(state.particles.len());
         let mut row_of_rank = Vec::with_capacity(state.particles.len());
         for rank in 0..state.particles.len() {

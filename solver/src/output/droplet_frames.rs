@@ -3,7 +3,7 @@
 use mercury_common::frames::{DropletFrame, DropletWriter};
 
 use super::stream::{Beginning, Sink, Stream, StreamKind};
-use super::{OrderedFrame, OutputError};
+use super::{FrameCopy, OutputError};
 use crate::plan::Plan;
 
 /// A frame for each output interval.
@@ -27,7 +27,7 @@ impl StreamKind for DropletFrames {
 }
 
 impl Stream for DropletFrames {
-    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
+    fn write(&mut self, state: &FrameCopy) -> Result<(), OutputError> {
         if !state.due.frame {
             return Ok(());
         }

@@ -5,7 +5,7 @@ use mercury_common::formats::ene::{write_header, write_row};
 use mercury_common::formats::number::NumberStyle;
 
 use super::stream::{Beginning, Sink, Stream, StreamKind, TextFile};
-use super::{OrderedFrame, OutputError, energies};
+use super::{FrameCopy, OutputError, energies};
 use crate::plan::Plan;
 
 pub(super) struct EneFile {
@@ -38,7 +38,7 @@ impl StreamKind for EneFile {
 }
 
 impl Stream for EneFile {
-    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
+    fn write(&mut self, state: &FrameCopy) -> Result<(), OutputError> {
         if !state.due.frame {
             return Ok(());
         }

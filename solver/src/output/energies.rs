@@ -3,7 +3,7 @@
 use glam::DVec3;
 use mercury_common::formats::ene::EnergyRow;
 
-use super::OrderedFrame;
+use super::FrameCopy;
 use mercury_engine::state::inverse_inertia_factor;
 
 /// The energies (J) and the centre of mass (m) of the particles and bodies that are not fixed, each summed in the order of ids. A body
@@ -11,7 +11,7 @@ use mercury_engine::state::inverse_inertia_factor;
 ///
 /// Gravitational energy is -sum m g.x, with positions inside the periodic domain.
 #[must_use]
-pub fn energies(state: &OrderedFrame, gravity: DVec3, dimensions: u8) -> EnergyRow {
+pub fn energies(state: &FrameCopy, gravity: DVec3, dimensions: u8) -> EnergyRow {
     let mut row = EnergyRow {
         time: state.time,
         elastic: state.observation.elastic_energy,

@@ -17,7 +17,7 @@ use super::body_frames::BodyTable;
 use super::contact_frames::{contact_columns, contact_frame};
 use super::particle_frames::{ParticleTable, frames_header};
 use super::stream::{Beginning, Sink, Stream, TextFile};
-use super::{OrderedFrame, OutputError};
+use super::{FrameCopy, OutputError};
 use crate::plan::FieldPlan;
 
 /// The interval between two files of a growing mean, by the clock, for users who watch it. The last one is written at the end.
@@ -113,7 +113,7 @@ impl FieldTable {
     }
 
     /// The state in the form in which coarse-graining reads it from frames.
-    fn state(&self, state: &OrderedFrame) -> Result<mercury_cg::state::State, CgError> {
+    fn state(&self, state: &FrameCopy) -> Result<mercury_cg::state::State, CgError> {
         let particles = self.particles.frame(state);
         let bodies = self.bodies.as_ref().map(|table| table.frame(state));
         let contacts = (self.contacts.as_ref()).map(|columns| contact_frame(state, columns));
@@ -147,7 +147,7 @@ impl FieldTable {
 }
 
 impl Stream for FieldTable {
-    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
+    fn write(&mut self, state: &FrameCopy) -> Result<(), OutputError> {
         let looks = self.plan.looks_at(state.time, self.time_step);
         if state.due.fields & self.bit == 0 || !looks {
             return Ok(());

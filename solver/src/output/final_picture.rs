@@ -11,7 +11,7 @@ use mercury_pictures::{
 };
 
 use super::wall_frames::surfaces;
-use super::{OrderedFrame, OutputError};
+use super::{FrameCopy, OutputError};
 use crate::plan::Plan;
 use mercury_engine::state::{FIXED, PRESCRIBED};
 
@@ -26,7 +26,7 @@ pub type Put<'a> = dyn Fn(&Path, &[u8]) -> Result<bool, OutputError> + 'a;
 pub fn draw_final(
     folder: &Path,
     plan: &Plan,
-    last: &OrderedFrame,
+    last: &FrameCopy,
     put: &Put<'_>,
 ) -> Result<(), OutputError> {
     let (frame, colour) = frame(plan, last);
@@ -45,7 +45,7 @@ pub fn draw_final(
 }
 
 /// The view, and the quantity that its colours show.
-fn frame(plan: &Plan, last: &OrderedFrame) -> (Frame, ColourBy) {
+fn frame(plan: &Plan, last: &FrameCopy) -> (Frame, ColourBy) {
     let particles = &last.particles;
     let flat = plan.physics().dimensions == 2;
     let grains = particles.iter().map(|p| (p.radius, p.velocity));

@@ -6,7 +6,7 @@ use mercury_common::formats::number::NumberStyle;
 
 use super::data_rows::DataRows;
 use super::stream::{Beginning, Sink, Stream, StreamKind, TextFile};
-use super::{OrderedFrame, OutputError};
+use super::{FrameCopy, OutputError};
 use crate::plan::Plan;
 use mercury_engine::forces::Partner;
 
@@ -36,7 +36,7 @@ impl StreamKind for FstatFile {
 }
 
 impl Stream for FstatFile {
-    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
+    fn write(&mut self, state: &FrameCopy) -> Result<(), OutputError> {
         if !state.due.contacts {
             return Ok(());
         }
@@ -63,7 +63,7 @@ impl Stream for FstatFile {
 ///
 /// Both lines of a pair carry the point on the side of the lower index; normal and tangent of a wall contact are
 /// reversed. These are MercuryDPM's conventions. Indices are those of the rows of `.data`: of bodies, or with `pebbles` of pebbles.
-pub(super) fn contact_rows(state: &OrderedFrame, pebbles: bool) -> Vec<ContactRow> {
+pub(super) fn contact_rows(state: &FrameCopy, pebbles: bool) -> Vec<ContactRow> {
     let row_of_rank = DataRows::new(state, pebbles).row_of_rank;
     let mut rows = Vec::with_capacity(2 * state.observation.records.len());
     for record in &state.observation.records {

@@ -2,64 +2,19 @@
 //! triangles.
 
 use glam::DVec3;
-use mercury_common::formats::number::{NumberStyle, push_number};
-use mercury_common::formats::table_head::TableColumn;
 use mercury_common::frames::{
     MembraneFrame, MembraneTriangleFrame, MembraneTriangleWriter, MembraneWriter, VERTEX_HELD,
 };
+use mercury_common::run_tables::{HOLDS, MEMBRANES, TableSpec};
 use mercury_pictures::SheetEnergies;
 
-use super::stream::{Beginning, NAME, Sink, Stream, StreamKind, TIME, TextFile, push_csv_name};
-use super::{OrderedFrame, OutputError};
+use super::stream::{Beginning, Sink, Stream, StreamKind};
+use super::table_file::{Rows, RunTable};
+use super::{FrameCopy, OutputError};
 use crate::plan::Plan;
 use mercury_engine::membrane::{HoldLoad, MembraneNow, MembranePlan};
 use mercury_engine::step::Engine;
 use mercury_engine::surface::Surface;
-
-/// Columns of values of `.membranes.csv`.
-const COLUMNS: &[TableColumn] = &[
-    ("area", "m2"),
-    ("volume", "m3"),
-    ("pressure", "Pa"),
-    ("x", "m"),
-    ("y", "m"),
-    ("z", "m"),
-    ("vx", "m/s"),
-    ("vy", "m/s"),
-    ("vz", "m/s"),
-    ("fx", "N"),
-    ("fy", "N"),
-    ("fz", "N"),
-    ("tx", "N m"),
-    ("ty", "N m"),
-    ("tz", "N m"),
-    ("nxx", "N/m"),
-    ("nyy", "N/m"),
-    ("nzz", "N/m"),
-    ("nxy", "N/m"),
-    ("nxz", "N/m"),
-    ("nyz", "N/m"),
-    ("kinetic", "J"),
-    ("gravitational", "J"),
-    ("stretching", "J"),
-    ("bending", "J"),
-    ("dissipated", "J"),
-    ("pressure_work", "J"),
-    ("hold_work", "J"),
-    ("min_stretch", "1"),
-    ("max_stretch", "1"),
-];
-
-/// Columns of values of `.holds.csv`.
-const HOLD_COLUMNS: &[TableColumn] = &[
-    ("fx", "N"),
-    ("fy", "N"),
-    ("fz", "N"),
-    ("tx", "N m"),
-    ("ty", "N m"),
-    ("tz", "N m"),
-    ("power", "W"),
-];
 
 /// Elastic sheets at one time.
 #[derive(Debug, Clone, PartialEq)]
@@ -239,111 +194,77 @@ fn row(sheet: (&MembranePlan, &Surface, &MembraneNow), gravity: DVec3) -> [f64; 
 
 /// A row for each sheet and each output interval.
 pub(super) struct MembraneCsv {
-    file: TextFile,
     names: Vec<String>,
 }
 
-impl StreamKind for MembraneCsv {
-    const NAME: &'static str = "membranes.csv";
+/// Numbers without the sign of zeros.
+fn unsigned_zeros(numbers: impl IntoIterator<Item = f64>) -> impl Iterator<Item = f64> {
+    numbers.into_iter().map(|number| number + 0.0)
+}
+
+impl RunTable for MembraneCsv {
+    const SPEC: &'static TableSpec = &MEMBRANES;
 
     fn is_wanted(plan: &Plan) -> bool {
         !plan.physics().membranes.is_empty()
     }
 
-    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
-        let plan = run.plan;
+    fn new(plan: &Plan) -> Self {
         let surfaces = plan.physics().surfaces.iter();
-        Ok(Self {
-            file: run.table(Self::NAME, &[TIME, NAME], COLUMNS)?,
+        Self {
             names: surfaces.map(|surface| surface.name.clone()).collect(),
-        })
+        }
     }
-}
 
-impl Stream for MembraneCsv {
-    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
-        let Some(membranes) = state.membranes.as_ref().filter(|_| state.due.frame) else {
-            return Ok(());
+    fn push_rows(&self, state: &FrameCopy, rows: &mut Rows<'_>) {
+        let Some(membranes) = &state.membranes else {
+            return;
         };
         for (name, row) in self.names.iter().zip(&membranes.rows) {
-            let out = &mut self.file.buffer;
-            push_number(out, state.time, NumberStyle::Shortest);
-            out.push(b',');
-            push_csv_name(out, name);
-            push_numbers(out, row);
+            rows.number(state.time).text(name);
+            rows.numbers(unsigned_zeros(*row)).end();
         }
-        self.file.flush()
     }
-
-    fn sink(&self) -> Sink<'_> {
-        Sink::Text(&self.file)
-    }
-}
-
-fn push_numbers(out: &mut Vec<u8>, numbers: &[f64]) {
-    for &number in numbers {
-        out.push(b',');
-        // Without the sign of zeros.
-        push_number(out, number + 0.0, NumberStyle::Shortest);
-    }
-    out.push(b'\n');
 }
 
 /// A row for each hold and each output interval.
 pub(super) struct HoldCsv {
-    file: TextFile,
     /// Name of each sheet, and those of its holds.
     names: Vec<(String, Vec<String>)>,
 }
 
-impl StreamKind for HoldCsv {
-    const NAME: &'static str = "holds.csv";
+impl RunTable for HoldCsv {
+    const SPEC: &'static TableSpec = &HOLDS;
 
     fn is_wanted(plan: &Plan) -> bool {
         let mut membranes = plan.physics().membranes.iter();
         membranes.any(|membrane| !membrane.holds.is_empty())
     }
 
-    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
-        let plan = run.plan;
+    fn new(plan: &Plan) -> Self {
         let sheets = plan.physics().surfaces.iter();
         let sheets = sheets.zip(&plan.physics().membranes);
         let names = sheets.map(|(surface, membrane)| {
-            let holds = membrane.holds.iter();
-            (
-                surface.name.clone(),
-                holds.map(|hold| hold.name.clone()).collect(),
-            )
+            let holds = membrane.holds.iter().map(|hold| hold.name.clone());
+            (surface.name.clone(), holds.collect())
         });
-        Ok(Self {
-            file: run.table(Self::NAME, &[TIME, ("membrane", ""), NAME], HOLD_COLUMNS)?,
+        Self {
             names: names.collect(),
-        })
+        }
     }
-}
 
-impl Stream for HoldCsv {
-    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
-        let Some(membranes) = state.membranes.as_ref().filter(|_| state.due.frame) else {
-            return Ok(());
+    fn push_rows(&self, state: &FrameCopy, rows: &mut Rows<'_>) {
+        let Some(membranes) = &state.membranes else {
+            return;
         };
         for ((membrane, names), loads) in self.names.iter().zip(&membranes.holds) {
             for (name, load) in names.iter().zip(loads) {
-                let out = &mut self.file.buffer;
-                push_number(out, state.time, NumberStyle::Shortest);
-                out.push(b',');
-                push_csv_name(out, membrane);
-                out.push(b',');
-                push_csv_name(out, name);
-                let ([fx, fy, fz], [tx, ty, tz]) = (load.force.to_array(), load.torque.to_array());
-                push_numbers(out, &[fx, fy, fz, tx, ty, tz, load.power]);
+                rows.number(state.time).text(membrane).text(name);
+                rows.numbers(unsigned_zeros(load.force.to_array()));
+                rows.numbers(unsigned_zeros(load.torque.to_array()));
+                rows.numbers(unsigned_zeros([load.power])).end();
             }
         }
-        self.file.flush()
-    }
-
-    fn sink(&self) -> Sink<'_> {
-        Sink::Text(&self.file)
     }
 }
 
@@ -365,7 +286,7 @@ impl StreamKind for MembraneFrames {
 }
 
 impl Stream for MembraneFrames {
-    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
+    fn write(&mut self, state: &FrameCopy) -> Result<(), OutputError> {
         if let (Some(membranes), true) = (&state.membranes, state.due.frame) {
             self.writer.append(membranes.vertices.clone())?;
         }
@@ -395,7 +316,7 @@ impl StreamKind for MembraneTriangles {
 }
 
 impl Stream for MembraneTriangles {
-    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
+    fn write(&mut self, state: &FrameCopy) -> Result<(), OutputError> {
         if let (Some(membranes), true) = (&state.membranes, state.due.frame) {
             self.writer.append(membranes.triangles.clone())?;
         }

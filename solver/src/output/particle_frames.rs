@@ -7,7 +7,7 @@ use mercury_common::frames::{
 use mercury_common::particle_properties::LIQUID_VOLUME;
 
 use super::stream::{Beginning, Sink, Stream, StreamKind};
-use super::{OrderedFrame, OutputError};
+use super::{FrameCopy, OutputError};
 use crate::plan::Plan;
 use mercury_engine::state::{FIXED, PRESCRIBED, volume};
 
@@ -88,7 +88,7 @@ pub(super) fn frames_header(plan: &Plan) -> FramesHeader {
 }
 
 impl Stream for ParticleFrames {
-    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
+    fn write(&mut self, state: &FrameCopy) -> Result<(), OutputError> {
         if state.due.frame {
             self.writer.append(self.table.frame(state))?;
         }
@@ -108,7 +108,7 @@ pub(super) fn frame_flags(flags: u32) -> u8 {
 
 impl ParticleTable {
     /// The particles of a state.
-    pub(super) fn frame(&self, state: &OrderedFrame) -> ParticleFrame {
+    pub(super) fn frame(&self, state: &FrameCopy) -> ParticleFrame {
         let particles = &state.particles;
         ParticleFrame {
             time: state.time,

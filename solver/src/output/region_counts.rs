@@ -1,52 +1,54 @@
 //! `<prefix>.regions.csv`: the content of each counted region, material by material.
 
 use glam::DVec3;
-use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
-use mercury_common::formats::table_head::TableColumn;
+use mercury_common::run_tables::{REGIONS, TableSpec};
 
-use super::stream::{
-    Beginning, MATERIAL, NAME, Sink, Stream, StreamKind, TIME, TextFile, push_csv_name,
-};
-use super::{OrderedFrame, OutputError};
+use super::FrameCopy;
+use super::table_file::{Rows, RunTable};
 use crate::plan::Plan;
 use mercury_engine::boundaries::CountedRegion;
 use mercury_engine::state::{MaterialIndex, volume};
 
-/// Columns of values of `.regions.csv`.
-pub const COLUMNS: &[TableColumn] = &[
-    ("number", "1"),
-    ("mass", "kg"),
-    ("vx", "m/s"),
-    ("vy", "m/s"),
-    ("vz", "m/s"),
-    ("kinetic", "J"),
-    ("solid_fraction", "1"),
-];
-
+/// A row for each region, each material and each output interval.
 pub(super) struct RegionCounts {
-    file: TextFile,
     regions: Vec<CountedRegion>,
     /// Index and name of every material of present and inserted particles, ascending.
     materials: Vec<(MaterialIndex, String)>,
     dimensions: u8,
 }
 
-impl StreamKind for RegionCounts {
-    const NAME: &'static str = "regions.csv";
+impl RunTable for RegionCounts {
+    const SPEC: &'static TableSpec = &REGIONS;
 
     fn is_wanted(plan: &Plan) -> bool {
         !plan.outputs().regions().is_empty()
     }
 
-    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
-        let plan = run.plan;
-        let file = run.table(Self::NAME, &[TIME, NAME, MATERIAL], COLUMNS)?;
-        Ok(Self {
-            file,
+    fn new(plan: &Plan) -> Self {
+        Self {
             regions: plan.outputs().regions().to_vec(),
             materials: materials(plan),
             dimensions: plan.physics().dimensions,
-        })
+        }
+    }
+
+    fn push_rows(&self, state: &FrameCopy, rows: &mut Rows<'_>) {
+        for region in &self.regions {
+            let contents = contents(state, region, &self.materials, self.dimensions);
+            for ((_, material), content) in self.materials.iter().zip(contents) {
+                // Without mass the velocity is 0: readers need not handle NaN.
+                let velocity = if content.mass > 0.0 {
+                    content.momentum / content.mass
+                } else {
+                    DVec3::ZERO
+                };
+                rows.number(state.time).text(&region.name).text(material);
+                rows.counts([content.number]).number(content.mass);
+                rows.numbers(velocity.to_array());
+                rows.numbers([content.kinetic, content.volume / region.volume])
+                    .end();
+            }
+        }
     }
 }
 
@@ -107,7 +109,7 @@ impl Content {
 /// The content of a region, material by material; summed over spheres in the order of their ids, then over bodies in that of
 /// theirs. Each counts as a whole where its centre is; fixed ones do not count.
 pub(super) fn contents(
-    state: &OrderedFrame,
+    state: &FrameCopy,
     region: &CountedRegion,
     materials: &[(MaterialIndex, String)],
     dimensions: u8,
@@ -133,48 +135,4 @@ pub(super) fn contents(
         }
     }
     contents
-}
-
-impl Stream for RegionCounts {
-    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
-        if !state.due.frame {
-            return Ok(());
-        }
-        let out = &mut self.file.buffer;
-        for region in &self.regions {
-            let contents = contents(state, region, &self.materials, self.dimensions);
-            for ((_, material), content) in self.materials.iter().zip(contents) {
-                push_number(out, state.time, NumberStyle::Shortest);
-                out.push(b',');
-                push_csv_name(out, &region.name);
-                out.push(b',');
-                push_csv_name(out, material);
-                out.push(b',');
-                push_integer(out, content.number as i64);
-                // Without mass the velocity is 0: readers need not handle NaN.
-                let velocity = if content.mass > 0.0 {
-                    content.momentum / content.mass
-                } else {
-                    DVec3::ZERO
-                };
-                for value in [
-                    content.mass,
-                    velocity.x,
-                    velocity.y,
-                    velocity.z,
-                    content.kinetic,
-                    content.volume / region.volume,
-                ] {
-                    out.push(b',');
-                    push_number(out, value, NumberStyle::Shortest);
-                }
-                out.push(b'\n');
-            }
-        }
-        self.file.flush()
-    }
-
-    fn sink(&self) -> Sink<'_> {
-        Sink::Text(&self.file)
-    }
 }

@@ -5,13 +5,12 @@ use std::io::{Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
 use mercury_cg::CgError;
-use mercury_common::formats::table_head::{self, TableColumn};
 use mercury_common::formats::vtu::VtuError;
 use mercury_common::frames::{FrameWriteError, FrameWriter, Table, TableWriter};
 use mercury_common::whole_file::FileError;
 use mercury_pictures::PictureError;
 
-use super::OrderedFrame;
+use super::FrameCopy;
 use super::particle_frames::frames_header;
 use crate::plan::Plan;
 use mercury_engine::audit::Losses;
@@ -69,7 +68,7 @@ impl From<CgError> for OutputError {
 /// One file of a run.
 pub(super) trait Stream: Send {
     /// Writes what is due of this state.
-    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError>;
+    fn write(&mut self, state: &FrameCopy) -> Result<(), OutputError>;
 
     /// Where its bytes go.
     fn sink(&self) -> Sink<'_>;
@@ -136,19 +135,6 @@ pub(super) struct Beginning<'a> {
 }
 
 impl Beginning<'_> {
-    /// The table with this ending: the key columns of its rows, then those of values.
-    pub(super) fn table(
-        &self,
-        ending: &str,
-        keys: &[TableColumn],
-        values: &[TableColumn],
-    ) -> Result<TextFile, OutputError> {
-        self.text(
-            ending,
-            table_head::line(keys.iter().chain(values)).as_bytes(),
-        )
-    }
-
     /// The text file with this ending, which begins with `head`.
     pub(super) fn text(&self, ending: &str, head: &[u8]) -> Result<TextFile, OutputError> {
         TextFile::begin(self.folder, &self.name(ending), head, self.at)
@@ -302,23 +288,5 @@ impl TextFile {
         let synced = self.file.sync_data();
         let failed = FileError::of(&self.path, "the file cannot be synced to the disk");
         Ok(synced.map_err(failed)?)
-    }
-}
-
-/// Column of the time.
-pub(super) const TIME: TableColumn = ("time", "s");
-/// Column of a name.
-pub(super) const NAME: TableColumn = ("name", "");
-/// Column of a material.
-pub(super) const MATERIAL: TableColumn = ("material", "");
-
-/// Appends a name as a field of a CSV file.
-pub(super) fn push_csv_name(out: &mut Vec<u8>, name: &str) {
-    if name.contains([',', '"', '\n', '\r']) {
-        out.push(b'"');
-        out.extend_from_slice(name.replace('"', "\"\"").as_bytes());
-        out.push(b'"');
-    } else {
-        out.extend_from_slice(name.as_bytes());
     }
 }

@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::contact_frames::contact_frame;
 use super::fstat_file::contact_rows;
 use super::region_counts::{Content, contents};
-use super::{Due, Exchanged, FrameCopy, OrderedFrame, STREAMS, Schedule, Writer, energies, folder};
+use super::{Due, Exchanged, FrameCopy, STREAMS, Schedule, Writer, energies, folder};
 use crate::plan::Plan;
 use mercury_common::formats::clump::Pebble;
 use mercury_common::frames::ContactColumns;
@@ -54,13 +54,8 @@ fn record(row: u32, partner: Partner) -> ContactRecord {
 }
 
 /// Rows 0, 1, 2 hold the ids 9, 4, 6: ranks 2, 0, 1.
-fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> OrderedFrame {
+fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> FrameCopy {
     let moment = FrameCopy {
-        properties: Vec::new(),
-        liquid: None,
-        tracks: Vec::new(),
-        wear: None,
-        membranes: None,
         time: 1.5,
         step: 3,
         due: Due {
@@ -68,7 +63,7 @@ fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> OrderedFrame {
             contacts: true,
             ..Due::default()
         },
-        records: vec![
+        particles: vec![
             particle(5.0, 0.5, 0),
             particle(11.0, 1.0, 0),
             particle(-0.8, 1.0, flags_of_id_6),
@@ -76,22 +71,15 @@ fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> OrderedFrame {
         loads: vec![Load::default(); 3],
         ids: vec![9, 4, 6],
         masses: vec![2.0; 3],
-        orientations: None,
-        bodies: None,
-        walls: Vec::new(),
         observation: Observation {
             records,
             elastic_energy: 0.25,
             ..Observation::default()
         },
-        flows: None,
-        load_sums: [None, None],
-        crossed: Vec::new(),
-        passages: Vec::new(),
-        droplets: Vec::new(),
+        ..FrameCopy::default()
     };
     let cell = Cell::new(DVec3::ZERO, DVec3::splat(10.0), [true, false, false]);
-    OrderedFrame::new(moment, &cell)
+    moment.in_order_of_ids(&cell)
 }
 
 #[test]

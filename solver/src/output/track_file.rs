@@ -1,94 +1,107 @@
 //! `<prefix>.track.csv`: the motion of named particles and bodies, and of grains that insertions bring.
 
-use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
-use mercury_common::formats::table_head::TableColumn;
+use glam::{DQuat, DVec3};
+use mercury_common::run_tables::{TRACK, TableSpec};
 
-use super::frame_copy::TrackPoint;
-use super::stream::{Beginning, NAME, Sink, Stream, StreamKind, TIME, TextFile, push_csv_name};
-use super::{OrderedFrame, OutputError};
+use super::table_file::{Rows, RunTable};
+use super::{Due, FrameCopy};
 use crate::plan::Plan;
+use mercury_engine::state::Load;
+use mercury_engine::step::Engine;
+use mercury_engine::tracks::Tracked;
 
-/// Columns of values.
-pub const COLUMNS: &[TableColumn] = &[
-    ("x", "m"),
-    ("y", "m"),
-    ("z", "m"),
-    ("vx", "m/s"),
-    ("vy", "m/s"),
-    ("vz", "m/s"),
-    ("qw", "1"),
-    ("qx", "1"),
-    ("qy", "1"),
-    ("qz", "1"),
-    ("wx", "rad/s"),
-    ("wy", "rad/s"),
-    ("wz", "rad/s"),
-    ("fx", "N"),
-    ("fy", "N"),
-    ("fz", "N"),
-    ("tx", "N m"),
-    ("ty", "N m"),
-    ("tz", "N m"),
-];
+/// A tracked particle or body at one time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrackPoint {
+    /// Of which track, counted from 1.
+    pub track: u32,
+    /// Id; of a body that of its first pebble.
+    pub id: u32,
+    /// Centre, m, along periodic axes as in a domain that goes on for ever.
+    pub position: DVec3,
+    /// Velocity, m/s.
+    pub velocity: DVec3,
+    /// Angular velocity, rad/s.
+    pub angular_velocity: DVec3,
+    /// Orientation.
+    pub orientation: DQuat,
+    /// Force (N) and torque about the centre (N m) of all contacts.
+    pub load: Load,
+}
 
+/// All tracked particles and bodies, by track and id.
+pub(super) fn track_points(engine: &Engine) -> Vec<TrackPoint> {
+    let particles = &engine.particles;
+    let point = |tracked: Tracked| {
+        let (row, track, position) = (tracked.row, tracked.track, tracked.position);
+        let id = particles.ids[row].number();
+        let body = particles.bodies.as_ref();
+        let body = body.and_then(|bodies| Some(&bodies.all[bodies.body_of_row(row)?.index()]));
+        let (velocity, angular_velocity, orientation, load) = match body {
+            Some(body) => (
+                body.velocity,
+                body.angular_velocity,
+                body.orientation,
+                body.load,
+            ),
+            None => {
+                let record = &particles.records[row];
+                let all = particles.orientations.as_ref();
+                let orientation = all.map_or(DQuat::IDENTITY, |all| all[row]);
+                let load = particles.loads[row];
+                (record.velocity, record.angular_velocity, orientation, load)
+            }
+        };
+        TrackPoint {
+            track,
+            id,
+            position,
+            velocity,
+            angular_velocity,
+            orientation,
+            load,
+        }
+    };
+    let mut points: Vec<TrackPoint> = engine.tracked().into_iter().map(point).collect();
+    points.sort_unstable_by_key(|point| (point.track, point.id));
+    points
+}
+
+/// A row for each tracked particle or body and each interval of tracks. A particle that was deleted has no more rows.
 pub(super) struct TrackFile {
-    file: TextFile,
     names: Vec<String>,
 }
 
-impl StreamKind for TrackFile {
-    const NAME: &'static str = "track.csv";
+impl RunTable for TrackFile {
+    const SPEC: &'static TableSpec = &TRACK;
 
     fn is_wanted(plan: &Plan) -> bool {
         plan.outputs().files().has_tracks()
     }
 
-    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
-        let plan = run.plan;
-        let file = run.table(Self::NAME, &[TIME, NAME, ("id", "")], COLUMNS)?;
-        Ok(Self {
-            file,
+    fn new(plan: &Plan) -> Self {
+        Self {
             names: plan.outputs().files().track_names(),
-        })
-    }
-}
-
-impl Stream for TrackFile {
-    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
-        if !state.due.tracks {
-            return Ok(());
         }
-        let out = &mut self.file.buffer;
-        // A particle that was deleted has no more rows.
+    }
+
+    fn is_due(due: Due) -> bool {
+        due.tracks
+    }
+
+    fn push_rows(&self, state: &FrameCopy, rows: &mut Rows<'_>) {
         for point in &state.tracks {
-            let TrackPoint {
-                position: x,
-                velocity: v,
-                angular_velocity: w,
-                orientation: q,
-                load,
-                ..
-            } = point;
-            let (f, t) = (load.force, load.torque);
-            push_number(out, state.time, NumberStyle::Shortest);
-            out.push(b',');
             let name = self.names.get(point.track as usize - 1);
-            push_csv_name(out, name.map_or("", String::as_str));
-            out.push(b',');
-            push_integer(out, i64::from(point.id));
-            for value in [
-                x.x, x.y, x.z, v.x, v.y, v.z, q.w, q.x, q.y, q.z, w.x, w.y, w.z, f.x, f.y, f.z,
-                t.x, t.y, t.z,
-            ] {
-                out.push(b',');
-                push_number(out, value, NumberStyle::Shortest);
-            }
-            out.push(b'\n');
+            let q = point.orientation;
+            rows.number(state.time);
+            rows.text(name.map_or("", String::as_str));
+            rows.whole(i64::from(point.id));
+            rows.numbers(point.position.to_array());
+            rows.numbers(point.velocity.to_array());
+            rows.numbers([q.w, q.x, q.y, q.z]);
+            rows.numbers(point.angular_velocity.to_array());
+            rows.numbers(point.load.force.to_array());
+            rows.numbers(point.load.torque.to_array()).end();
         }
-        self.file.flush()
-    }
-
-    fn sink(&self) -> Sink<'_> {
-        Sink::Text(&self.file)
     }
 }

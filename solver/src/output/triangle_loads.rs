@@ -6,7 +6,7 @@ use glam::DVec3;
 use mercury_common::frames::{TriangleLoadFrame, TriangleLoadWriter};
 
 use super::stream::{Beginning, Sink, Stream, StreamKind};
-use super::{OrderedFrame, OutputError};
+use super::{FrameCopy, OutputError};
 use crate::plan::Plan;
 use mercury_engine::forces::{FeatureLoad, LoadSums};
 use mercury_engine::walls::{Mesh, Shape};
@@ -33,7 +33,7 @@ impl StreamKind for TriangleLoads {
 }
 
 impl Stream for TriangleLoads {
-    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
+    fn write(&mut self, state: &FrameCopy) -> Result<(), OutputError> {
         if let ([Some(sums), _], true) = (&state.load_sums, state.due.frame) {
             self.writer.append(self.table.frame(state, sums))?;
         }
@@ -70,7 +70,7 @@ impl TriangleTable {
 
     /// Means over the force evaluations of `sums`, directions as the walls stand now. Loads through an edge or corner are shared
     /// out evenly to the triangles that meet there.
-    pub(super) fn frame(&self, state: &OrderedFrame, sums: &LoadSums) -> TriangleLoadFrame {
+    pub(super) fn frame(&self, state: &FrameCopy, sums: &LoadSums) -> TriangleLoadFrame {
         let mut frame = TriangleLoadFrame {
             time: state.time,
             step: state.step,

@@ -19,7 +19,7 @@ use super::particle_frames::ParticleTable;
 use super::stream::{Beginning, Sink, Stream, StreamKind};
 use super::triangle_loads::TriangleTable;
 use super::wall_frames::{surfaces, wall_frame};
-use super::{OrderedFrame, OutputError};
+use super::{FrameCopy, OutputError};
 use crate::plan::Plan;
 
 /// One thread writes: the others are busy with stepping.
@@ -142,7 +142,7 @@ fn unfit(folder: &Path, reason: String) -> VtuError {
 }
 
 impl Stream for VtkFiles {
-    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
+    fn write(&mut self, state: &FrameCopy) -> Result<(), OutputError> {
         if !state.due.vtk {
             return Ok(());
         }

@@ -4,7 +4,7 @@ use mercury_common::frames::{WallFrame, WallWriter};
 use mercury_common::surfaces::{Placement, Surface};
 
 use super::stream::{Beginning, Sink, Stream, StreamKind};
-use super::{OrderedFrame, OutputError};
+use super::{FrameCopy, OutputError};
 use crate::plan::Plan;
 
 pub(super) struct WallFrames {
@@ -27,7 +27,7 @@ impl StreamKind for WallFrames {
 }
 
 impl Stream for WallFrames {
-    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
+    fn write(&mut self, state: &FrameCopy) -> Result<(), OutputError> {
         if state.due.frame {
             self.writer.append(wall_frame(state))?;
         }
@@ -49,7 +49,7 @@ pub(super) fn surfaces(plan: &Plan) -> Vec<Surface> {
 }
 
 /// Where the walls stand.
-pub(super) fn wall_frame(state: &OrderedFrame) -> WallFrame {
+pub(super) fn wall_frame(state: &FrameCopy) -> WallFrame {
     let (present, placement) = (state.walls.iter())
         .map(|wall| {
             let placement = Placement {

@@ -1,29 +1,14 @@
 //! `<prefix>.wear.csv`, `<prefix>.wear.arrow`, `<prefix>.wear_triangles.arrow`: the volumes owed and removed by wear, in all, by
 //! vertices and by triangles.
 
-use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
-use mercury_common::formats::table_head::TableColumn;
 use mercury_common::frames::{WearFrame, WearTriangleFrame, WearTriangleWriter, WearWriter};
+use mercury_common::run_tables::{TableSpec, WEAR};
 
-use super::stream::{Beginning, NAME, Sink, Stream, StreamKind, TIME, TextFile, push_csv_name};
-use super::{OrderedFrame, OutputError};
+use super::stream::{Beginning, Sink, Stream, StreamKind};
+use super::table_file::{Rows, RunTable};
+use super::{FrameCopy, OutputError};
 use crate::plan::Plan;
 use mercury_engine::wear::{Wear, WearRow};
-
-/// Columns of values of `.wear.csv`.
-const COLUMNS: &[TableColumn] = &[
-    ("owed", "m3"),
-    ("removed", "m3"),
-    ("pending", "m3"),
-    ("front", "m3"),
-    ("back", "m3"),
-    ("max_depth", "m"),
-    ("x", "m"),
-    ("y", "m"),
-    ("z", "m"),
-    ("moves", ""),
-    ("blocked", ""),
-];
 
 /// Worn walls at one time.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,63 +63,31 @@ impl WearState {
 
 /// A row for each wall that wears and each output interval.
 pub(super) struct WearCsv {
-    file: TextFile,
     names: Vec<String>,
 }
 
-impl StreamKind for WearCsv {
-    const NAME: &'static str = "wear.csv";
+impl RunTable for WearCsv {
+    const SPEC: &'static TableSpec = &WEAR;
 
     fn is_wanted(plan: &Plan) -> bool {
         !plan.physics().wear.is_empty()
     }
 
-    fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
-        let plan = run.plan;
+    fn new(plan: &Plan) -> Self {
         let walls = plan.physics().walls.iter();
-        Ok(Self {
-            file: run.table(Self::NAME, &[TIME, NAME], COLUMNS)?,
+        Self {
             names: walls.map(|wall| wall.name.clone()).collect(),
-        })
-    }
-}
-
-impl Stream for WearCsv {
-    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
-        let Some(wear) = state.wear.as_ref().filter(|_| state.due.frame) else {
-            return Ok(());
-        };
-        for (wall, row) in &wear.rows {
-            let out = &mut self.file.buffer;
-            push_number(out, state.time, NumberStyle::Shortest);
-            out.push(b',');
-            push_csv_name(out, &self.names[*wall]);
-            let [x, y, z] = row.place.to_array();
-            for number in [
-                row.owed,
-                row.removed,
-                row.pending,
-                row.front,
-                row.back,
-                row.max_depth,
-                x,
-                y,
-                z,
-            ] {
-                out.push(b',');
-                push_number(out, number, NumberStyle::Shortest);
-            }
-            for count in [row.moves, row.blocked] {
-                out.push(b',');
-                push_integer(out, count as i64);
-            }
-            out.push(b'\n');
         }
-        self.file.flush()
     }
 
-    fn sink(&self) -> Sink<'_> {
-        Sink::Text(&self.file)
+    fn push_rows(&self, state: &FrameCopy, rows: &mut Rows<'_>) {
+        for (wall, row) in state.wear.iter().flat_map(|wear| &wear.rows) {
+            rows.number(state.time).text(&self.names[*wall]);
+            rows.numbers([row.owed, row.removed, row.pending]);
+            rows.numbers([row.front, row.back, row.max_depth]);
+            rows.numbers(row.place.to_array());
+            rows.counts([row.moves, row.blocked]).end();
+        }
     }
 }
 
@@ -156,7 +109,7 @@ impl StreamKind for WearFrames {
 }
 
 impl Stream for WearFrames {
-    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
+    fn write(&mut self, state: &FrameCopy) -> Result<(), OutputError> {
         if let (Some(wear), true) = (&state.wear, state.due.frame) {
             self.writer.append(wear.vertices.clone())?;
         }
@@ -186,7 +139,7 @@ impl StreamKind for WearTriangles {
 }
 
 impl Stream for WearTriangles {
-    fn write(&mut self, state: &OrderedFrame) -> Result<(), OutputError> {
+    fn write(&mut self, state: &FrameCopy) -> Result<(), OutputError> {
         if let (Some(wear), true) = (&state.wear, state.due.frame) {
             self.writer.append(wear.triangles.clone())?;
         }

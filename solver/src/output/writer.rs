@@ -15,7 +15,7 @@ use rayon::ThreadPoolBuilder;
 use super::budget::{BudgetRow, gap, is_closed, largest_term};
 use super::field_tables::FieldTable;
 use super::stream::{Beginning, Stream};
-use super::{FrameCopy, OrderedFrame, OutputError, STREAMS, energies};
+use super::{FrameCopy, OutputError, STREAMS, energies};
 use crate::plan::{POSITIONS, Plan};
 use mercury_engine::audit::Losses;
 use mercury_engine::cell::Cell;
@@ -189,7 +189,7 @@ pub struct Written {
     /// The largest overlap over the smaller radius in any frame.
     pub deepest: f64,
     /// The last state.
-    pub last: Option<OrderedFrame>,
+    pub last: Option<FrameCopy>,
 }
 
 impl Writer {
@@ -343,7 +343,7 @@ fn write_all(
             Message::Write(moment) => {
                 // So that memory holds one state, not the last one beside the next.
                 drop(last.take());
-                let mut state = OrderedFrame::new(*moment, cell);
+                let mut state = moment.in_order_of_ids(cell);
                 let budget = sums.take_in(&state, &accounting);
                 state.budget = (budget.energies.flows.is_some()).then(|| budget.clone());
                 at_end = Some(budget);
@@ -442,7 +442,7 @@ impl Watched {
     }
 
     /// Reports what was written of a state.
-    fn tell_of(&mut self, state: &OrderedFrame, streams: &mut [Named]) {
+    fn tell_of(&mut self, state: &FrameCopy, streams: &mut [Named]) {
         if !self.task_progress.has_receiver() {
             return;
         }
@@ -474,7 +474,7 @@ struct Accounting {
 
 impl Accounting {
     /// The energies of a state.
-    fn row(&self, state: &OrderedFrame) -> EnergyRow {
+    fn row(&self, state: &FrameCopy) -> EnergyRow {
         let row = energies(state, self.gravity, self.dimensions);
         EnergyRow {
             time: row.time,
@@ -489,7 +489,7 @@ impl Accounting {
 
 impl RunningSums {
     /// Takes in a state, and gives its energies with their budget.
-    fn take_in(&mut self, state: &OrderedFrame, accounting: &Accounting) -> BudgetRow {
+    fn take_in(&mut self, state: &FrameCopy, accounting: &Accounting) -> BudgetRow {
         self.initial
             .get_or_insert_with(|| state.mass_and_momentum().1);
         let row = accounting.row(state);

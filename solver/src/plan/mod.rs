@@ -23,7 +23,6 @@ mod meshes;
 mod mistakes;
 mod motions;
 mod notes;
-mod number_table;
 mod outputs;
 mod pair;
 mod particle_table;

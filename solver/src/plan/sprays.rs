@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use libm::cos;
+use mercury_common::formats::time_table::{TimeRow, TimeTable};
 use mercury_common::scene::{
     AtWalls, Located, Nozzle, Psd, Scene, SceneError, SizeLaw, Spray, SprayFlow, SprayPattern,
     SpraySource,
@@ -9,7 +10,6 @@ use mercury_common::scene::{
 use mercury_common::sizes::{SizeDistribution, SizeError};
 
 use super::cell_of;
-use super::number_table;
 use mercury_engine::cell::Cell;
 use mercury_engine::contact::parameter::short;
 use mercury_engine::spray::{Drag, Flow, NozzlePlan, Pattern, Point, SourcePlan, SprayPlan};
@@ -242,25 +242,22 @@ fn sizes(psd: &Located<Psd>) -> Result<SizeDistribution, SceneError> {
 }
 
 fn flow_table(path: &std::path::Path) -> Result<Vec<[f64; 2]>, String> {
-    let rows = number_table::read(path, ["t", "rate"])?;
+    let table = TimeTable::new(["t", "rate"]);
+    let rows = table.read(path).map_err(|error| error.to_string())?;
     let at = |line: usize, message: String| format!("{}:{line}: {message}", path.display());
-    if let [(line, _)] = rows[..] {
+    if let [row] = rows[..] {
         return Err(at(
-            line,
+            row.line,
             "needs at least two rows: the rate is linear between them".to_owned(),
         ));
     }
-    for pair in rows.windows(2) {
-        let ((_, [before, _]), (line, [time, _])) = (pair[0], pair[1]);
-        if time <= before {
-            let message = format!("t = {time} does not lie after {before}, the row before");
-            return Err(at(line, message));
-        }
+    if let Some(row) = rows.iter().find(|row| row.values[1] < 0.0) {
+        return Err(at(
+            row.line,
+            format!("rate = {} is negative", row.values[1]),
+        ));
     }
-    if let Some((line, [_, rate])) = rows.iter().find(|(_, [_, rate])| *rate < 0.0) {
-        return Err(at(*line, format!("rate = {rate} is negative")));
-    }
-    Ok(rows.into_iter().map(|(_, row)| row).collect())
+    Ok(rows.into_iter().map(|row| row.values).collect())
 }
 
 fn points(
@@ -268,16 +265,16 @@ fn points(
     standing: &Standing,
     path: &std::path::Path,
 ) -> Result<Vec<Point>, String> {
-    let columns = ["t", "x", "y", "z", "vx", "vy", "vz", "diameter"];
-    let rows = number_table::read(path, columns)?;
+    let table = TimeTable {
+        equal_times: true,
+        ..TimeTable::new(["t", "x", "y", "z", "vx", "vy", "vz", "diameter"])
+    };
+    let rows = table.read(path).map_err(|error| error.to_string())?;
     let mut points: Vec<Point> = Vec::with_capacity(rows.len());
-    for (line, [time, x, y, z, vx, vy, vz, diameter]) in rows {
+    for TimeRow { line, values } in rows {
+        let [time, x, y, z, vx, vy, vz, diameter] = values;
         let position = DVec3::new(x, y, z);
-        let wrong = if points.last().is_some_and(|before| time < before.time) {
-            Some(format!(
-                "t = {time} lies before the row before; sort the rows by t"
-            ))
-        } else if diameter <= 0.0 {
+        let wrong = if diameter <= 0.0 {
             Some(format!("diameter = {diameter} is not above 0"))
         } else if !is_inside(scene, position) {
             Some("the droplet starts outside of the domain".to_owned())

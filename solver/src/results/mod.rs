@@ -10,14 +10,11 @@ use std::io;
 use std::path::Path;
 
 use crate::output::summary::ResultValue;
-use crate::output::{
-    FLUX_COLUMNS, REGION_COLUMNS, TRACK_COLUMNS, WALL_COLUMNS, counted_materials, particle_columns,
-};
+use crate::output::{counted_materials, particle_columns};
 use crate::plan::Plan;
-use mercury_common::formats::ene;
-use mercury_common::formats::table_head::TableColumn;
 use mercury_common::frames::{ParticleColumns, ParticleFrame, Table as _};
 use mercury_common::particle_properties::{LIQUID_VOLUME, PARTICLE_PROPERTIES};
+use mercury_common::run_tables::{ENERGIES, FLUX, REGIONS, Role, TRACK, TableSpec, WALLS};
 use mercury_common::scene::{listed, nearest};
 use values::{Row, energies, particles, rows, slope, slope_note};
 
@@ -49,55 +46,25 @@ const FUNCTIONS: [(&str, Function); 9] = [
 
 const SOURCES: [&str; 6] = ["walls", "regions", "flux", "track", "energy", "particles"];
 
-/// A table with a row for each name and time: `<prefix>.<word>.csv`.
-#[derive(Debug, PartialEq, Eq)]
-struct Table {
-    word: &'static str,
-    /// One of its names, in words.
-    one: &'static str,
-    /// Columns of values with their units.
-    columns: &'static [TableColumn],
-    /// Those that hold what came since the row before, not what is at its time.
-    amounts: &'static [&'static str],
+/// Tables with a row for each name and time, by the names of the sources.
+static TABLES: [&TableSpec; 4] = [&WALLS, &REGIONS, &FLUX, &TRACK];
+
+/// The table of a source.
+fn table(source: &str) -> Option<&'static TableSpec> {
+    TABLES.into_iter().find(|table| table.name() == source)
 }
 
-static WALLS: Table = Table {
-    word: "walls",
-    one: "wall",
-    columns: WALL_COLUMNS,
-    amounts: &[],
-};
-
-static REGIONS: Table = Table {
-    word: "regions",
-    one: "region",
-    columns: REGION_COLUMNS,
-    amounts: &[],
-};
-
-static FLUX: Table = Table {
-    word: "flux",
-    one: "plane of [[fluxes]]",
-    columns: FLUX_COLUMNS,
-    amounts: &["forward", "backward", "mass", "volume", "px", "py", "pz"],
-};
-
-static TRACK: Table = Table {
-    word: "track",
-    one: "particle, clump or insertion in output.track",
-    columns: TRACK_COLUMNS,
-    amounts: &[],
-};
-
-/// Units of the columns of `.ene`, in their order.
-const ENERGY_UNITS: [&str; ene::COLUMNS.len()] = ["s", "J", "J", "J", "J", "m", "m", "m"];
+/// Whether rows of a name are material by material.
+fn has_materials(table: &TableSpec) -> bool {
+    table.column("material").is_some()
+}
 
 /// Where the values stand.
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum Source {
     /// Rows of this name (and material).
     Rows {
-        table: &'static Table,
+        table: &'static TableSpec,
         name: String,
         material: Option<String>,
         column: String,
@@ -202,17 +169,14 @@ impl NamedResult {
     /// The SI unit of its values; `1` where they have none.
     #[must_use]
     pub fn unit(&self) -> String {
-        let of_column = |columns: &[(&'static str, &'static str)], column: &str| {
-            let known = columns.iter().find(|(name, _)| *name == column);
-            known.map_or("1", |(_, unit)| unit)
+        let of_column = |table: &TableSpec, column: &str| {
+            let known = table.column(column);
+            known.map_or("1", |column| column.unit)
         };
         let unit = match &self.source {
             _ if self.function == Function::Slope => "deg",
-            Source::Rows { table, column, .. } => of_column(table.columns, column),
-            Source::Energy { column } => {
-                let place = ene::COLUMNS.iter().position(|name| name == column);
-                place.map_or("1", |place| ENERGY_UNITS[place])
-            }
+            Source::Rows { table, column, .. } => of_column(table, column),
+            Source::Energy { column } => of_column(&ENERGIES, column),
             Source::Particles { column } if column == "speed" => "m/s",
             Source::Particles { column } => {
                 return particle_unit(column).unwrap_or_else(|| "1".to_owned());
@@ -246,7 +210,7 @@ impl NamedResult {
                 ..
             } => {
                 let tracks = files.track_names();
-                let names: Vec<&str> = match table.word {
+                let names: Vec<&str> = match table.name() {
                     "track" => tracks.iter().map(String::as_str).collect(),
                     "walls" => (plan.physics().walls.iter())
                         .map(|wall| wall.name.as_str())
@@ -258,11 +222,11 @@ impl NamedResult {
                         .map(|flux| flux.name.as_str())
                         .collect(),
                 };
-                there_is(table.one, name, &names)?;
-                if table.word == "track" {
+                there_is(table.row_of, name, &names)?;
+                if table.name() == "track" {
                     return Ok(());
                 }
-                if table.word == "walls" {
+                if table.name() == "walls" {
                     return match files.walls {
                         true => Ok(()),
                         false => Err(off("walls", ".walls.csv")),
@@ -275,7 +239,7 @@ impl NamedResult {
                     Some(material) => there_is("material of particles", material, &materials),
                     None if materials.len() > 1 => Err(format!(
                         "`{name}` has rows of several materials\nhelp: name one of them: {}.{name}.MATERIAL.COLUMN; there are: {}",
-                        table.word,
+                        table.name(),
                         listed(materials)
                     )),
                     None => Ok(()),
@@ -308,11 +272,12 @@ impl NamedResult {
                 material,
                 column,
             } => {
-                let path = folder.join(format!("{prefix}.{}.csv", table.word));
+                let path = folder.join(format!("{prefix}.{}", table.file));
                 let text = fs::read_to_string(&path).map_err(|error| lost(&path, &error))?;
                 let rows = rows(&text, name, material.as_deref(), column);
                 let rows = rows.map_err(|problem| format!("{}: {problem}", path.display()))?;
-                (rows, table.amounts.contains(&column.as_str()))
+                let role = table.column(column).map(|column| column.role);
+                (rows, role == Some(Role::Amount))
             }
             Source::Energy { column } => (energies(folder, prefix, column)?, false),
             Source::Particles { column } => {
@@ -491,11 +456,7 @@ fn in_quotes(path: &[String]) -> Option<String> {
     let [first, name @ .., column] = path else {
         return None;
     };
-    let most = match first.as_str() {
-        "walls" | "track" => 1,
-        "regions" | "flux" => 2,
-        _ => return None,
-    };
+    let most = 1 + usize::from(has_materials(table(first)?));
     (name.len() > most).then(|| format!("{first}.\"{}\".{column}", name.join(".")))
 }
 
@@ -509,10 +470,11 @@ fn source(path: &[String], function: Function) -> Result<Source, String> {
             _ => Err("slope is that of a heap: slope(particles)".to_owned()),
         };
     }
-    let rows = |table: &'static Table, name: &str, material: Option<&str>, column: &str| {
-        let known: Vec<&str> = table.columns.iter().map(|(name, _)| *name).collect();
+    let rows = |table: &'static TableSpec, name: &str, material: Option<&str>, column: &str| {
+        let known: Vec<&str> = table.values().map(|column| column.name).collect();
         one_of("column", column, &known)?;
-        if function == Function::Rate && column.starts_with('d') {
+        let role = table.column(column).map(|column| column.role);
+        if function == Function::Rate && role == Some(Role::Mean) {
             return Err(format!("`{column}` is a mean: it has no rate"));
         }
         Ok(Source::Rows {
@@ -522,33 +484,35 @@ fn source(path: &[String], function: Function) -> Result<Source, String> {
             column: column.to_owned(),
         })
     };
-    match words[..] {
-        ["walls", name, column] => rows(&WALLS, name, None, column),
-        ["track", name, column] => rows(&TRACK, name, None, column),
-        ["regions", name, column] => rows(&REGIONS, name, None, column),
-        ["regions", name, material, column] => rows(&REGIONS, name, Some(material), column),
-        ["flux", name, column] => rows(&FLUX, name, None, column),
-        ["flux", name, material, column] => rows(&FLUX, name, Some(material), column),
-        ["energy", column] => {
-            one_of("column", column, &ene::COLUMNS)?;
+    let table = words.first().and_then(|first| table(first));
+    match (table, &words[..]) {
+        (Some(table), [_, name, column]) => rows(table, name, None, column),
+        (Some(table), [_, name, material, column]) if has_materials(table) => {
+            rows(table, name, Some(material), column)
+        }
+        (_, ["energy", column]) => {
+            let known: Vec<&str> = (ENERGIES.columns.iter())
+                .map(|column| column.name)
+                .collect();
+            one_of("column", column, &known)?;
             Ok(Source::Energy {
-                column: column.to_owned(),
+                column: (*column).to_owned(),
             })
         }
-        ["particles", _] if function == Function::Rate => {
+        (_, ["particles", _]) if function == Function::Rate => {
             Err("particles are those of the last frame: they have no rate".to_owned())
         }
-        ["particles", column] if !column.is_empty() => Ok(Source::Particles {
-            column: column.to_owned(),
+        (_, ["particles", column]) if !column.is_empty() => Ok(Source::Particles {
+            column: (*column).to_owned(),
         }),
-        [first, ..] => {
+        (_, [first, ..]) => {
             one_of("source", first, &SOURCES)?;
             Err(format!(
                 "`{}` names no result: expected walls.NAME.COLUMN, regions.NAME.COLUMN, regions.NAME.MATERIAL.COLUMN, flux likewise, track.NAME.COLUMN, energy.COLUMN or particles.COLUMN",
                 path.join(".")
             ))
         }
-        [] => Err("a source is missing".to_owned()),
+        (_, []) => Err("a source is missing".to_owned()),
     }
 }
 

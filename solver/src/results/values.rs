@@ -3,31 +3,12 @@
 use std::path::Path;
 
 use glam::DVec3;
+use mercury_common::formats::delimited::Rows;
 use mercury_common::formats::ene::{self, EnergyReader};
-use mercury_common::formats::table_head::name as name_of;
 use mercury_common::frames::{Column, FLAG_FIXED, FrameReader, FramesHeader, WallReader};
 use mercury_common::readable::significant;
 use mercury_common::scene::{listed, nearest};
 use mercury_common::surfaces::Surface;
-
-/// The fields of a line of a table, a quote inside quotes doubled.
-fn fields(line: &str) -> Vec<String> {
-    let (mut fields, mut field, mut in_quotes) = (Vec::new(), String::new(), false);
-    let mut letters = line.chars().peekable();
-    while let Some(c) = letters.next() {
-        match c {
-            '"' if in_quotes && letters.peek() == Some(&'"') => {
-                letters.next();
-                field.push('"');
-            }
-            '"' => in_quotes = !in_quotes,
-            ',' if !in_quotes => fields.push(std::mem::take(&mut field)),
-            _ => field.push(c),
-        }
-    }
-    fields.push(field);
-    fields
-}
 
 /// A value at a time, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,31 +24,25 @@ pub(super) fn rows(
     material: Option<&str>,
     column: &str,
 ) -> Result<Vec<Row>, String> {
-    let mut lines = text.lines();
-    let header = fields(lines.next().unwrap_or_default());
+    let table = Rows::new(text);
     let place = |wanted: &str| {
-        let found = header.iter().position(|cell| name_of(cell) == wanted);
+        let found = table.place(wanted);
         found.ok_or_else(|| format!("there is no column `{wanted}`"))
     };
     let (time_at, name_at, column_at) = (place("time")?, place("name")?, place(column)?);
-    let material_at = header.iter().position(|cell| name_of(cell) == "material");
+    let material_at = table.place("material");
     let (mut names, mut materials, mut values) =
         (Vec::<String>::new(), Vec::<String>::new(), Vec::new());
-    for line in lines {
-        let row = fields(line);
-        // The last line of a run that was killed.
-        if row.len() != header.len() {
-            continue;
-        }
+    for row in table {
         if row[name_at] != name {
-            if !names.contains(&row[name_at]) {
-                names.push(row[name_at].clone());
+            if names.iter().all(|known| *known != row[name_at]) {
+                names.push(row[name_at].to_string());
             }
             continue;
         }
         if let Some(at) = material_at {
-            if !materials.contains(&row[at]) {
-                materials.push(row[at].clone());
+            if materials.iter().all(|known| *known != row[at]) {
+                materials.push(row[at].to_string());
             }
             if material.is_some_and(|material| material != row[at]) {
                 continue;
@@ -416,7 +391,7 @@ mod tests {
     #[test]
     fn values_of_rows() {
         let table =
-            "time,name,material,fx\n0,a,m,1\n0,\"b, c\",m,7\n1,a,m,3\n1,a,n,9\n2,a,m,5\n2,a";
+            "time,name,material,fx\n0,a,m,1\n0,\"b, c\",m,7\n1,a,m,3\n1,a,n,9\n2,a,m,5\n2,a,m,1";
         let values = |name: &str, material: Option<&str>| -> Vec<(f64, f64)> {
             let rows = rows(table, name, material, "fx").unwrap().into_iter();
             rows.map(|row| (row.time, row.value)).collect()

@@ -4,7 +4,7 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use mercury_common::formats::table_head::name as name_of;
+use mercury_common::formats::delimited::Rows;
 use mercury_common::readable::rounded;
 use mercury_common::surfaces::FACES;
 
@@ -57,32 +57,16 @@ fn through(name: &str, path: &Path, text: &io::Result<String>) -> String {
 /// Sums over the rows of a plane: the particles that crossed along its normal and back, and their mass (kg), with those back
 /// counted negative.
 fn crossed(text: &str, name: &str) -> Option<[f64; 3]> {
-    let mut lines = text.lines();
-    // From the end of a line: names and materials in front of the numbers may hold commas.
-    let header: Vec<&str> = lines.next()?.split(',').rev().collect();
+    let rows = Rows::new(text);
+    let name_at = rows.place("name")?;
     let mut places = [0; 3];
     for (place, column) in places.iter_mut().zip(["forward", "backward", "mass"]) {
-        *place = header.iter().position(|found| name_of(found) == column)?;
+        *place = rows.place(column)?;
     }
-    // A name with a comma stands in quotes.
-    let quoted = format!("\"{}\"", name.replace('"', "\"\""));
     let mut sums = [0.0; 3];
-    for line in lines {
-        // The time stands before the name.
-        let Some((_, rest)) = line.split_once(',') else {
-            continue;
-        };
-        let rest = rest
-            .strip_prefix(&quoted)
-            .or_else(|| rest.strip_prefix(name));
-        let Some(rest) = rest.and_then(|rest| rest.strip_prefix(',')) else {
-            continue;
-        };
+    for row in rows.filter(|row| row[name_at] == name) {
         for (sum, place) in sums.iter_mut().zip(places) {
-            let cell = rest.rsplit(',').nth(place);
-            *sum += cell
-                .and_then(|cell| cell.parse::<f64>().ok())
-                .unwrap_or(0.0);
+            *sum += row[place].parse::<f64>().unwrap_or(0.0);
         }
     }
     Some(sums)

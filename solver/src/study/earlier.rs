@@ -8,12 +8,13 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
+use mercury_common::formats::delimited;
 use mercury_common::scene::listed;
 use mercury_common::whole_file::write_whole;
 use toml::{Table, Value};
 
 use super::Study;
-use super::table::{FILE, number, without_unit};
+use super::table::{FILE, number};
 
 /// Name of the file that describes the table beside it.
 pub const RECORD: &str = "study.plan.toml";
@@ -33,20 +34,17 @@ pub fn rows(study: &Study, prefix: &str) -> Result<Rows, String> {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Rows::new()),
         Err(error) => return Err(unreadable(error)),
     };
-    let mut lines = cells(&text).into_iter();
-    let header = lines.next().unwrap_or_default();
-    let header: Vec<String> = (header.iter())
-        .map(|name| without_unit(name).to_owned())
-        .collect();
-    let status = header.iter().position(|name| name == "status");
-    let Some(status) = status.filter(|_| header[0] == "run") else {
+    let lines = delimited::Rows::new(&text);
+    let header = lines.names.clone();
+    let Some(status) = (lines.place("status")).filter(|_| header[0] == "run") else {
         return Err(format!("{} is no table of a study", path.display()));
     };
-    let finished = lines.filter(|row| row.len() == header.len() && row[status] == "finished");
+    let finished = lines.filter(|row| row[status] == "finished");
     let finished: Rows = finished
         .map(|row| {
             let cells = header.iter().zip(row);
-            let cells = cells.map(|(name, cell)| (name.clone(), in_si(study, name, cell)));
+            let cells =
+                cells.map(|(name, cell)| (name.clone(), in_si(study, name, cell.into_owned())));
             let cells: Vec<(String, String)> = cells.collect();
             (cells[0].1.clone(), cells)
         })
@@ -177,44 +175,4 @@ pub fn remove(folder: &Path) -> Result<(), String> {
         }
     }
     Ok(())
-}
-
-/// The cells of a table of text: commas between them, quotes doubled inside of quotes.
-fn cells(text: &str) -> Vec<Vec<String>> {
-    let (mut rows, mut row, mut cell) = (Vec::new(), Vec::new(), String::new());
-    let (mut in_quotes, mut letters) = (false, text.chars().peekable());
-    while let Some(c) = letters.next() {
-        match c {
-            '"' if in_quotes && letters.peek() == Some(&'"') => {
-                letters.next();
-                cell.push('"');
-            }
-            '"' => in_quotes = !in_quotes,
-            ',' if !in_quotes => row.push(std::mem::take(&mut cell)),
-            '\n' if !in_quotes => {
-                row.push(std::mem::take(&mut cell));
-                rows.push(std::mem::take(&mut row));
-            }
-            _ => cell.push(c),
-        }
-    }
-    // A last line without its end is cut off.
-    rows
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_table_is_read_as_it_is_written() {
-        let table = super::super::table::StudyTable {
-            columns: vec!["run".to_owned(), "title".to_owned()],
-            units: vec![String::new(); 2],
-            rows: vec![vec!["a".to_owned(), "one,\n\"two\"".to_owned()]],
-            problems: Vec::new(),
-        };
-        let read = cells(&(table.csv() + "b,cut"));
-        assert_eq!(read, [table.columns, table.rows[0].clone()]);
-    }
 }

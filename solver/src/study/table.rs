@@ -5,7 +5,8 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 
-use mercury_common::formats::csv_line::csv_line;
+use mercury_common::formats::delimited::push_line;
+use mercury_common::formats::table_head;
 use mercury_common::units::{Dimension, Quantity};
 
 use super::Study;
@@ -151,14 +152,11 @@ impl StudyTable {
     #[must_use]
     pub fn csv(&self) -> String {
         let header = self.columns.iter().zip(&self.units);
-        let header: Vec<String> = header
-            .map(|(name, unit)| match unit.as_str() {
-                "" => name.clone(),
-                unit => format!("{name} [{unit}]"),
-            })
-            .collect();
-        let lines = std::iter::once(&header).chain(&self.rows);
-        lines.map(csv_line).collect()
+        let mut out = table_head::line(header).into_bytes();
+        for row in &self.rows {
+            push_line(&mut out, row);
+        }
+        String::from_utf8_lossy(&out).into_owned()
     }
 
     /// The units of the columns that have one.
@@ -218,14 +216,6 @@ pub(super) fn number(column: &str, cell: &str) -> Option<f64> {
         true => quantity.value(Dimension::DEGREES).ok(),
         false => Some(quantity.si()),
     }
-}
-
-/// The name of a column without its unit.
-pub(super) fn without_unit(header: &str) -> &str {
-    let named = header
-        .strip_suffix(']')
-        .and_then(|name| name.rsplit_once(" ["));
-    named.map_or(header, |(name, _)| name)
 }
 
 /// A value of a scene as a table shows it: a string without its quotes.

@@ -186,7 +186,7 @@ fn first_names(path: &str) -> Vec<String> {
 #[test]
 fn arrows_are_found_however_they_are_written() {
     let text = "use crate::plan::Plan;\n// crate::run is a comment\nuse crate::{\n    forces::{Watch, blocks}, walls,\n};\n\
-        use super::super::step::Engine;\nuse super::own;\nfn f() -> crate::output::OrderedFrame {}\nuse mercury_crate::x;\n\
+        use super::super::step::Engine;\nuse super::own;\nfn f() -> crate::output::FrameCopy {}\nuse mercury_crate::x;\n\
         #[cfg(test)]\nmod tests {\n    use crate::run::run;\n}\n";
     let found = names_of_modules(text, 2);
     let expected = [

@@ -236,7 +236,7 @@ fn text_that_is_no_table() {
     );
     refused(
         &text("x,y\n\"1,2\n"),
-        ":2: a quote that is not closed, expected a second one at the end of the field, or none",
+        ":2:1: a quote that is not closed, expected a second one at the end of the field, or none",
     );
     refused(
         &place.with("t.csv", b"x,y\n1,\xff\n"),

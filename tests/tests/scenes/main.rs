@@ -3,5 +3,6 @@
 mod example_scenes;
 mod frozen_scenes;
 mod plain_english;
+mod run_tables;
 mod schema;
 mod stress;

@@ -1,5 +1,6 @@
 //! Tables as text, one file per frame.
 
+use mercury_common::formats::delimited::push_cell;
 use mercury_common::formats::number::{NumberStyle, push_number};
 use mercury_common::formats::table_head::cell;
 use mercury_common::frames::{Column, ColumnSpec, Frame};
@@ -23,7 +24,7 @@ pub fn push_csv(specs: &[ColumnSpec], frame: &Frame, out: &mut Vec<u8>) {
     out.extend_from_slice(cell("time", "s").as_bytes());
     for spec in specs {
         out.push(b',');
-        push_csv_text(&cell(&spec.name, &spec.unit), out);
+        push_cell(out, &cell(&spec.name, &spec.unit));
     }
     out.push(b'\n');
     let mut time = Vec::new();
@@ -49,17 +50,6 @@ fn push_value(column: &Column, row: usize, out: &mut Vec<u8>) {
         Column::U32(v) => integer(v[row].into(), out),
         Column::OptionalU32(v) => v[row].into_iter().for_each(|v| integer(v.into(), out)),
         Column::U64(v) => integer(v[row], out),
-        Column::Text(v) => push_csv_text(&v[row], out),
-    }
-}
-
-/// Appends a field, in quotes where it needs them.
-pub(crate) fn push_csv_text(text: &str, out: &mut Vec<u8>) {
-    if text.contains([',', '"', '\n', '\r']) {
-        out.push(b'"');
-        out.extend_from_slice(text.replace('"', "\"\"").as_bytes());
-        out.push(b'"');
-    } else {
-        out.extend_from_slice(text.as_bytes());
+        Column::Text(v) => push_cell(out, &v[row]),
     }
 }

@@ -480,7 +480,10 @@ fn unfit(path: &Path, number: usize, reason: &str) -> ExportError {
 /// particles includes the contacts of just these.
 fn is_wanted(time: f64, beside: bool, span: Option<(f64, f64)>, selection: &Selection) -> bool {
     let within = span.is_some_and(|(first, last)| first <= time && time <= last);
-    let every = matches!(selection.frames, FrameChoice::All | FrameChoice::Range(..));
+    let every = matches!(
+        selection.frames,
+        FrameChoice::All | FrameChoice::Range { every: 1, .. }
+    );
     beside || (within && every && !selection.is_partial())
 }
 

@@ -139,11 +139,15 @@ pub(super) fn native<'a>(
     header: &'a FramesHeader,
     choice: FrameChoice,
 ) -> impl Iterator<Item = Item> + Send + 'a {
-    let first = match choice {
-        FrameChoice::Last => reader.len().saturating_sub(1),
-        _ => 0,
+    let choice = match choice {
+        FrameChoice::Last => FrameChoice::Range {
+            from: reader.len().saturating_sub(1),
+            to: None,
+            every: 1,
+        },
+        choice => choice,
     };
-    let chosen = (first..reader.len()).filter(move |&k| choice.has(k));
+    let chosen = (0..reader.len()).filter(move |&k| choice.has(k));
     let read = |number: usize| {
         Ok(Snapshot {
             path: reader.path().to_owned(),

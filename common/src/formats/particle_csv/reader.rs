@@ -7,11 +7,11 @@ use std::path::Path;
 use glam::DVec3;
 use strsim::levenshtein;
 
-use super::cells::{Cell, Cells, detect_separator};
 use super::{
     CLUMP, COLUMNS, ClumpCells, IGNORED, MATERIAL, Named, ParticleRow, RADIUS, REQUIRED, all_names,
 };
 use crate::error::FormatError;
+use crate::formats::delimited::{Cell, Cells, detect_separator};
 use crate::formats::lines::{LineReader, shorten};
 use crate::formats::number::parse_number_of_fortran as parse_number;
 use crate::particle_properties::PARTICLE_PROPERTIES;
@@ -75,7 +75,7 @@ impl<R: BufRead> ParticleTableReader<R> {
     /// Errors of the reader, at least one.
     pub fn new(input: R, path: &Path) -> Result<Self, Vec<FormatError>> {
         let mut lines = LineReader::new(input, path);
-        if !next_line(&mut lines).map_err(|error| vec![error])? {
+        if !lines.advance_to_content().map_err(|error| vec![error])? {
             let error = FormatError::of_file(path, "the table is empty");
             return Err(vec![error.with_help(format!(
                 "the first line must name the columns, for example x,y,z,radius (all: {})",
@@ -124,22 +124,12 @@ impl<R: BufRead> Iterator for ParticleTableReader<R> {
         if self.finished {
             return None;
         }
-        let has_line = next_line(&mut self.lines);
+        let has_line = self.lines.advance_to_content();
         self.finished = !matches!(has_line, Ok(true));
         match has_line {
             Ok(true) => Some(self.header.row(Line::of(&self.lines))),
             Ok(false) => None,
             Err(error) => Some(Err(error)),
-        }
-    }
-}
-
-/// Goes to the next line that is no comment; `false` at the end.
-fn next_line<R: BufRead>(lines: &mut LineReader<R>) -> Result<bool, FormatError> {
-    loop {
-        let there = lines.advance()?;
-        if !(there && lines.is_comment()) {
-            return Ok(there);
         }
     }
 }
@@ -155,12 +145,10 @@ struct Line<'a> {
 impl<'a> Line<'a> {
     /// The line that a reader is at, without its end.
     fn of<R: BufRead>(lines: &'a LineReader<R>) -> Self {
-        let text = lines.line();
-        let text = text.strip_suffix('\n').unwrap_or(text);
         Self {
             path: lines.path(),
             number: lines.line_number(),
-            text: text.strip_suffix('\r').unwrap_or(text),
+            text: lines.text(),
         }
     }
 
@@ -349,7 +337,7 @@ impl Header {
         }
         let text = |column: usize| {
             let cell = found[column].filter(|cell| !cell.text.is_empty())?;
-            Some(cell.text.to_owned())
+            Some(cell.value().into_owned())
         };
         let clump = text(CLUMP);
         // 1 for the scale and for the first number of an orientation that is not given.

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::{CLUMP, COLUMNS, MATERIAL, ParticleRow};
 use crate::error::FormatError;
+use crate::formats::delimited::push_cell;
 use crate::formats::number::{NumberStyle, push_number};
 use crate::particle_properties::ParticleProperty;
 
@@ -110,13 +111,6 @@ fn push_material(out: &mut Vec<u8>, material: Option<&str>) -> Result<(), String
             "the name of the material {name:?} cannot be written to a table"
         ));
     }
-    let quoted = name.contains(',');
-    if quoted {
-        out.push(b'"');
-    }
-    out.extend_from_slice(name.as_bytes());
-    if quoted {
-        out.push(b'"');
-    }
+    push_cell(out, name);
     Ok(())
 }

@@ -126,7 +126,7 @@ fn files_that_are_not_there_or_not_text_are_errors() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("motion.csv");
     let error = MotionTable::read(&path).unwrap_err();
-    assert!(error.to_string().contains("the file cannot be read"));
+    assert!(error.to_string().contains("the file cannot be opened"));
     std::fs::write(&path, b"t,x,y,z\n0,0,0,\xff\n").unwrap();
     let error = MotionTable::read(&path).unwrap_err();
     assert_eq!(error.line, Some(2));

@@ -2,11 +2,13 @@
 
 mod expected;
 mod quota;
-mod rate_table;
 mod region;
 mod space;
 
+use std::path::Path;
+
 use mercury_common::error::FormatError;
+use mercury_common::formats::time_table::TimeTable;
 use mercury_common::scene::{
     Body, Component, Insertion, Located, Method, Psd, Quantity, Rate as SceneRate, Scene,
     SceneError, SizeLaw, Target, Total, listed, nearest,
@@ -26,7 +28,6 @@ pub(super) use region::region;
 pub(super) use space::check_among_walls;
 
 use quota::wrong_quota;
-use rate_table::read_rate_table;
 use space::{ALMOST_ALL, check_large, check_room, spheres};
 
 /// All insertions that can be planned, in the order of the file. No `clumps`: they could not be read.
@@ -45,6 +46,26 @@ pub(super) fn insertions(
             plan_one(scene, insertion, room, clumps, dimensions, warnings, errors)
         })
         .collect()
+}
+
+/// Reads a table `t,cumulative`: times (s) and amounts that do not decrease.
+#[allow(
+    clippy::result_large_err,
+    reason = "a file is read once; the error type is shared by all readers"
+)]
+fn rate_table(path: &Path) -> Result<Vec<[f64; 2]>, FormatError> {
+    let rows = TimeTable::new(["t", "cumulative"]).read(path)?;
+    let mut before = 0.0;
+    for row in &rows {
+        let amount = row.values[1];
+        if amount < before {
+            let found = format!("cumulative = {amount}");
+            let expected = format!("at least {before}: amounts do not decrease from 0 on");
+            return Err(FormatError::at(path, row.line, None, found, expected));
+        }
+        before = amount;
+    }
+    Ok(rows.into_iter().map(|row| row.values).collect())
 }
 
 /// All deletions, in the order of the file.
@@ -143,7 +164,7 @@ fn plan_one(
             SceneRate::Number(per_second) => steady(Quantity::Number, *per_second),
             SceneRate::Mass(per_second) => steady(Quantity::Mass, *per_second),
             SceneRate::Volume(per_second) => steady(Quantity::Volume, *per_second),
-            SceneRate::Table(file) => match read_rate_table(file) {
+            SceneRate::Table(file) => match rate_table(file) {
                 // The table counts what the total counts.
                 Ok(rows) => Some(Rate::Table {
                     quantity: match total {
@@ -153,8 +174,8 @@ fn plan_one(
                     },
                     rows,
                 }),
-                Err(message) => {
-                    errors.push(rate.error(message));
+                Err(error) => {
+                    errors.push(rate.error(error.to_string()));
                     None
                 }
             },

@@ -1,4 +1,4 @@
-//! Choice of frames.
+//! A choice of frames, as command lines take it.
 
 use std::str::FromStr;
 
@@ -58,7 +58,7 @@ impl FromStr for FrameChoice {
             _ => {}
         }
         let stride = |every: usize| if every > 0 { Ok(every) } else { Err(wrong()) };
-        if let Some(every) = text.strip_prefix("every ") {
+        if let Some(every) = text.strip_prefix("every") {
             return Ok(Self::Range {
                 from: 0,
                 to: None,
@@ -88,5 +88,35 @@ impl FromStr for FrameChoice {
             to: Some(one.saturating_add(1)),
             every: 1,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_chosen_in_every_spelling() {
+        let chosen = |text: &str| {
+            let choice: FrameChoice = text.parse().unwrap();
+            (0..8).filter(|&k| choice.has(k)).collect::<Vec<usize>>()
+        };
+        assert_eq!(chosen("all").len(), 8);
+        assert_eq!(chosen("2..5"), [2, 3, 4]);
+        assert_eq!(chosen("..3"), [0, 1, 2]);
+        assert_eq!(chosen("6.."), [6, 7]);
+        assert_eq!(chosen("3"), [3]);
+        assert_eq!(chosen("every 3"), [0, 3, 6]);
+        assert_eq!(chosen("1..7/2"), [1, 3, 5]);
+        assert_eq!(chosen("18446744073709551615"), [0; 0]);
+        assert_eq!("last".parse(), Ok(FrameChoice::Last));
+        for bad in [
+            "", "first", "-1", "every 0", "every", "1..x", "1.5", "1..5/0",
+        ] {
+            let error = bad.parse::<FrameChoice>().unwrap_err();
+            assert!(error.starts_with("expected all, last"), "{bad}: {error}");
+        }
+        let range: FrameChoice = "2..4".parse().unwrap();
+        assert!(range.ends_before(4) && !range.ends_before(3));
     }
 }
