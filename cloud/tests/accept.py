@@ -23,6 +23,7 @@ import tempfile
 import threading
 import time
 import traceback
+import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -1000,11 +1001,132 @@ def check_others():
         served.request("GET", f"/runs/{other}", expect=404)
         served.request("POST", f"/runs/{run}/stop", {}, expect=403)
         served.request("POST", "/tokens", {"name": "x"}, expect=403)
-        served.cookie = mine
-        # One of the five tries of this minute was the one above.
-        for _ in range(4):
-            served.request("POST", "/session", {"name": "ada", "password": "wrong"}, expect=401)
-        served.request("POST", "/session", {"name": "ada", "password": "wrong"}, expect=429)
+
+
+def memory_of(served, line="VmHWM"):
+    """Memory of a server in kB: the most so far, or another line of its status."""
+    text = Path(f"/proc/{served.process.pid}/status").read_text()
+    return int(re.search(rf"^{line}:\s+(\d+)", text, re.M)[1])
+
+
+def stalled(served, path, cookie, count, address="127.0.0.1"):
+    """Connections that send a request and read nothing of the answer."""
+    made = []
+    for _ in range(count):
+        raw = socket.socket()
+        raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        raw.bind((address, 0))
+        raw.connect(("127.0.0.1", served.port))
+        with contextlib.suppress(OSError):
+            raw.sendall(f"GET /api/v1{path} HTTP/1.1\r\nHost: 127.0.0.1\r\nCookie: {cookie}\r\n\r\n".encode())
+        made.append(raw)
+    return made
+
+
+def big_run(served, megabytes):
+    """A finished run with an input of this length that its scene does not name, and a cookie of a link to it."""
+    path = served.folder / "big.stl"
+    path.write_bytes(os.urandom(1 << 20) * megabytes)
+    run = served.json("POST", "/runs", {"scene": {"name": "drum.toml", "text": SCENE, "set": [*SHORT, "time.end=0.001"],
+                                                  "files": {"big.stl": upload(served, path)}}}, 201)["id"]
+    served.wait(run)
+    token = served.json("POST", f"/runs/{run}/share", {"days": 1})["token"]
+    shared = served.request("POST", "/session", {"token": token}, expect=200).headers["set-cookie"].split(";")[0]
+    return run, shared
+
+
+def check_unread():
+    """610 downloads of a link that nothing reads: other requests take less than 2 s, and so do downloads of its owner."""
+    with server() as served:
+        run, shared = big_run(served, 16)
+        before = memory_of(served, "VmRSS")
+        unread = stalled(served, f"/runs/{run}/archive", shared, 610)
+        time.sleep(2)
+        for path in (f"/runs/{run}", "/runs", f"/runs/{run}/files/run.log"):
+            begin = time.monotonic()
+            served.request("GET", path, expect=200)
+            seconds = time.monotonic() - begin
+            must(seconds < 2, f"{path}: {seconds:.1f} s")
+        more = memory_of(served) - before
+        print(f"    {more} kB of memory more")
+        must(more < 200_000, "memory grew")
+        # A head that never ends is cut.
+        begin = time.monotonic()
+        slow = socket.create_connection(("127.0.0.1", served.port))
+        slow.sendall(b"GET /api/v1/runs HTTP/1.1\r\nHost: ")
+        slow.settimeout(60)
+        while slow.recv(1000):
+            pass
+        must(time.monotonic() - begin < 40, "a head without an end is waited for")
+        [raw.close() for raw in [slow, *unread]]
+
+
+def check_log_in():
+    """120 names at once take less than 100 MB; wrong passwords delay their address alone; long names and passwords are refused."""
+    with server() as served:
+        served.request("POST", "/users", {"name": "ada", "password": "correct horse"}, expect=204)
+        admin, served.cookie = served.cookie, None
+        before = memory_of(served, "VmRSS")
+        def unknown(k):
+            answer = served.request("POST", "/session", {"name": f"user{k}", "password": "correct horse"})
+            answers.append(answer.status)
+        answers = []
+        threads = [threading.Thread(target=unknown, args=(k,)) for k in range(120)]
+        [thread.start() for thread in threads]
+        [thread.join() for thread in threads]
+        must(set(answers) <= {401, 429} and len(answers) == 120, f"answers: {answers}")
+        more = memory_of(served) - before
+        print(f"    {more} kB of memory more")
+        must(more < 100_000, "too much memory")
+        def log_in(password, address="127.0.0.1"):
+            connection = http.client.HTTPConnection("127.0.0.1", served.port, timeout=60, source_address=(address, 0))
+            connection.request("POST", "/api/v1/session", json.dumps({"name": "ada", "password": password}),
+                               {"Sec-Fetch-Site": "same-origin", "Content-Type": "application/json"})
+            answer = connection.getresponse()
+            return answer.status, answer.headers.get("retry-after"), answer.read()
+        begin = time.monotonic()
+        wrong = [log_in("wrong")[0] for _ in range(8)]
+        must(wrong[:3] == [401] * 3 and wrong.count(429) >= 2, f"wrong tries: {wrong}")
+        must(time.monotonic() - begin < 20, "wrong tries are waited for")
+        must(log_in("correct horse", "127.0.0.2")[0] == 200, "another address cannot log in")
+        def waited():
+            status, after, _ = log_in("correct horse")
+            must(status == 200 or after is not None, f"{status} without Retry-After")
+            return status == 200
+        wait_for(waited, 30, "the user is locked out")
+        must(log_in("x" * 2000)[0] == 401, "a long password")
+        served.request("POST", "/session", {"name": "x" * 1000, "password": "correct horse"}, expect=401)
+        served.cookie = admin
+
+
+def check_archives():
+    """Six readers of an archive with an input of 200 MB: less than 100 MB of memory, and the right bytes."""
+    with server() as served:
+        run, shared = big_run(served, 200)
+        before = memory_of(served, "VmRSS")
+        digests = []
+        def read():
+            connection = http.client.HTTPConnection("127.0.0.1", served.port, timeout=120)
+            connection.request("GET", f"/api/v1/runs/{run}/archive", headers={"Cookie": shared})
+            answer = connection.getresponse()
+            digest = hashlib.sha256()
+            while piece := answer.read(1 << 20):
+                digest.update(piece)
+            digests.append(digest.hexdigest())
+        threads = [threading.Thread(target=read) for _ in range(6)]
+        [thread.start() for thread in threads]
+        [thread.join() for thread in threads]
+        more = memory_of(served) - before
+        print(f"    {more} kB of memory more")
+        must(more < 100_000, "too much memory")
+        must(len(digests) == 6 and len(set(digests)) == 1, f"other bytes: {digests}")
+        path = served.folder / "got.zip"
+        path.write_bytes(served.request("GET", f"/runs/{run}/archive", expect=200).body)
+        with zipfile.ZipFile(path) as archive:
+            must(archive.testzip() is None, "a damaged archive")
+            content = archive.read("big.stl")
+            must(content == (served.folder / "big.stl").read_bytes(), "the input has other bytes")
+            must("drum/run.log" in archive.namelist(), f"files: {archive.namelist()}")
 
 
 def check_projects():

@@ -1,16 +1,19 @@
 //! Sessions, users and tokens.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use cloud_api::answers::{Price, Session, TokenRow, UserRow};
+use cloud_api::names::LONGEST_NAME;
 use cloud_api::requests::{LogIn, NewToken, NewUser};
 use rusqlite::params;
+use tokio::sync::OwnedSemaphorePermit;
 
-use crate::access::{ApiError, LoggedIn, cookie, cookie_name};
+use crate::access::{ApiError, Client, LoggedIn, cookie, cookie_name};
 use crate::routes::{Answer, JsonBody, Shared, days};
 use crate::runs::blocking;
 use crate::secrets::{self, SecretKind};
@@ -46,29 +49,64 @@ pub(crate) async fn session_get(State(app): Shared, LoggedIn(user): LoggedIn) ->
     Ok(Json(session_of(&app, &user)))
 }
 
+fn not_known() -> ApiError {
+    ApiError::new(
+        StatusCode::UNAUTHORIZED,
+        "not known",
+        "The link or the password is wrong or has expired.",
+    )
+}
+
+/// How long a request waits until its password is hashed.
+const HASH_TURN: Duration = Duration::from_secs(10);
+
+/// Waits for a turn to hash a password.
+async fn hash_turn(app: &App) -> Result<OwnedSemaphorePermit, ApiError> {
+    let turn = Arc::clone(&app.hashes).acquire_owned();
+    match tokio::time::timeout(HASH_TURN, turn).await {
+        Ok(turn) => turn.map_err(ApiError::internal),
+        Err(_) => Err(ApiError::too_many(
+            "too many tries",
+            "Many users log in at once. Try again.",
+            HASH_TURN.as_secs(),
+        )),
+    }
+}
+
 /// Logs in, by the token of a link or by name and password. Sets a cookie.
 #[utoipa::path(post, path = "/api/v1/session", request_body = LogIn, responses((status = 200, body = Session)))]
 pub(crate) async fn session_begin(
     State(app): Shared,
+    Client(address): Client,
     JsonBody(body): JsonBody<LogIn>,
 ) -> Result<Response, ApiError> {
+    let turn = match &body.password {
+        Some(_) => Some(hash_turn(&app).await?),
+        None => None,
+    };
     let shared = Arc::clone(&app);
     let (user, secret) = blocking(move || {
+        let _turn = turn;
         let user = match (&body.token, &body.name, &body.password) {
             (Some(token), ..) => [SecretKind::Link, SecretKind::Share, SecretKind::Token]
                 .into_iter()
                 .find_map(|kind| secrets::recognise(&shared.db, kind, token).transpose())
                 .transpose()?,
             (None, Some(name), Some(password)) => {
-                if !shared.tries.allowed(name) {
-                    let detail = "Five tries a minute. Wait a minute.";
-                    return Err(ApiError::new(
-                        StatusCode::TOO_MANY_REQUESTS,
-                        "too many tries",
-                        detail,
-                    ));
+                let long =
+                    name.len() > LONGEST_NAME || password.len() > secrets::LONGEST_PASSWORD;
+                if long {
+                    return Err(not_known());
                 }
-                secrets::log_in(&shared.db, name, password)?
+                if let Err(seconds) = shared.tries.begin(address, name) {
+                    let detail = format!("Several tries were wrong. Try again in {seconds} s.");
+                    return Err(ApiError::too_many("too many tries", detail, seconds));
+                }
+                let user = secrets::log_in(&shared.db, name, password)?;
+                if user.is_some() {
+                    shared.tries.forget(address, name);
+                }
+                user
             }
             _ => {
                 return Err(ApiError::bad_request(
@@ -78,11 +116,7 @@ pub(crate) async fn session_begin(
             }
         };
         let Some(user) = user else {
-            return Err(ApiError::new(
-                StatusCode::UNAUTHORIZED,
-                "not known",
-                "The link or the password is wrong or has expired.",
-            ));
+            return Err(not_known());
         };
         let run = user.share.as_deref();
         let (_, secret, _) = secrets::issue(
@@ -186,13 +220,15 @@ pub(crate) async fn user_set(
             "At least 1 core, and a length in bytes.",
         ));
     }
-    if body.password.chars().count() < 10 || body.password.len() > 1000 {
+    if body.password.chars().count() < 10 || body.password.len() > secrets::LONGEST_PASSWORD {
         return Err(ApiError::bad_request(
             "invalid password",
-            "A password has at least 10 characters.",
+            "A password has at least 10 characters, and at most 1,000 bytes.",
         ));
     }
+    let turn = hash_turn(&app).await?;
     blocking(move || {
+        let _turn = turn;
         secrets::set_user(&app.db, &body)?;
         Ok(StatusCode::NO_CONTENT)
     })

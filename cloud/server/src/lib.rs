@@ -5,6 +5,7 @@ mod accounts;
 mod attempts;
 mod charts;
 mod check;
+mod connections;
 mod content;
 mod db;
 mod downloads;
@@ -119,19 +120,18 @@ pub async fn serve(options: Options, ready: impl FnOnce(&str)) -> Result<()> {
     let link = app.link(address)?;
     reconcile::begin(app.clone())?;
     ready(&link);
+    let mut terminate =
+        tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate())?;
+    let limits = connections::Limits::raise(app.options.behind_proxy)?;
     let stop = app.clone();
-    axum::serve(listener, routes::router(app))
-        .with_graceful_shutdown(async move {
-            let mut terminate =
-                tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate())
-                    .expect("a signal handler");
-            tokio::select! {
-                _ = terminate.recv() => {}
-                _ = tokio::signal::ctrl_c() => {}
-            }
-            // Streams of events never end by themselves.
-            stop.close();
-        })
-        .await?;
+    let stopped = async move {
+        tokio::select! {
+            _ = terminate.recv() => {}
+            _ = tokio::signal::ctrl_c() => {}
+        }
+        // Streams of events never end by themselves.
+        stop.close();
+    };
+    connections::serve(listener, routes::router(app), limits, stopped).await;
     Ok(())
 }

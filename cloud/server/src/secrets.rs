@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::fs;
 use std::io::Write;
+use std::net::IpAddr;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use std::sync::Mutex;
@@ -20,8 +21,20 @@ use crate::db::{self, Db, now};
 /// Name of the user of a laptop.
 const LOCAL: &str = "local";
 
-/// The most tries to log in within a minute, from all sides together.
-const TRIES: usize = 5;
+/// Tries to log in without a delay.
+const FREE_TRIES: u32 = 3;
+
+/// The longest delay of a try, in s.
+const LONGEST_DELAY: u64 = 900;
+
+/// How long a wrong try is remembered.
+const REMEMBERED: Duration = Duration::from_secs(3600);
+
+/// The most names and addresses of which wrong tries are remembered.
+const MOST_REMEMBERED: usize = 10_000;
+
+/// The longest password, in bytes.
+pub(crate) const LONGEST_PASSWORD: usize = 1000;
 
 /// Seconds of a day.
 pub(crate) const DAY: f64 = 86_400.0;
@@ -77,18 +90,23 @@ pub(crate) fn run_id() -> Result<cloud_api::RunId> {
 
 /// Hash of a password, with its parameters.
 pub fn password_hash(password: &str) -> Result<String> {
-    let hash = Argon2::default().hash_password(password.as_bytes());
-    Ok(hash
+    let hash = on_own_thread(|| Argon2::default().hash_password(password.as_bytes()));
+    Ok(hash?
         .map_err(|error| anyhow!("the password cannot be hashed: {error}"))?
         .to_string())
 }
 
 fn is_password(password: &str, hash: &str) -> bool {
     PasswordHash::new(hash).is_ok_and(|hash| {
-        Argon2::default()
-            .verify_password(password.as_bytes(), &hash)
-            .is_ok()
+        on_own_thread(|| Argon2::default().verify_password(password.as_bytes(), &hash).is_ok())
+            .unwrap_or(false)
     })
+}
+
+/// Does work on a thread of its own. The allocator keeps the memory of a hash, 19 MB, for each thread that has made one.
+fn on_own_thread<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T> {
+    std::thread::scope(|scope| scope.spawn(work).join())
+        .map_err(|_| anyhow!("the thread that hashes a password ended unexpectedly"))
 }
 
 /// The user of a laptop: exists from the beginning, without a password.
@@ -238,27 +256,67 @@ pub(crate) fn write_secret(path: &Path, text: &str) -> Result<()> {
     written.with_context(|| format!("{}", path.display()))
 }
 
-/// Counts tries to log in.
+/// Tries to log in that were wrong, by address and name together: tries of one address delay no other address.
 #[derive(Default)]
-pub(crate) struct Tries(Mutex<HashMap<String, Vec<Instant>>>);
+pub(crate) struct Tries(Mutex<HashMap<(IpAddr, String), WrongTries>>);
+
+struct WrongTries {
+    count: u32,
+    last: Instant,
+}
+
+impl WrongTries {
+    /// Time from the last try to the next one: 1 s after the third, then doubled.
+    fn delay(&self) -> Duration {
+        let doublings = match self.count.checked_sub(FREE_TRIES) {
+            None => return Duration::ZERO,
+            Some(doublings) => doublings,
+        };
+        let seconds = 1_u64.checked_shl(doublings).unwrap_or(LONGEST_DELAY);
+        Duration::from_secs(seconds.min(LONGEST_DELAY))
+    }
+}
 
 impl Tries {
-    /// Whether one more try for this name is allowed now.
-    pub(crate) fn allowed(&self, name: &str) -> bool {
-        let mut all = self
-            .0
+    fn lock(&self) -> std::sync::MutexGuard<'_, HashMap<(IpAddr, String), WrongTries>> {
+        self.0
             .lock()
-            .unwrap_or_else(|poisoned| poisoned.into_inner());
-        all.retain(|_, tries| {
-            tries.retain(|at| at.elapsed() < Duration::from_secs(60));
-            !tries.is_empty()
-        });
-        let tries = all.entry(name.to_owned()).or_default();
-        if tries.len() >= TRIES {
-            return false;
+            .unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+
+    /// Counts a try as wrong, until [`Self::forget`]. An error is the number of seconds until the next try.
+    pub(crate) fn begin(&self, address: IpAddr, name: &str) -> std::result::Result<(), u64> {
+        let mut all = self.lock();
+        let key = (address, name.to_owned());
+        if !all.contains_key(&key) && all.len() >= MOST_REMEMBERED {
+            all.retain(|_, wrong| wrong.last.elapsed() < REMEMBERED);
+            let oldest = all.iter().min_by_key(|(_, wrong)| wrong.last);
+            if let Some(oldest) = oldest.map(|(key, _)| key.clone())
+                && all.len() >= MOST_REMEMBERED
+            {
+                all.remove(&oldest);
+            }
         }
-        tries.push(Instant::now());
-        true
+        let now = Instant::now();
+        let wrong = all.entry(key).or_insert(WrongTries {
+            count: 0,
+            last: now,
+        });
+        if wrong.last.elapsed() >= REMEMBERED {
+            wrong.count = 0;
+        }
+        let left = wrong.delay().saturating_sub(wrong.last.elapsed());
+        if !left.is_zero() {
+            return Err(left.as_secs() + 1);
+        }
+        wrong.count += 1;
+        wrong.last = now;
+        Ok(())
+    }
+
+    /// Forgets the wrong tries of a user who has logged in.
+    pub(crate) fn forget(&self, address: IpAddr, name: &str) {
+        self.lock().remove(&(address, name.to_owned()));
     }
 }
 
@@ -317,12 +375,31 @@ mod tests {
     }
 
     #[test]
-    fn the_sixth_try_within_a_minute_is_refused() {
+    fn wrong_tries_delay_the_next_ones_of_the_same_address() {
         let tries = Tries::default();
-        assert_eq!(
-            (0..6).map(|_| tries.allowed("ada")).collect::<Vec<_>>(),
-            [true, true, true, true, true, false]
-        );
-        assert!(tries.allowed("bob"));
+        let (here, elsewhere) = (IpAddr::from([127, 0, 0, 1]), IpAddr::from([127, 0, 0, 2]));
+        for _ in 0..3 {
+            assert_eq!(tries.begin(here, "ada"), Ok(()));
+        }
+        assert_eq!(tries.begin(here, "ada"), Err(1));
+        assert_eq!(tries.begin(elsewhere, "ada"), Ok(()));
+        assert_eq!(tries.begin(here, "bob"), Ok(()));
+        tries.forget(here, "ada");
+        assert_eq!(tries.begin(here, "ada"), Ok(()));
+        let delays = [2, 3, 4, 5, 12, 13, 100].map(|count| {
+            let last = Instant::now();
+            WrongTries { count, last }.delay().as_secs()
+        });
+        assert_eq!(delays, [0, 1, 2, 4, 512, 900, 900]);
+    }
+
+    #[test]
+    fn a_table_of_wrong_tries_is_bounded() {
+        let tries = Tries::default();
+        let here = IpAddr::from([127, 0, 0, 1]);
+        for k in 0..MOST_REMEMBERED + 10 {
+            assert_eq!(tries.begin(here, &k.to_string()), Ok(()));
+        }
+        assert_eq!(tries.lock().len(), MOST_REMEMBERED);
     }
 }

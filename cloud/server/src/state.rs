@@ -19,6 +19,7 @@ use tokio::sync::{Semaphore, broadcast, watch};
 
 use crate::attempts::Attempts;
 use crate::db::Db;
+use crate::downloads::Turns;
 use crate::frames::Cache;
 use crate::secrets::Tries;
 use crate::{EngineChoice, Options, secrets, templates};
@@ -31,6 +32,9 @@ const REMOTE_BEAT: f64 = 15.0;
 
 /// How many scenes are checked at once.
 const CHECKS: usize = 2;
+
+/// How many passwords are hashed at once.
+const HASHES: usize = 2;
 
 /// A message to listeners of `GET /events`.
 #[derive(Clone, Debug)]
@@ -60,6 +64,9 @@ pub(crate) struct App {
     pub(crate) cache: Cache,
     pub(crate) tries: Tries,
     pub(crate) checks: Semaphore,
+    pub(crate) downloads: Turns,
+    /// Turns of hashing a password, which takes 19 MB.
+    pub(crate) hashes: Arc<Semaphore>,
     pub(crate) news: broadcast::Sender<Arc<Message>>,
     pub(crate) wake: std::sync::mpsc::SyncSender<()>,
     pub(crate) woken: Mutex<Option<std::sync::mpsc::Receiver<()>>>,
@@ -134,6 +141,8 @@ impl App {
             attempts: Attempts::default(),
             tries: Tries::default(),
             checks: Semaphore::new(CHECKS),
+            downloads: Turns::default(),
+            hashes: Arc::new(Semaphore::new(HASHES)),
             news: broadcast::channel(BACKLOG).0,
             wake,
             woken: Mutex::new(Some(woken)),

@@ -8,6 +8,7 @@ mod scenes;
 mod studies;
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use axum::extract::{DefaultBodyLimit, FromRequest, Query, Request, State};
 use axum::http::StatusCode;
@@ -28,6 +29,9 @@ pub(crate) use studies::*;
 /// The largest body that is taken as JSON, in bytes: a scene of 1 MB, with its escapes.
 const LARGEST_BODY: usize = 4 << 20;
 
+/// How long a body of JSON may take.
+const BODY: Duration = Duration::from_secs(60);
+
 pub(crate) type Shared = State<Arc<App>>;
 pub(crate) type Answer<T> = Result<Json<T>, ApiError>;
 
@@ -38,9 +42,15 @@ impl<T: serde::de::DeserializeOwned, S: Send + Sync> FromRequest<S> for JsonBody
     type Rejection = ApiError;
 
     async fn from_request(request: Request, state: &S) -> Result<Self, ApiError> {
-        match Json::<T>::from_request(request, state).await {
-            Ok(Json(body)) => Ok(Self(body)),
-            Err(rejected) => {
+        let body = tokio::time::timeout(BODY, Json::<T>::from_request(request, state));
+        match body.await {
+            Err(_) => Err(ApiError::new(
+                StatusCode::REQUEST_TIMEOUT,
+                "the body is too slow",
+                format!("A body of JSON comes within {} s.", BODY.as_secs()),
+            )),
+            Ok(Ok(Json(body))) => Ok(Self(body)),
+            Ok(Err(rejected)) => {
                 // Unprocessable is what a scene is that cannot run; a body that is not understood is a bad request.
                 let status = match rejected.status() {
                     StatusCode::UNPROCESSABLE_ENTITY => StatusCode::BAD_REQUEST,

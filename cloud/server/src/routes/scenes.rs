@@ -2,6 +2,7 @@
 
 use std::io::Write;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use axum::Json;
 use axum::body::Body;
@@ -20,6 +21,20 @@ use crate::runs::blocking;
 
 /// The largest input, in bytes.
 const LARGEST_INPUT: u64 = 2 << 30;
+
+/// How long an upload may pause.
+const SILENCE: Duration = Duration::from_secs(30);
+
+/// The slowest upload after that time, in bytes per second.
+const SLOWEST: f64 = 17e3;
+
+fn too_slow() -> ApiError {
+    ApiError::new(
+        StatusCode::REQUEST_TIMEOUT,
+        "the body is too slow",
+        "An upload has at least 17 kB/s.",
+    )
+}
 
 /// Problems of a scene, or its needs: memory, disk, steps, and with `trial` time.
 #[utoipa::path(post, path = "/api/v1/check", request_body = Check, responses((status = 200, body = Checked)))]
@@ -72,10 +87,18 @@ pub(crate) async fn input_put(
     let mut hashing = Hashing::new(file);
     let mut bytes = 0;
     let mut pieces = body.into_data_stream();
-    while let Some(piece) = pieces.next().await {
+    let begin = Instant::now();
+    loop {
+        let Ok(piece) = tokio::time::timeout(SILENCE, pieces.next()).await else {
+            return Err(too_slow());
+        };
+        let Some(piece) = piece else { break };
         let piece = piece
             .map_err(|error| ApiError::bad_request("the body was cut off", error.to_string()))?;
         bytes += piece.len() as u64;
+        if begin.elapsed() > SILENCE && (bytes as f64) < SLOWEST * begin.elapsed().as_secs_f64() {
+            return Err(too_slow());
+        }
         if bytes > LARGEST_INPUT {
             return Err(ApiError::new(
                 StatusCode::PAYLOAD_TOO_LARGE,
