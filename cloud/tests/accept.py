@@ -205,7 +205,7 @@ class Server:
         self.link = link.strip()
         self.cookie = None
         answer = self.request("POST", "/session", {"token": self.link.split("#token=")[1]})
-        self.cookie = answer.headers["set-cookie"].split(";")[0]
+        self.admin = self.cookie = answer.headers["set-cookie"].split(";")[0]
 
     def kill(self):
         self.process.kill()
@@ -309,6 +309,7 @@ def server(*options, **more):
             print(log.name, log.read_text()[-1000:])
         raise
     finally:
+        started.cookie = started.admin
         for run in started.json("GET", "/runs")["runs"] if started.process.poll() is None else []:
             for pid in started.worker(run["id"]):
                 with contextlib.suppress(ProcessLookupError):
@@ -1065,7 +1066,7 @@ def check_log_in():
     """120 names at once take less than 100 MB; wrong passwords delay their address alone; long names and passwords are refused."""
     with server() as served:
         served.request("POST", "/users", {"name": "ada", "password": "correct horse"}, expect=204)
-        admin, served.cookie = served.cookie, None
+        served.cookie = None
         before = memory_of(served, "VmRSS")
         def unknown(k):
             answer = served.request("POST", "/session", {"name": f"user{k}", "password": "correct horse"})
@@ -1096,7 +1097,6 @@ def check_log_in():
         wait_for(waited, 30, "the user is locked out")
         must(log_in("x" * 2000)[0] == 401, "a long password")
         served.request("POST", "/session", {"name": "x" * 1000, "password": "correct horse"}, expect=401)
-        served.cookie = admin
 
 
 def check_archives():

@@ -79,6 +79,12 @@ enum Command {
     /// One attempt of a run (started by the server)
     #[command(hide = true)]
     Worker(Worker),
+    /// Walls and particles of the run in this folder (started by the server, in a cage)
+    #[command(hide = true)]
+    View {
+        #[arg(long)]
+        frame: Option<usize>,
+    },
     /// A program in a cage (started by the worker)
     #[command(hide = true)]
     Confine(Confine),
@@ -220,6 +226,10 @@ fn run(command: Command) -> Result<ExitCode> {
             let (program, arguments) = confine.program.split_first().context("a program")?;
             cage.enter(program.as_ref(), arguments)?;
             Ok(ExitCode::FAILURE)
+        }
+        Command::View { frame } => {
+            cloud_server::view(Path::new("."), frame, std::io::stdout().lock())?;
+            Ok(ExitCode::SUCCESS)
         }
         Command::Submit(submit) => submit.run(),
         Command::Ls(list) => list.run(),

@@ -1,6 +1,5 @@
 //! Files of runs as they are fetched: one by one, in parts, or all in one archive.
 
-use std::collections::HashMap;
 use std::io::{self, Write};
 use std::pin::Pin;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,7 +14,7 @@ use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::Response;
 use cloud_api::answers::RunFile;
 use cloud_api::{Head, RunId};
-use tokio::sync::{AcquireError, OwnedSemaphorePermit, Semaphore, mpsc};
+use tokio::sync::mpsc;
 use tokio_stream::Stream;
 
 use crate::access::{ApiError, LoggedIn};
@@ -24,6 +23,7 @@ use crate::routes::{Answer, Shared, headed};
 use crate::runs::{blocking, visible_run};
 use crate::secrets::User;
 use crate::state::App;
+use crate::turns::Turn;
 
 fn files(head: &Head) -> Vec<RunFile> {
     let grows = head.phase != cloud_api::Phase::Ended;
@@ -95,11 +95,11 @@ fn range(headers: &HeaderMap, bytes: u64) -> Result<Option<(u64, u64)>, ApiError
     }
 }
 
-/// The most downloads of a user at once, and those of all links to runs of that user.
-const EACH: usize = 16;
+/// The most downloads of a user at once, and of all links to runs of that user.
+pub(crate) const EACH: usize = 16;
 
 /// The most downloads at once, of all users together.
-const ALL: usize = 128;
+pub(crate) const ALL: usize = 128;
 
 /// How long a download waits for its turn.
 const TURN: Duration = Duration::from_secs(10);
@@ -107,52 +107,16 @@ const TURN: Duration = Duration::from_secs(10);
 /// The longest time for a piece of [`crate::content::PIECE`] bytes, which makes the slowest download 17 kB/s.
 const SLOWEST: Duration = Duration::from_secs(60);
 
-/// Turns of downloads.
-pub(crate) struct Turns {
-    all: Arc<Semaphore>,
-    /// By user, and whether it is a link to one run.
-    each: Mutex<HashMap<(i64, bool), Arc<Semaphore>>>,
-}
-
-/// Turn of a download, until it ends.
-pub(crate) struct Turn(#[expect(dead_code)] [OwnedSemaphorePermit; 2]);
-
-impl Default for Turns {
-    fn default() -> Self {
-        Self {
-            all: Arc::new(Semaphore::new(ALL)),
-            each: Mutex::default(),
-        }
-    }
-}
-
-impl Turns {
-    /// Waits for a turn; not for ever.
-    async fn take(&self, user: &User) -> Result<Turn, ApiError> {
-        let own = {
-            let mut each = self
-                .each
-                .lock()
-                .unwrap_or_else(|poisoned| poisoned.into_inner());
-            // Each turn, and each wait for one, holds the semaphore.
-            each.retain(|_, turns| Arc::strong_count(turns) > 1);
-            let turns = each
-                .entry((user.id, user.share.is_some()))
-                .or_insert_with(|| Arc::new(Semaphore::new(EACH)));
-            Arc::clone(turns)
-        };
-        let both = async {
-            let own = own.acquire_owned().await?;
-            Ok::<_, AcquireError>(Turn([own, Arc::clone(&self.all).acquire_owned().await?]))
-        };
-        match tokio::time::timeout(TURN, both).await {
-            Ok(turn) => turn.map_err(ApiError::internal),
-            Err(_) => Err(ApiError::too_many(
-                "too many downloads",
-                format!("At most {EACH} downloads at once. Wait until one has ended."),
-                TURN.as_secs(),
-            )),
-        }
+/// Waits for the turn of a download; not for ever.
+async fn turn(app: &App, user: &User) -> Result<Turn, ApiError> {
+    let turn = app.downloads.take(user.id, user.share.is_some());
+    match tokio::time::timeout(TURN, turn).await {
+        Ok(turn) => turn,
+        Err(_) => Err(ApiError::too_many(
+            "too many downloads",
+            format!("At most {EACH} downloads at once. Wait until one has ended."),
+            TURN.as_secs(),
+        )),
     }
 }
 
@@ -264,7 +228,7 @@ pub(crate) async fn run_file(
     Path((id, name)): Path<(String, String)>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    let turn = app.downloads.take(&user).await?;
+    let turn = turn(&app, &user).await?;
     let shared = Arc::clone(&app);
     let file = name.clone();
     let content = blocking(move || {
@@ -341,7 +305,7 @@ pub(crate) async fn run_archive(
     LoggedIn(user): LoggedIn,
     Path(id): Path<String>,
 ) -> Result<Response, ApiError> {
-    let turn = app.downloads.take(&user).await?;
+    let turn = turn(&app, &user).await?;
     let shared = Arc::clone(&app);
     let (id, head, spec) = blocking(move || {
         let (id, _, _, _, spec) = visible_run(&shared, &user, &id)?;

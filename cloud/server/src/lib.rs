@@ -22,6 +22,8 @@ mod secrets;
 mod state;
 mod studies;
 mod templates;
+mod turns;
+mod views;
 mod web;
 
 use std::net::SocketAddr;
@@ -33,6 +35,7 @@ use cloud_engine::Site;
 pub use openapi::document as openapi;
 pub use prices::Prices;
 pub use secrets::password_hash;
+pub use views::view;
 
 /// Where attempts run.
 #[derive(Clone, Debug)]

@@ -19,10 +19,10 @@ use tokio::sync::{Semaphore, broadcast, watch};
 
 use crate::attempts::Attempts;
 use crate::db::Db;
-use crate::downloads::Turns;
 use crate::frames::Cache;
 use crate::secrets::Tries;
-use crate::{EngineChoice, Options, secrets, templates};
+use crate::turns::Turns;
+use crate::{EngineChoice, Options, downloads, secrets, templates};
 
 /// How many messages a slow listener may be behind before it gets a notice that it missed some.
 const BACKLOG: usize = 1024;
@@ -30,8 +30,11 @@ const BACKLOG: usize = 1024;
 /// Seconds between two signs of life with object storage, where each request costs money.
 const REMOTE_BEAT: f64 = 15.0;
 
-/// How many scenes are checked at once.
+/// How many scenes are checked at once, one for each user.
 const CHECKS: usize = 2;
+
+/// How many walls and previews are read at once.
+const VIEWS: usize = 4;
 
 /// How many passwords are hashed at once.
 const HASHES: usize = 2;
@@ -63,7 +66,9 @@ pub(crate) struct App {
     pub(crate) attempts: Attempts,
     pub(crate) cache: Cache,
     pub(crate) tries: Tries,
-    pub(crate) checks: Semaphore,
+    pub(crate) checks: Turns,
+    /// Turns of programs that read walls and previews.
+    pub(crate) views: Turns,
     pub(crate) downloads: Turns,
     /// Turns of hashing a password, which takes 19 MB.
     pub(crate) hashes: Arc<Semaphore>,
@@ -140,8 +145,9 @@ impl App {
             templates,
             attempts: Attempts::default(),
             tries: Tries::default(),
-            checks: Semaphore::new(CHECKS),
-            downloads: Turns::default(),
+            checks: Turns::new(CHECKS, 1),
+            views: Turns::new(VIEWS, 2),
+            downloads: Turns::new(downloads::ALL, downloads::EACH),
             hashes: Arc::new(Semaphore::new(HASHES)),
             news: broadcast::channel(BACKLOG).0,
             wake,
