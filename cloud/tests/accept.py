@@ -1262,6 +1262,110 @@ def check_quota():
         must([one["usage"]["most_disk"] for one in served.json("GET", "/users") if one["name"] == "ada"] == [usage["disk"] + 1000], "limits of ada")
 
 
+def mesh_of(path, n):
+    """A binary STL of a wavy surface in 2 * n^2 triangles, within the drum."""
+    import struct
+    def at(i, j):
+        return (0.004 * i / n, 0.004 * j / n, 0.001 + 0.0001 * ((i + j) % 7) / 7)
+    with open(path, "wb") as file:
+        file.write(b"\0" * 80 + struct.pack("<I", 2 * n * n))
+        for i in range(n):
+            for j in range(n):
+                for three in ((at(i, j), at(i + 1, j), at(i, j + 1)), (at(i + 1, j), at(i + 1, j + 1), at(i, j + 1))):
+                    file.write(struct.pack("<12fH", 0, 0, 0, *(c for corner in three for c in corner), 0))
+
+
+def check_previews():
+    """A preview and the walls of a mesh of 204,800 triangles: less than 150 MB in the server, at most 200,000 triangles."""
+    with server() as served:
+        path = served.folder / "large.stl"
+        mesh_of(path, 320)
+        text = SCENE + '\n[[walls]]\nname = "plate"\nshape = "mesh"\nfile = "large.stl"\nmaterial = "glass"\n'
+        scene = {"text": text, "files": {"large.stl": upload(served, path)}, "set": [*SHORT, "time.end=1e-5"]}
+        before = memory_of(served, "VmRSS")
+        seen = served.json("POST", "/preview", {"scene": scene})
+        shown, of = seen["walls"]["triangles"]
+        must(of > 204_800 and 50_000 < shown <= 200_000, f"{shown} of {of} triangles")
+        must(sum(len(wall["corners"]) for wall in seen["walls"]["walls"]) == 9 * shown, "other triangles than it says")
+        must(len(seen["grains"]) == 4 and seen["domain"], f"{str(seen)[:200]}")
+        # On a busy machine a check of so many triangles may take longer than it may.
+        def submitted():
+            answer = served.request("POST", "/runs", {"scene": scene})
+            return answer.status == 201 and json.loads(answer.body)["id"]
+        run = wait_for(submitted, 120, "the run is not taken")
+        served.wait(run)
+        walls = served.json("GET", f"/runs/{run}/frames/0/walls")
+        must(walls["triangles"] == [shown, of], f"{walls['triangles']}")
+        served.request("GET", f"/runs/{run}/frames/999/walls", expect=404)
+        more = memory_of(served) - before
+        print(f"    {more} kB of memory more, {shown} of {of} triangles")
+        must(more < 150_000, "too much memory")
+
+
+def check_limits():
+    """Parallel uploads, parallel runs and extensions never exceed a limit of disk; a run beyond it stops, says why, and can be resumed."""
+    with server("--cores", "2") as served:
+        def limit(disk):
+            mine, served.cookie = served.cookie, served.admin
+            served.request("POST", "/users", {"name": "ada", "password": "correct horse", "disk": disk}, expect=204)
+            served.cookie = mine
+        limit(20_000_000)
+        answer = served.request("POST", "/session", {"name": "ada", "password": "correct horse"}, expect=200)
+        served.cookie = answer.headers["set-cookie"].split(";")[0]
+        def at_once(one, count):
+            answers = []
+            def answer(k):
+                try:
+                    answers.append(one(k).status)
+                except OSError:
+                    # Refused and cut before all of the body was sent.
+                    answers.append(403)
+            threads = [threading.Thread(target=answer, args=(k,)) for k in range(count)]
+            [thread.start() for thread in threads]
+            [thread.join() for thread in threads]
+            return answers
+        def put(k):
+            content = bytes([k]) * 5_000_000
+            return served.request("PUT", f"/inputs/{hashlib.sha256(content).hexdigest()}", content, {"Content-Type": "application/octet-stream"}, raw=True)
+        statuses = at_once(put, 10)
+        used = served.json("GET", "/session")["usage"]["disk"]
+        must(set(statuses) == {201, 403} and statuses.count(201) in (3, 4) and used <= 20_000_000, f"uploads: {statuses}, {used} bytes")
+        # Each of these runs is expected to take a third of what is left.
+        needs = served.json("POST", "/check", {"scene": {"text": SCENE, "set": LONG}})["plan"]["disk"]["bytes"]
+        limit(used + int(3.5 * needs) + 10_000)
+        statuses = at_once(lambda k: served.request("POST", "/runs", {"scene": {"text": SCENE, "set": LONG}}), 6)
+        runs = [run["id"] for run in served.json("GET", "/runs")["runs"]]
+        must(statuses.count(201) == len(runs) == 3 and statuses.count(403) == 3, f"runs: {statuses}")
+        run, *others = runs
+        for other in others:
+            served.request("POST", f"/runs/{other}/kill", {}, expect=200)
+        wait_for(lambda: committed(served, run) > 0, 60, "no checkpoint")
+        limit(used)
+        wait_for(lambda: served.run(run)["state"] == "failed", 60, "not stopped")
+        found = served.run(run)
+        must(found["cause"] == "disk" and "make room" in found["message"], f"{found['cause']}: {found['message']}")
+        served.request("POST", f"/runs/{run}/resume", {}, expect=403)
+        limit(10**9)
+        served.json("POST", f"/runs/{run}/resume", {})
+        served.wait(run)
+        usage = served.json("GET", "/session")["usage"]["disk"]
+        limit(usage + 100_000)
+        answer = served.request("POST", f"/runs/{run}/extend", {"end": 1000.0}, expect=403)
+        must("live runs" in json.loads(answer.body)["detail"], f"{answer.body}")
+        must(served.run(run)["spec"]["revision"] == 1, "the extension was made")
+        # Of extensions at once one is accepted, and the run ends where that one says.
+        limit(10**9)
+        ends = {}
+        def extend(k):
+            answer = served.request("POST", f"/runs/{run}/extend", {"end": 0.41 + 0.01 * k})
+            ends[answer.status] = ends.get(answer.status, []) + [0.41 + 0.01 * k]
+            return answer
+        statuses = at_once(extend, 4)
+        must(statuses.count(200) == 1 and statuses.count(409) == 3, f"extensions: {statuses}")
+        served.wait(run)
+        must(abs(served.run(run)["time"] - ends[200][0]) < 1e-3, f"ends at {served.run(run)['time']}, accepted {ends[200]}")
+
+
 def check_csrf():
     """Unsafe requests from another page get 403, requests for another host 421."""
     with server() as served:

@@ -177,6 +177,8 @@ struct Worker {
     checkpoint_every: String,
     #[arg(long)]
     time_limit: Option<String>,
+    #[arg(long)]
+    disk: Option<u64>,
     /// Seconds without a new step until the solver counts as hung
     #[arg(long, default_value_t = 600.0)]
     patience: f64,
@@ -389,6 +391,7 @@ fn worker(worker: Worker) -> Result<()> {
         commit: Duration::from_secs_f64(worker.commit),
         checkpoint: worker.checkpoint_every,
         limit: worker.time_limit,
+        disk: worker.disk,
         patience: Duration::from_secs_f64(worker.patience),
     };
     std::fs::create_dir_all(&attempt.scratch)?;

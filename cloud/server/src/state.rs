@@ -69,6 +69,8 @@ pub(crate) struct App {
     pub(crate) checks: Turns,
     /// Turns of programs that read walls and previews.
     pub(crate) views: Turns,
+    /// Held while a run gets a further revision.
+    pub(crate) extensions: Mutex<()>,
     pub(crate) downloads: Turns,
     /// Turns of hashing a password, which takes 19 MB.
     pub(crate) hashes: Arc<Semaphore>,
@@ -147,6 +149,7 @@ impl App {
             tries: Tries::default(),
             checks: Turns::new(CHECKS, 1),
             views: Turns::new(VIEWS, 2),
+            extensions: Mutex::new(()),
             downloads: Turns::new(downloads::ALL, downloads::EACH),
             hashes: Arc::new(Semaphore::new(HASHES)),
             news: broadcast::channel(BACKLOG).0,

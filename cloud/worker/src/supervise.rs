@@ -207,6 +207,7 @@ impl Watch<'_> {
         let mut listen = Every::new(LISTEN.max(attempt.beat / 4));
         let mut measure = Every::new(MEASURE);
         let mut rebalanced = false;
+        let mut disk = (self.spec.disk).min(attempt.disk.unwrap_or(u64::MAX));
         let status = loop {
             self.progress.read().context("progress of the solver")?;
             if let Some(status) = self.solver.ended()? {
@@ -219,7 +220,12 @@ impl Watch<'_> {
                 self.solver.checkpoint();
             }
             if listen.due() {
-                match self.wish() {
+                let control = self.control();
+                if control.disk.is_some_and(|most| most < disk) {
+                    disk = control.disk.unwrap_or(disk);
+                    measure = Every::new(MEASURE);
+                }
+                match control.wish {
                     Wish::Run => {}
                     Wish::Stop => self.stop(Cause::User),
                     Wish::Kill => {
@@ -233,7 +239,7 @@ impl Watch<'_> {
                 self.stop(Cause::Hung);
                 self.killed_at = Some(Instant::now() + HUNG_GRACE);
             }
-            if measure.due() && size(&self.workspace.output)? > self.spec.disk {
+            if measure.due() && size(&self.workspace.output)? > disk {
                 self.stop(Cause::Disk);
             }
             if self.killed_at.is_some_and(|at| Instant::now() >= at) {
@@ -310,8 +316,8 @@ impl Watch<'_> {
         }
     }
 
-    /// The wish of the server for this attempt; [`Wish::Run`] if the store gives no answer.
-    fn wish(&self) -> Wish {
+    /// Wish and limit of the server for this attempt; [`Wish::Run`] if the store gives no answer.
+    fn control(&self) -> Control {
         let text = self.attempt.store.get(&self.attempt.key("control.json"));
         let control = text
             .ok()
@@ -319,7 +325,11 @@ impl Watch<'_> {
             .and_then(|text| serde_json::from_slice::<Control>(&text).ok());
         control
             .filter(|control| control.epoch == self.attempt.epoch)
-            .map_or(Wish::Run, |control| control.wish)
+            .unwrap_or(Control {
+                epoch: self.attempt.epoch,
+                wish: Wish::Run,
+                disk: None,
+            })
     }
 
     /// A sign of life.

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use axum::Json;
 use axum::body::Body;
 use axum::extract::{Path, State};
-use axum::http::{StatusCode, header};
+use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use cloud_api::answers::{Checked, Template};
 use cloud_api::requests::Check;
@@ -17,7 +17,9 @@ use tokio_stream::StreamExt;
 use super::{Answer, JsonBody, Shared};
 use crate::access::{ApiError, LoggedIn};
 use crate::check;
-use crate::runs::blocking;
+use crate::db::Reserved;
+use crate::runs::{blocking, full};
+use crate::state::App;
 
 /// The largest input, in bytes.
 const LARGEST_INPUT: u64 = 2 << 30;
@@ -59,12 +61,61 @@ pub(crate) async fn preview_scene(
     Ok(([(header::CONTENT_TYPE, "application/json")], seen).into_response())
 }
 
+/// How much is reserved at a time for an upload of unknown length, in bytes.
+const STEP: u64 = 1 << 20;
+
+/// Disk of a user that is reserved for an upload, until it ends.
+struct Reservation {
+    app: Arc<App>,
+    user: i64,
+    bytes: u64,
+}
+
+impl Reservation {
+    /// Reserves what is known of the length, or a step, or, near the limit, what has come.
+    fn grow(mut self, came: u64, length: Option<u64>) -> Result<Self, ApiError> {
+        let wanted = length.unwrap_or(came + STEP).max(came);
+        for whole in [wanted, came] {
+            let more = whole - self.bytes;
+            match self.app.db.reserve_upload(self.user, more)? {
+                Reserved::Done(()) => {
+                    self.bytes = whole;
+                    return Ok(self);
+                }
+                Reserved::Full(usage) if whole == came || length.is_some() => {
+                    return Err(full(&usage, more));
+                }
+                Reserved::Full(_) => {}
+            }
+        }
+        Ok(self)
+    }
+
+    /// The content has come whole.
+    fn keep(mut self, sha256: &str, bytes: u64) -> Result<(), ApiError> {
+        let reserved = std::mem::take(&mut self.bytes);
+        let input = Some((sha256, bytes));
+        Ok(self.app.db.end_upload(self.user, reserved, input)?)
+    }
+}
+
+impl Drop for Reservation {
+    fn drop(&mut self) {
+        if self.bytes > 0
+            && let Err(error) = self.app.db.end_upload(self.user, self.bytes, None)
+        {
+            eprintln!("{error}");
+        }
+    }
+}
+
 /// Sends a content that scenes can name by its SHA-256; at most 2 GB.
 #[utoipa::path(put, path = "/api/v1/inputs/{sha256}", params(("sha256" = String, Path)), request_body(content_type = "application/octet-stream"), responses((status = 201)))]
 pub(crate) async fn input_put(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
     Path(sha256): Path<String>,
+    headers: HeaderMap,
     body: Body,
 ) -> Result<StatusCode, ApiError> {
     let digits = sha256.len() == 64
@@ -77,13 +128,15 @@ pub(crate) async fn input_put(
             "SHA256 has 64 hexadecimal digits in lower case.",
         ));
     }
-    let left = {
-        let (app, user) = (Arc::clone(&app), user.clone());
-        let usage = blocking(move || Ok(app.db.usage(user.id)?)).await?;
-        usage
-            .most_disk
-            .map_or(u64::MAX, |most| most.saturating_sub(usage.disk))
+    let mut reservation = Reservation {
+        app: Arc::clone(&app),
+        user: user.id,
+        bytes: 0,
     };
+    // What comes is counted, whatever the header says.
+    let length = headers.get(header::CONTENT_LENGTH);
+    let length = length.and_then(|length| length.to_str().ok()?.parse::<u64>().ok());
+    let length = length.map(|length| length.min(LARGEST_INPUT));
     let file = tempfile::tempfile_in(app.options.data.join("checks"))?;
     let mut hashing = Hashing::new(file);
     let mut bytes = 0;
@@ -107,12 +160,8 @@ pub(crate) async fn input_put(
                 "A file has at most 2 GB.",
             ));
         }
-        if bytes > left {
-            return Err(ApiError::new(
-                StatusCode::FORBIDDEN,
-                "too little disk is left",
-                "Your runs and inputs take what they may already. Delete runs.",
-            ));
+        if bytes > reservation.bytes {
+            reservation = blocking(move || reservation.grow(bytes, length)).await?;
         }
         hashing.write_all(&piece)?;
     }
@@ -128,7 +177,7 @@ pub(crate) async fn input_put(
         if app.store.bytes(&key)?.is_none() {
             app.store.put_file(&key, &mut file, 0..bytes)?;
         }
-        app.db.add_input(&sha256, user.id, bytes)?;
+        reservation.keep(&sha256, bytes)?;
         Ok(StatusCode::CREATED)
     })
     .await
