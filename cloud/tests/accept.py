@@ -202,7 +202,9 @@ class Server:
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=self.log, env=self.environment, text=True)
         link = self.process.stdout.readline()
         must(link, f"the server did not start:\n{(self.folder / 'server.log').read_text()}")
-        self.link = link.strip()
+        # Standard output is no terminal, so the link that it shows has no secret; the command line has one of its own.
+        must("#token=" not in link, f"a secret outside of a terminal: {link}")
+        self.link = (self.folder / "data/link").read_text().strip()
         self.cookie = None
         answer = self.request("POST", "/session", {"token": self.link.split("#token=")[1]})
         self.admin = self.cookie = answer.headers["set-cookie"].split(";")[0]
@@ -1002,6 +1004,128 @@ def check_others():
         served.request("GET", f"/runs/{other}", expect=404)
         served.request("POST", f"/runs/{run}/stop", {}, expect=403)
         served.request("POST", "/tokens", {"name": "x"}, expect=403)
+
+
+def check_taken_back():
+    """Tokens, links, passwords, users and sessions that are taken back are gone with all that they made, also streams; a link is good once."""
+    with server() as served:
+        def session(**body):
+            served.cookie = None
+            answer = served.request("POST", "/session", body, expect=200)
+            return answer.headers["set-cookie"].split(";")[0]
+        def status(cookie, path="/session"):
+            served.cookie = cookie
+            return served.request("GET", path).status
+        def cli(*words, text=None):
+            done = subprocess.run([CLOUD, *words[:1], "--link", served.link, *words[1:]], input=text, capture_output=True, text=True)
+            must(done.returncode == 0, f"{words}: {done.stderr}")
+            return done.stdout
+        run = served.submit(sets=LONG)
+        admin = served.admin
+        # A token of one day makes a session of a day, which ends with it; so does its stream of events.
+        token = served.json("POST", "/tokens", {"name": "day", "days": 1}, 201)
+        made = session(token=token["secret"])
+        served.cookie = made
+        row = [row for row in served.json("GET", "/sessions") if row["current"]][0]
+        must(row["token"] == "day" and row["expires"] <= token["expires"], f"{row}")
+        longer = served.json("POST", "/tokens", {"name": "longer", "days": 300}, 201)
+        must(longer["expires"] <= token["expires"], "a token makes one that lives longer")
+        connection = http.client.HTTPConnection("127.0.0.1", served.port, timeout=30)
+        connection.request("GET", "/api/v1/events", headers={"Cookie": made})
+        stream = connection.getresponse()
+        must(stream.status == 200, f"{stream.status}")
+        served.cookie = admin
+        served.request("DELETE", f"/tokens/{token['id']}", expect=204)
+        must(status(made) == 401, "a session outlives its token")
+        served.cookie = None
+        served.request("GET", "/session", headers={"Authorization": f"Bearer {longer['secret']}"}, expect=401)
+        begin = time.monotonic()
+        while stream.readline():
+            must(time.monotonic() - begin < 20, "a stream outlives its token")
+        # A link to a run shows nothing of its owner, and ends with its sessions.
+        served.cookie = admin
+        share = served.json("POST", f"/runs/{run}/share", {"days": 1})["token"]
+        shared = session(token=share)
+        served.cookie = shared
+        seen = served.json("GET", "/session")
+        must((seen["user"], seen["cores"], seen["usage"]["disk"], seen["price"]) == ("", [0, 0], 0, None), f"{seen}")
+        must(served.run(run)["owner"] == "", "the owner of a shared run")
+        for path in ("/sessions", "/tokens", "/shares", f"/runs/{run}/shares"):
+            served.request("GET", path, expect=404)
+        served.cookie = admin
+        [row] = served.json("GET", f"/runs/{run}/shares")
+        must(row["run"] == run and served.json("GET", "/shares") == [row], f"{row}")
+        cli("share", "rm", str(row["id"]))
+        must(status(shared) == 401, "a session outlives its share")
+        # A password, and a user.
+        cli("user", "ada", "--disk", "5", text="correct horse\n")
+        first = session(name="ada", password="correct horse")
+        served.cookie = first
+        kept = served.json("POST", "/tokens", {"name": "kept"}, 201)["secret"]
+        cli("user", "ada", "--password", text="another horse\n")
+        must(status(first) == 401, "a session outlives its password")
+        second = session(name="ada", password="another horse")
+        served.cookie = second
+        must(served.json("GET", "/session")["usage"]["most_disk"] == 5_000_000, "a new password changes limits")
+        third = session(name="ada", password="another horse")
+        served.cookie = second
+        served.request("DELETE", "/sessions", expect=204)
+        must(status(second) == status(third) == 401, "logged out everywhere, but not here")
+        served.cookie = None
+        served.request("GET", "/session", headers={"Authorization": f"Bearer {kept}"}, expect=200)
+        must("ada" in cli("user", "ls"), "ada is not listed")
+        cli("user", "rm", "ada")
+        served.request("GET", "/session", headers={"Authorization": f"Bearer {kept}"}, expect=401)
+        # The last administrator stays one; a link of the machine is good once, and rotation ends what was before.
+        served.cookie = admin
+        served.request("POST", "/users", {"name": "local", "admin": False}, expect=409)
+        served.request("DELETE", "/users/local", expect=409)
+        link = cli("link").strip().split("#token=")[1]
+        once = session(token=link)
+        served.cookie = None
+        served.request("POST", "/session", {"token": link}, expect=401)
+        must(status(once) == 200, "the session of the link")
+        fresh = cli("link", "--rotate").strip().split("#token=")[1]
+        must(status(once) == 401 and status(admin) == 401, "sessions outlive a rotation")
+        served.link = (served.folder / "data/link").read_text().strip()
+        served.admin = session(token=served.link.split("#token=")[1])
+        must(status(session(token=fresh)) == 200, "the link of the rotation")
+
+
+def check_private():
+    """Whoever starts it, the data belongs to its owner alone; no answer has a path of the server; texts have no control characters."""
+    before = os.umask(0)
+    try:
+        context = server()
+        served = context.__enter__()
+    finally:
+        os.umask(before)
+    try:
+        run = served.submit(sets=[*SHORT, "time.end=0.01"])
+        served.wait(run)
+        for path in [served.folder / "data", *(served.folder / "data").rglob("*")]:
+            must(path.stat().st_mode & 0o077 == 0, f"{path}: {path.stat().st_mode:o}")
+        served.fetch(run, served.folder / "got")
+        for path in (served.folder / "got").rglob("*"):
+            for secret in (str(served.folder), SOLVE):
+                must(not path.is_file() or secret.encode() not in path.read_bytes(), f"{path.name} has {secret}")
+        for path in (f"/runs/{run}", f"/runs/{run}/log", f"/runs/{run}/attempts", f"/runs/{run}/events"):
+            must(str(served.folder) not in served.request("GET", path, expect=200).body.decode(), path)
+        for bad in ("a\nb", "\x1b[2J", "\x7f"):
+            served.request("PATCH", f"/runs/{run}", {"title": bad}, expect=400)
+            served.request("PATCH", f"/runs/{run}", {"label": bad}, expect=400)
+            served.request("POST", "/runs", {"scene": {"text": SCENE}, "title": bad}, expect=400)
+            served.request("POST", "/runs", {"scene": {"text": SCENE}, "label": bad}, expect=400)
+            served.request("POST", "/studies", {"base": {"scene": {"text": SCENE}, "title": bad}, "sweep": ["seed=1,2"]}, expect=400)
+            served.request("POST", "/tokens", {"name": bad}, expect=400)
+            served.request("POST", "/projects", {"name": bad}, expect=400)
+        # The right to change nothing holds for the route, not for the end of a path.
+        project = served.json("POST", "/projects", {"name": "mine"}, 201)["id"]
+        served.request("POST", "/users", {"name": "session", "password": "correct horse"}, expect=204)
+        reads = served.json("POST", "/tokens", {"name": "reads", "read_only": True}, 201)["secret"]
+        served.request("PUT", f"/projects/{project}/members/session", {"role": "viewer"}, {"Authorization": f"Bearer {reads}"}, 403)
+    finally:
+        context.__exit__(None, None, None)
 
 
 def memory_of(served, line="VmHWM"):

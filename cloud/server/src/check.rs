@@ -204,7 +204,8 @@ pub(crate) async fn preview(
         if said.code != Some(0) {
             return Err(nothing("The first step could not be made."));
         }
-        view(&app, &folder.0.join(".run"), None)?.ok_or_else(|| nothing("The solver wrote no frame."))
+        view(&app, &folder.0.join(".run"), None)?
+            .ok_or_else(|| nothing("The solver wrote no frame."))
     })
     .await
 }

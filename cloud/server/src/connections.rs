@@ -150,7 +150,10 @@ pub(crate) async fn serve(
         });
     }
     drop(listener);
-    if tokio::time::timeout(END, graceful.shutdown()).await.is_err() {
+    if tokio::time::timeout(END, graceful.shutdown())
+        .await
+        .is_err()
+    {
         eprintln!("answers that take longer than {} s are cut", END.as_secs());
     }
 }
@@ -177,8 +180,20 @@ mod tests {
 
     #[test]
     fn limits_follow_from_open_files() {
-        assert_eq!(Limits::of(1024, false), Limits { all: 512, each: 256 });
-        assert_eq!(Limits::of(1024, true), Limits { all: 512, each: 512 });
+        assert_eq!(
+            Limits::of(1024, false),
+            Limits {
+                all: 512,
+                each: 256
+            }
+        );
+        assert_eq!(
+            Limits::of(1024, true),
+            Limits {
+                all: 512,
+                each: 512
+            }
+        );
         let most = MOST as usize;
         let expected = Limits {
             all: most,

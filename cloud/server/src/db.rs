@@ -60,6 +60,8 @@ const LATER: &[(&str, &str, &str)] = &[
     ("attempts", "saved", "REAL"),
     ("runs", "cost", "REAL"),
     ("runs", "saved", "REAL"),
+    ("secrets", "parent", "INTEGER"),
+    ("secrets", "created", "REAL NOT NULL DEFAULT 0"),
     ("runs", "reserved", "INTEGER NOT NULL DEFAULT 0"),
 ];
 
@@ -366,9 +368,8 @@ impl Db {
                 extension.reserved as i64
             ],
         )?;
-        let owner = transaction.query_row("SELECT owner FROM runs WHERE id=?1", [id], |row| {
-            row.get(0)
-        })?;
+        let owner =
+            transaction.query_row("SELECT owner FROM runs WHERE id=?1", [id], |row| row.get(0))?;
         if let Some(usage) = self.beyond(&transaction, owner)? {
             return Ok(Reserved::Full(usage));
         }
@@ -735,6 +736,14 @@ impl Db {
             params![id, title, label, now(), project],
         )?;
         Ok(())
+    }
+
+    /// Ids and states of all runs of a user.
+    pub(crate) fn runs_of(&self, owner: i64) -> Result<Vec<(String, RunState)>> {
+        let connection = self.lock();
+        let mut query = connection.prepare("SELECT id, state FROM runs WHERE owner = ?1")?;
+        let rows = query.query_map([owner], |row| Ok((row.get("id")?, state_of(row)?)))?;
+        rows.collect()
     }
 
     /// Forgets a run with all that belongs to it.

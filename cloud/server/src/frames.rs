@@ -344,7 +344,12 @@ pub(crate) fn numbers(column: &Column) -> Vec<f64> {
 }
 
 /// The folder of this machine with the streams of a run.
-pub(crate) fn folder(cache: &Cache, store: &dyn Store, run: &RunId, head: &Head) -> Result<PathBuf> {
+pub(crate) fn folder(
+    cache: &Cache,
+    store: &dyn Store,
+    run: &RunId,
+    head: &Head,
+) -> Result<PathBuf> {
     let viewed = cache.viewed(store, run, head)?;
     let viewed = viewed
         .lock()

@@ -34,7 +34,7 @@ use cloud_engine::Site;
 
 pub use openapi::document as openapi;
 pub use prices::Prices;
-pub use secrets::password_hash;
+pub use state::Links;
 pub use views::view;
 
 /// Where attempts run.
@@ -90,8 +90,8 @@ pub struct Options {
     pub first_wait: f64,
 }
 
-/// Serves until SIGTERM or SIGINT. `ready` gets the link.
-pub async fn serve(options: Options, ready: impl FnOnce(&str)) -> Result<()> {
+/// Serves until SIGTERM or SIGINT. `ready` gets the addresses.
+pub async fn serve(options: Options, ready: impl FnOnce(&Links)) -> Result<()> {
     let loopback = options.listen.ip().is_loopback();
     if options.no_auth && !loopback {
         anyhow::bail!(
@@ -120,11 +120,10 @@ pub async fn serve(options: Options, ready: impl FnOnce(&str)) -> Result<()> {
         .await
         .with_context(|| format!("{} cannot be listened on", app.options.listen))?;
     let address = listener.local_addr()?;
-    let link = app.link(address)?;
+    let links = app.links(address)?;
     reconcile::begin(app.clone())?;
-    ready(&link);
-    let mut terminate =
-        tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate())?;
+    ready(&links);
+    let mut terminate = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate())?;
     let limits = connections::Limits::raise(app.options.behind_proxy)?;
     let stop = app.clone();
     let stopped = async move {

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use axum::http::StatusCode;
 use cloud_api::answers::{Checked, RunRow, Usage};
 use cloud_api::lifecycle::RunEvent;
+use cloud_api::names::check_text;
 use cloud_api::requests::{Role, Scene, Submit};
 use cloud_api::{Head, InputFile, RunId, Spec};
 use cloud_store::sha256;
@@ -17,9 +18,6 @@ use crate::db::{Applied, Extension, NewRun, Reserved};
 use crate::secrets::{self, User};
 use crate::state::App;
 use crate::{earlier, projects};
-
-/// The longest title and label, in bytes.
-const LONGEST_TITLE: usize = 200;
 
 /// Largest error of a memory forecast plus the memory of the solver itself, in bytes.
 const MEMORY_MARGIN: u64 = 256 << 20;
@@ -71,12 +69,7 @@ fn forecast(app: &App, plan: &Value, threads: u32) -> Result<Forecast, ApiError>
 }
 
 /// Refuses what a user may not have: so many cores at once, so many bytes on top of what there is.
-pub(crate) fn within_quota(
-    app: &App,
-    user: i64,
-    threads: u32,
-    bytes: u64,
-) -> Result<(), ApiError> {
+pub(crate) fn within_quota(app: &App, user: i64, threads: u32, bytes: u64) -> Result<(), ApiError> {
     let usage = app.db.usage(user)?;
     if let Some(most) = usage.most_cores
         && u64::from(threads) > most
@@ -113,6 +106,12 @@ pub(crate) fn expected_bytes(plan: &Value) -> u64 {
     plan["disk"]["bytes"].as_f64().unwrap_or(0.0) as u64
 }
 
+/// Refuses a title, label or name with control characters, and one that is too long.
+pub(crate) fn checked_text(what: &str, text: &str) -> Result<(), ApiError> {
+    check_text(text)
+        .map_err(|why| ApiError::bad_request(format!("invalid {what}"), format!("{text:?}: {why}")))
+}
+
 /// A word for a title: what the user says, what the scene says, what the file is called.
 pub(crate) fn title(given: Option<&str>, plan: &Value, scene: &Scene) -> Result<String, ApiError> {
     let own = plan["title"].as_str().filter(|title| !title.is_empty());
@@ -120,23 +119,13 @@ pub(crate) fn title(given: Option<&str>, plan: &Value, scene: &Scene) -> Result<
         .filter(|title| !title.trim().is_empty())
         .or(own)
         .unwrap_or(&scene.name);
-    if title.len() > LONGEST_TITLE {
-        return Err(ApiError::bad_request(
-            "the title is too long",
-            format!("A title has at most {LONGEST_TITLE} bytes."),
-        ));
-    }
+    checked_text("title", title)?;
     Ok(title.to_owned())
 }
 
 pub(crate) fn label(given: Option<&str>) -> Result<&str, ApiError> {
     let label = given.unwrap_or_default();
-    if label.len() > LONGEST_TITLE {
-        return Err(ApiError::bad_request(
-            "the label is too long",
-            format!("A label has at most {LONGEST_TITLE} bytes."),
-        ));
-    }
+    checked_text("label", label)?;
     Ok(label)
 }
 
@@ -477,9 +466,14 @@ pub(crate) fn delete(app: &App, user: &User, id: &str) -> Result<(), ApiError> {
             detail,
         ));
     }
-    app.db.delete(id.as_str())?;
-    app.attempts.forget(id.as_str());
-    app.cache.forget(id.as_str());
+    forget(app, id.as_str())
+}
+
+/// Removes a run that has no attempt, with all its files.
+pub(crate) fn forget(app: &App, id: &str) -> Result<(), ApiError> {
+    app.db.delete(id)?;
+    app.attempts.forget(id);
+    app.cache.forget(id);
     // The head last but one glance: a worker that was given up finds it gone, and ends.
     app.store.delete_all(&format!("runs/{id}/"))?;
     Ok(())

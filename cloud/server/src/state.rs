@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::fs::{self, File, OpenOptions};
 use std::net::SocketAddr;
-use std::os::unix::fs::OpenOptionsExt;
+use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
 use std::path::PathBuf;
 use std::process::Command;
 use std::sync::{Arc, Mutex};
@@ -51,8 +51,19 @@ pub(crate) struct Message {
     pub(crate) text: String,
 }
 
+/// Addresses of a server.
+#[derive(Clone, Debug)]
+pub struct Links {
+    /// The page.
+    pub address: String,
+    /// A link that logs in the user of this machine: a secret, good once, within a day.
+    pub once: String,
+}
+
 /// The server's state.
 pub(crate) struct App {
+    /// Address of the page, once it is known.
+    address: Mutex<String>,
     pub(crate) options: Options,
     pub(crate) db: Db,
     pub(crate) store: Box<dyn Store>,
@@ -86,6 +97,8 @@ impl App {
     pub(crate) fn open(mut options: Options) -> Result<Arc<Self>> {
         fs::create_dir_all(&options.data).with_context(|| format!("{}", options.data.display()))?;
         options.data = options.data.canonicalize()?;
+        // Also a folder that was there before: it holds hashes of secrets and runs of all users.
+        fs::set_permissions(&options.data, fs::Permissions::from_mode(0o700))?;
         let data = options.data.clone();
         let lock = OpenOptions::new()
             .create(true)
@@ -136,6 +149,7 @@ impl App {
         let templates = templates::all(&options.solver, &data.join("checks"), store.as_ref(), &db)?;
         let (wake, woken) = std::sync::mpsc::sync_channel(1);
         Ok(Arc::new(Self {
+            address: Mutex::default(),
             cache: Cache::new(data.join("cache")),
             options,
             db,
@@ -160,8 +174,8 @@ impl App {
         }))
     }
 
-    /// The link that logs in.
-    pub(crate) fn link(&self, address: SocketAddr) -> Result<String> {
+    /// Writes the link of the command line into the data folder, and returns the address and a link that logs in once.
+    pub(crate) fn links(&self, address: SocketAddr) -> Result<Links> {
         let host = self
             .options
             .hosts
@@ -172,16 +186,38 @@ impl App {
         } else {
             "http"
         };
-        let link = if self.options.no_auth {
-            format!("{scheme}://{host}/")
-        } else {
-            format!(
-                "{scheme}://{host}/#token={}",
-                secrets::link_token(&self.db, &self.options.data)?
-            )
-        };
-        secrets::write_secret(&self.options.data.join("link"), &link)?;
-        Ok(link)
+        let address = format!("{scheme}://{host}/");
+        *self
+            .address
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner()) = address.clone();
+        if self.options.no_auth {
+            secrets::write_secret(&self.options.data.join("link"), &address)?;
+            return Ok(Links {
+                once: address.clone(),
+                address,
+            });
+        }
+        self.write_link(false)?;
+        Ok(Links {
+            once: format!("{address}#token={}", secrets::link(&self.db)?),
+            address,
+        })
+    }
+
+    fn write_link(&self, rotate: bool) -> Result<()> {
+        let data = &self.options.data;
+        let token = secrets::machine_token(&self.db, data, rotate)?;
+        let address = self
+            .address
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner());
+        secrets::write_secret(&data.join("link"), &format!("{address}#token={token}"))
+    }
+
+    /// Makes the secrets of the machine anew, and ends the sessions of its user.
+    pub(crate) fn rotate(&self) -> Result<()> {
+        self.write_link(true)
     }
 
     /// Ends all streams of events.

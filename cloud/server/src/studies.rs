@@ -25,8 +25,8 @@ use crate::check::{LARGEST_SCENE, inspect, lay_out, solve};
 use crate::content::Content;
 use crate::db::{ListScope, MOST_ROWS, NewRun, NewStudy, Reserved};
 use crate::runs::{
-    PreparedRun, blocking, by_idempotency_key, expected_bytes, full, label, prepare, title, within_quota,
-    write,
+    PreparedRun, blocking, by_idempotency_key, expected_bytes, full, label, prepare, title,
+    within_quota, write,
 };
 use crate::secrets::{self, User};
 use crate::state::App;

@@ -30,7 +30,10 @@ struct Wall {
     corners: Vec<Triangle>,
 }
 
-fn flat<S: serde::Serializer>(triangles: &[Triangle], to: S) -> std::result::Result<S::Ok, S::Error> {
+fn flat<S: serde::Serializer>(
+    triangles: &[Triangle],
+    to: S,
+) -> std::result::Result<S::Ok, S::Error> {
     to.collect_seq(triangles.iter().flatten().flatten())
 }
 
@@ -173,7 +176,9 @@ fn reduced(triangles: &[Triangle], most: usize) -> Vec<Triangle> {
             high[axis] = high[axis].max(corner[axis]);
         }
     }
-    let extent = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f32::max);
+    let extent = (0..3)
+        .map(|axis| high[axis] - low[axis])
+        .fold(0.0, f32::max);
     // A surface meets about as many cells as the square of their number along an edge, with two triangles each.
     let mut cells = (most as f32).sqrt().ceil();
     while cells > 1.0 && extent > 0.0 {

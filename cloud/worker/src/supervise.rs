@@ -1,5 +1,6 @@
 //! The loop of an attempt: watch, beat, commit, and stop where something says so.
 
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread;
@@ -47,6 +48,9 @@ impl Every {
         due
     }
 }
+
+/// Progress of the solver, in the folder of the attempt.
+const PROGRESS: &str = ".progress";
 
 /// State that the threads of an attempt share: requests to the store may take long, and neither a signal nor a sign of life
 /// waits for them.
@@ -159,8 +163,8 @@ fn run(attempt: &Attempt, held: &mut Held) -> Result<Outcome> {
     {
         sync.forget_tails(attempt, held, &workspace)?;
     }
-    let progress = workspace.folder.join(".progress");
-    let solver = Solver::start(attempt, &spec, &workspace.folder, &progress)?;
+    let progress = workspace.folder.join(PROGRESS);
+    let solver = Solver::start(attempt, &spec, &workspace.folder, Path::new(PROGRESS))?;
     let mut progress = Progress::new(&progress);
     progress.grows = held.head.streams.keys().cloned().collect();
     let mut watch = Watch {

@@ -91,6 +91,7 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route("/extend", post(run_extend))
         .route("/clone", post(run_clone))
         .route("/share", post(run_share))
+        .route("/shares", get(accounts::run_shares))
         .route("/attempts", get(run_attempts))
         .route("/events", get(run_events))
         .route("/log", get(run_log))
@@ -130,6 +131,15 @@ pub(crate) fn router(app: Arc<App>) -> Router {
                 .delete(accounts::session_end),
         )
         .route("/users", get(accounts::user_list).post(accounts::user_set))
+        .route("/users/{name}", delete(accounts::user_remove))
+        .route(
+            "/sessions",
+            get(accounts::session_list).delete(accounts::session_remove_all),
+        )
+        .route("/sessions/{id}", delete(accounts::session_remove))
+        .route("/shares", get(accounts::share_list))
+        .route("/shares/{id}", delete(accounts::share_remove))
+        .route("/links", post(accounts::link_add))
         .route(
             "/tokens",
             get(accounts::token_list).post(accounts::token_add),
