@@ -1490,6 +1490,33 @@ def check_limits():
         must(abs(served.run(run)["time"] - ends[200][0]) < 1e-3, f"ends at {served.run(run)['time']}, accepted {ends[200]}")
 
 
+def check_inputs():
+    """Inputs are listed and deleted, unless a run names them, and go with the last run that does."""
+    with server() as served:
+        path = served.folder / "spare.stl"
+        path.write_bytes(os.urandom(100_000))
+        digits = upload(served, path)
+        kept = served.folder / "data/store/inputs" / digits
+        def rows():
+            return {row["sha256"]: row["runs"] for row in served.json("GET", "/inputs")}
+        must(rows() == {digits: 0} and kept.exists(), f"{rows()}")
+        served.request("DELETE", f"/inputs/{digits}", expect=204)
+        must(rows() == {} and not kept.exists(), "a deleted input is still there")
+        served.request("DELETE", f"/inputs/{digits}", expect=404)
+        upload(served, path)
+        scene = {"name": "drum.toml", "text": SCENE, "set": [*SHORT, "time.end=0.001"], "files": {"spare.stl": digits}}
+        runs = [served.json("POST", "/runs", {"scene": scene}, 201)["id"] for _ in range(2)]
+        [served.wait(run) for run in runs]
+        served.request("DELETE", f"/inputs/{digits}", expect=409)
+        clone = served.json("POST", f"/runs/{runs[0]}/clone", {})
+        must(clone["scene"] == scene, f"the clone has another scene: {clone['scene']['set']}")
+        served.request("DELETE", f"/runs/{runs[0]}", expect=204)
+        must(rows()[digits] == 1 and kept.exists(), "an input goes before its last run")
+        served.request("DELETE", f"/runs/{runs[1]}", expect=204)
+        must(rows() == {} and not kept.exists(), f"an input outlives its runs: {rows()}")
+        must(served.json("GET", "/session")["usage"]["disk"] == 0, "disk that is not given back")
+
+
 def check_csrf():
     """Unsafe requests from another page get 403, requests for another host 421."""
     with server() as served:
@@ -1878,6 +1905,12 @@ def check_newcomer():
     """A newcomer in Chromium: template, mistake, Submit, particles, chart, log, stop, resume, download; no complaint."""
     with server() as served:
         browser("newcomer.mjs", served.link)
+
+
+def check_draft():
+    """A draft in Chromium: kept over reload, dark and templates; a lost answer makes no second run; account; a link asks."""
+    with server() as served:
+        browser("draft.mjs", served.link)
 
 
 def check_study_page():

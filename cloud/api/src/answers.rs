@@ -368,6 +368,17 @@ pub struct UserRow {
     pub usage: Usage,
 }
 
+/// A content that a user has sent.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct InputRow {
+    /// SHA-256 of the content, 64 hexadecimal digits.
+    pub sha256: String,
+    /// Length in bytes.
+    pub bytes: u64,
+    /// How many runs of the user name it.
+    pub runs: u64,
+}
+
 /// A session as lists show it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct SessionRow {

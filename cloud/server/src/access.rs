@@ -152,7 +152,11 @@ impl FromRequestParts<Arc<App>> for Client {
         let peer = parts.extensions.get::<Peer>();
         let address = peer.map_or(Ipv4Addr::UNSPECIFIED.into(), |peer| peer.0);
         // The proxy adds the address of its client at the end; what stands before is what that client says.
-        let header = parts.headers.get_all("x-forwarded-for").into_iter().last();
+        let header = parts
+            .headers
+            .get_all("x-forwarded-for")
+            .into_iter()
+            .next_back();
         let forwarded = header.filter(|_| app.options.behind_proxy).and_then(|all| {
             let last = all.to_str().ok()?.rsplit(',').next()?.trim();
             last.parse::<IpAddr>().ok()

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::{Mutex, MutexGuard};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use cloud_api::answers::{Attempt, EventRow, RunRow, Usage};
+use cloud_api::answers::{Attempt, EventRow, InputRow, RunRow, Usage};
 use cloud_api::head::Cause;
 use cloud_api::lifecycle::{self, Illegal, Policy, Run, RunEvent};
 use cloud_api::{Head, RunState, Wish};
@@ -419,7 +419,7 @@ impl Db {
                     params![id, after.epoch as i64, engine.name(), now(), engine.queue(before.barren)],
                 )?;
                 events.push(add_event(
-                    &transaction,
+                    transaction,
                     id,
                     "attempt",
                     json!({"epoch": after.epoch, "began": true}),
@@ -449,7 +449,7 @@ impl Db {
                     params![id, cause, ending.message],
                 )?;
                 let data = json!({"epoch": before.epoch, "cause": cause, "code": ending.code, "message": ending.message});
-                events.push(add_event(&transaction, id, "attempt", data)?);
+                events.push(add_event(transaction, id, "attempt", data)?);
             }
             RunEvent::Resume | RunEvent::Extend => {
                 transaction.execute(
@@ -472,7 +472,7 @@ impl Db {
         }
         if after.state != before.state {
             events.push(add_event(
-                &transaction,
+                transaction,
                 id,
                 "state",
                 json!({"state": after.state}),
@@ -746,15 +746,57 @@ impl Db {
         rows.collect()
     }
 
-    /// Forgets a run with all that belongs to it.
-    pub(crate) fn delete(&self, id: &str) -> Result<()> {
+    /// Forgets a run with all that belongs to it, also the inputs of its owner that no other run of the owner names. Returns the contents
+    /// that nothing needs any more.
+    pub(crate) fn delete(&self, id: &str) -> Result<Vec<String>> {
         let mut connection = self.lock();
         let transaction = connection.transaction()?;
+        let run = "SELECT owner, spec FROM runs WHERE id = ?1";
+        let run: Option<(i64, String)> = transaction
+            .query_row(run, [id], |row| Ok((row.get(0)?, row.get(1)?)))
+            .optional()?;
         transaction.execute("DELETE FROM runs WHERE id = ?1", [id])?;
         transaction.execute("DELETE FROM attempts WHERE run = ?1", [id])?;
         transaction.execute("DELETE FROM events WHERE run = ?1", [id])?;
         transaction.execute("DELETE FROM secrets WHERE run = ?1", [id])?;
-        transaction.commit()
+        let mut gone = Vec::new();
+        if let Some((owner, spec)) = run {
+            let spec: Value = serde_json::from_str(&spec).unwrap_or(Value::Null);
+            let files = spec["files"].as_object().into_iter().flatten();
+            for sha256 in files.filter_map(|(_, file)| file["sha256"].as_str()) {
+                if forget_input(&transaction, sha256, owner)? == Forgotten::Content {
+                    gone.push(sha256.to_owned());
+                }
+            }
+        }
+        transaction.commit()?;
+        Ok(gone)
+    }
+
+    /// Inputs of a user, the largest first: SHA-256, length, and how many runs of the user name it.
+    pub(crate) fn inputs(&self, owner: i64) -> Result<Vec<InputRow>> {
+        let connection = self.lock();
+        let mut query = connection.prepare(
+            "SELECT sha256, bytes, (SELECT count(*) FROM runs r WHERE r.owner = ?1 AND instr(r.spec, i.sha256) > 0) FROM inputs i
+             WHERE owner = ?1 ORDER BY bytes DESC, sha256 LIMIT ?2",
+        )?;
+        let rows = query.query_map(params![owner, MOST_ROWS as i64], |row| {
+            Ok(InputRow {
+                sha256: row.get(0)?,
+                bytes: row.get::<_, i64>(1)? as u64,
+                runs: row.get::<_, i64>(2)? as u64,
+            })
+        })?;
+        rows.collect()
+    }
+
+    /// Forgets an input of a user, unless a run of the user names it.
+    pub(crate) fn remove_input(&self, sha256: &str, owner: i64) -> Result<Forgotten> {
+        let mut connection = self.lock();
+        let transaction = connection.transaction()?;
+        let forgotten = forget_input(&transaction, sha256, owner)?;
+        transaction.commit()?;
+        Ok(forgotten)
     }
 
     /// Notes that a user has sent a content.
@@ -773,6 +815,39 @@ impl Db {
             .optional()
             .map(|bytes| bytes.map(|bytes| bytes as u64))
     }
+}
+
+/// Result of forgetting an input.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Forgotten {
+    /// The user has no such input.
+    Missing,
+    /// A run of the user names it.
+    Named,
+    /// The content is still needed: by another user, or by a template.
+    Row,
+    /// Nothing needs the content.
+    Content,
+}
+
+fn forget_input(transaction: &Transaction, sha256: &str, owner: i64) -> Result<Forgotten> {
+    let named = |owner: Option<i64>| {
+        let count = "SELECT EXISTS (SELECT 1 FROM runs WHERE (?1 IS NULL OR owner = ?1) AND instr(spec, ?2) > 0)";
+        transaction.query_row(count, params![owner, sha256], |row| row.get::<_, bool>(0))
+    };
+    if named(Some(owner))? {
+        return Ok(Forgotten::Named);
+    }
+    let remove = "DELETE FROM inputs WHERE sha256 = ?1 AND owner = ?2";
+    if transaction.execute(remove, params![sha256, owner])? == 0 {
+        return Ok(Forgotten::Missing);
+    }
+    let others = "SELECT EXISTS (SELECT 1 FROM inputs WHERE sha256 = ?1)";
+    let others: bool = transaction.query_row(others, [sha256], |row| row.get(0))?;
+    Ok(match others || named(None)? {
+        true => Forgotten::Row,
+        false => Forgotten::Content,
+    })
 }
 
 fn insert_input(connection: &Connection, sha256: &str, owner: i64, bytes: u64) -> Result<()> {
@@ -932,6 +1007,32 @@ mod tests {
         assert!(db.over_limit().unwrap().is_empty());
         db.set_bytes("a", 81).unwrap();
         assert_eq!(db.over_limit().unwrap(), [1]);
+    }
+
+    /// An input goes with the last run of its owner that names it; its content when no user has it any more.
+    #[test]
+    fn an_input_goes_with_the_last_run_that_names_it() {
+        let (_folder, db) = db();
+        let spec = r#"{"files":{"a.stl":{"sha256":"abc","bytes":3}}}"#;
+        let run = |id, owner| NewRun {
+            owner,
+            spec,
+            ..new(id, None)
+        };
+        db.insert(&[run("a", 1), run("b", 1), run("c", 2)], None)
+            .unwrap();
+        db.add_input("abc", 1, 3).unwrap();
+        db.add_input("abc", 2, 3).unwrap();
+        assert_eq!(db.inputs(1).unwrap()[0].runs, 2);
+        assert_eq!(db.remove_input("abc", 1).unwrap(), Forgotten::Named);
+        assert!(db.delete("a").unwrap().is_empty());
+        assert_eq!(db.inputs(1).unwrap()[0].runs, 1);
+        assert!(db.delete("b").unwrap().is_empty());
+        assert!(db.inputs(1).unwrap().is_empty());
+        assert_eq!(db.delete("c").unwrap(), ["abc"]);
+        assert_eq!(db.remove_input("abc", 2).unwrap(), Forgotten::Missing);
+        db.add_input("abc", 1, 3).unwrap();
+        assert_eq!(db.remove_input("abc", 1).unwrap(), Forgotten::Content);
     }
 
     /// Of two extensions of one revision the second one changes nothing.

@@ -37,6 +37,8 @@ use crate::{accounts, downloads, projects, routes};
         downloads::run_file,
         downloads::run_archive,
         routes::input_put,
+        routes::input_list,
+        routes::input_remove,
         routes::study_check,
         routes::study_submit,
         routes::study_list,

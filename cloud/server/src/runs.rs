@@ -96,7 +96,7 @@ pub(crate) fn full(usage: &Usage, bytes: u64) -> ApiError {
         "too little disk is left",
         format!(
             "This needs {needs}; your runs and inputs take {has}, with what live runs are expected to write, and may take {may}. \
-             Delete runs, or wait until live ones end."
+             Delete runs, or inputs that no run names (on the page Account), or wait until live runs end."
         ),
     )
 }
@@ -471,11 +471,14 @@ pub(crate) fn delete(app: &App, user: &User, id: &str) -> Result<(), ApiError> {
 
 /// Removes a run that has no attempt, with all its files.
 pub(crate) fn forget(app: &App, id: &str) -> Result<(), ApiError> {
-    app.db.delete(id)?;
+    let inputs = app.db.delete(id)?;
     app.attempts.forget(id);
     app.cache.forget(id);
     // The head last but one glance: a worker that was given up finds it gone, and ends.
     app.store.delete_all(&format!("runs/{id}/"))?;
+    for sha256 in inputs {
+        app.store.delete(&format!("inputs/{sha256}"))?;
+    }
     Ok(())
 }
 

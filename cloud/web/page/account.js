@@ -53,7 +53,7 @@ export async function showAccount(main) {
   } }, name, el("button", {}, "New token"));
 
   async function load() {
-    const [sessions, tokens, shares, users] = await Promise.all([get("/sessions"), get("/tokens"), get("/shares"), session.admin ? get("/users") : []]);
+    const [sessions, tokens, shares, inputs, users] = await Promise.all([get("/sessions"), get("/tokens"), get("/shares"), get("/inputs"), session.admin ? get("/users") : []]);
     put(list,
       card("Sessions", "Browsers that are logged in. A session ends with the token or the password that began it.",
         sessions.map((/** @type {any} */ one) => [one.current ? "this browser" : one.token ? `by token ${one.token}` : "by password or link", `begun ${ago(one.created)}`, `ends ${day(one.expires)}`,
@@ -64,6 +64,9 @@ export async function showAccount(main) {
       card("Links to runs", "Anyone with such a link looks at the run until the link ends.",
         shares.map((/** @type {any} */ one) => [el("a", { href: `/runs/${one.run}` }, one.run.slice(0, 8)), `ends ${day(one.expires)}`,
           taken(`/shares/${one.id}`, "Take back", "Whoever has this link sees the run no more.")])),
+      card("Inputs that no run names", "Files that were sent for a scene. Others go with the last run that names them.",
+        inputs.filter((/** @type {any} */ one) => one.runs === 0).map((/** @type {any} */ one) => [el("code", {}, one.sha256.slice(0, 12)), size(one.bytes),
+          taken(`/inputs/${one.sha256}`, "Delete", "Scenes that name this file have to send it again.")])),
       session.admin && card("Users", "`mercury-cloud user NAME` adds a user, and changes password, limits and rights.",
         users.map((/** @type {any} */ one) => [one.name, one.admin ? "administrator" : "", `${size(one.usage.disk)}${one.usage.most_disk == null ? "" : ` of ${size(one.usage.most_disk)}`}`,
           one.name !== session.user && one.name !== "local" && taken(`/users/${encodeURIComponent(one.name)}`, "Remove", `${one.name} is removed with all secrets, runs and inputs.`)])));

@@ -73,7 +73,13 @@ async function begin(body) {
   }
 }
 
+/** Whether this browser has had a session. */
+function remembered() {
+  try { return localStorage.getItem("session") !== null; } catch { return true; }
+}
+
 function known() {
+  try { localStorage.setItem("session", "1"); } catch { /* a browser that keeps nothing */ }
   const place = /** @type {HTMLElement} */ (document.getElementById("who"));
   const { disk, most_disk: most } = session.usage;
   // A link to a run shows nothing of its owner.
@@ -97,7 +103,8 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => show
 const token = new URLSearchParams(location.hash.slice(1)).get("token");
 if (token) {
   history.replaceState(null, "", location.pathname + location.search);
-  session = await get("/session").catch(() => null);
+  // Only where this browser had a session before: a question without one is an error in the console.
+  session = remembered() ? await get("/session").catch(() => null) : null;
   const who = session?.user || "the guest of another run";
   // A link from elsewhere must not make one work as another user without a word.
   if (session && await ask("Log in by this link?", `You are logged in as ${who}. The link replaces that session.`, "Log in by the link") === null) {

@@ -122,6 +122,7 @@ pub(crate) fn router(app: Arc<App>) -> Router {
             "/projects/{project}/members/{name}",
             put(projects::member_set).delete(projects::member_remove),
         )
+        .route("/inputs", get(input_list))
         .route("/templates", get(template_list))
         .route("/events", get(events))
         .route(
@@ -150,7 +151,9 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         // Streams its body to the disk and counts what comes, whatever the header says.
         .route(
             "/inputs/{sha256}",
-            put(input_put).layer(DefaultBodyLimit::disable()),
+            put(input_put)
+                .layer(DefaultBodyLimit::disable())
+                .delete(input_remove),
         )
         .fallback(|| async { ApiError::not_found() })
         .layer(CompressionLayer::new().gzip(true));

@@ -9,7 +9,7 @@ use axum::body::Body;
 use axum::extract::{Path, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use cloud_api::answers::{Checked, Template};
+use cloud_api::answers::{Checked, InputRow, Template};
 use cloud_api::requests::Check;
 use cloud_store::Hashing;
 use tokio_stream::StreamExt;
@@ -17,7 +17,7 @@ use tokio_stream::StreamExt;
 use super::{Answer, JsonBody, Shared};
 use crate::access::{ApiError, LoggedIn};
 use crate::check;
-use crate::db::Reserved;
+use crate::db::{Forgotten, Reserved};
 use crate::runs::{blocking, full};
 use crate::state::App;
 
@@ -179,6 +179,41 @@ pub(crate) async fn input_put(
         }
         reservation.keep(&sha256, bytes)?;
         Ok(StatusCode::CREATED)
+    })
+    .await
+}
+
+/// Contents that this user has sent, the largest first; at most 200. They go with the last run that names them.
+#[utoipa::path(get, path = "/api/v1/inputs", responses((status = 200, body = Vec<InputRow>)))]
+pub(crate) async fn input_list(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+) -> Answer<Vec<InputRow>> {
+    if user.share.is_some() {
+        return Err(ApiError::not_found());
+    }
+    blocking(move || Ok(Json(app.db.inputs(user.id)?))).await
+}
+
+/// Removes a content that this user has sent, and that no run names.
+#[utoipa::path(delete, path = "/api/v1/inputs/{sha256}", params(("sha256" = String, Path)), responses((status = 204)))]
+pub(crate) async fn input_remove(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Path(sha256): Path<String>,
+) -> Result<StatusCode, ApiError> {
+    blocking(move || match app.db.remove_input(&sha256, user.id)? {
+        Forgotten::Missing => Err(ApiError::not_found()),
+        Forgotten::Named => Err(ApiError::new(
+            StatusCode::CONFLICT,
+            "the input is in use",
+            "A run names it. It goes with the last of them.",
+        )),
+        Forgotten::Row => Ok(StatusCode::NO_CONTENT),
+        Forgotten::Content => {
+            app.store.delete(&format!("inputs/{sha256}"))?;
+            Ok(StatusCode::NO_CONTENT)
+        }
     })
     .await
 }
