@@ -1093,7 +1093,7 @@ def check_taken_back():
 
 
 def check_private():
-    """Whoever starts it, the data belongs to its owner alone; no answer has a path of the server; texts have no control characters."""
+    """With any umask at its start, the data belongs to its owner alone; no answer has a path of the server; texts have no control characters."""
     before = os.umask(0)
     try:
         context = server()

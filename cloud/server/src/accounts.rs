@@ -402,7 +402,7 @@ pub(crate) async fn share_list(
     Ok(Json(found.into_iter().map(row_of).collect()))
 }
 
-/// The links to a run, for those who may change it.
+/// The links to a run, for users who may change it.
 #[utoipa::path(get, path = "/api/v1/runs/{run}/shares", params(("run" = String, Path)), responses((status = 200, body = Vec<TokenRow>)))]
 pub(crate) async fn run_shares(
     State(app): Shared,

@@ -19,7 +19,7 @@ use tokio::net::TcpListener;
 use tokio_io_timeout::TimeoutStream;
 use tower::ServiceExt;
 
-/// How long the head of a request may take, and a connection may be idle.
+/// How long the head of a request may take.
 const HEAD: Duration = Duration::from_secs(20);
 
 /// How long a client may read nothing of an answer.

@@ -572,7 +572,7 @@ mod tests {
         }
     }
 
-    /// What is made with a token ends with it, and not later; so does what is made with that.
+    /// Secrets that a token makes end with it, and not later; so do secrets that those make.
     #[test]
     fn what_a_token_makes_ends_with_it() {
         let folder = tempfile::tempdir().unwrap();

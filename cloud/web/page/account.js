@@ -63,7 +63,7 @@ export async function showAccount(main) {
           taken(`/tokens/${one.id}`, "Take back", `Programs with the token “${one.name}” are logged out.`)]), !session.read_only && el("div", {}, make, fresh)),
       card("Links to runs", "Anyone with such a link looks at the run until the link ends.",
         shares.map((/** @type {any} */ one) => [el("a", { href: `/runs/${one.run}` }, one.run.slice(0, 8)), `ends ${day(one.expires)}`,
-          taken(`/shares/${one.id}`, "Take back", "Whoever has this link sees the run no more.")])),
+          taken(`/shares/${one.id}`, "Take back", "Holders of this link do not see the run any more.")])),
       card("Inputs that no run names", "Files that were sent for a scene. Others go with the last run that names them.",
         inputs.filter((/** @type {any} */ one) => one.runs === 0).map((/** @type {any} */ one) => [el("code", {}, one.sha256.slice(0, 12)), size(one.bytes),
           taken(`/inputs/${one.sha256}`, "Delete", "Scenes that name this file have to send it again.")])),
