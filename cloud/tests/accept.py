@@ -23,6 +23,7 @@ import tempfile
 import threading
 import time
 import traceback
+import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -201,10 +202,12 @@ class Server:
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=self.log, env=self.environment, text=True)
         link = self.process.stdout.readline()
         must(link, f"the server did not start:\n{(self.folder / 'server.log').read_text()}")
-        self.link = link.strip()
+        # Standard output is no terminal, so the link that it shows has no secret; the command line has one of its own.
+        must("#token=" not in link, f"a secret outside of a terminal: {link}")
+        self.link = (self.folder / "data/link").read_text().strip()
         self.cookie = None
         answer = self.request("POST", "/session", {"token": self.link.split("#token=")[1]})
-        self.cookie = answer.headers["set-cookie"].split(";")[0]
+        self.admin = self.cookie = answer.headers["set-cookie"].split(";")[0]
 
     def kill(self):
         self.process.kill()
@@ -308,6 +311,7 @@ def server(*options, **more):
             print(log.name, log.read_text()[-1000:])
         raise
     finally:
+        started.cookie = started.admin
         for run in started.json("GET", "/runs")["runs"] if started.process.poll() is None else []:
             for pid in started.worker(run["id"]):
                 with contextlib.suppress(ProcessLookupError):
@@ -1000,11 +1004,253 @@ def check_others():
         served.request("GET", f"/runs/{other}", expect=404)
         served.request("POST", f"/runs/{run}/stop", {}, expect=403)
         served.request("POST", "/tokens", {"name": "x"}, expect=403)
-        served.cookie = mine
-        # One of the five tries of this minute was the one above.
-        for _ in range(4):
-            served.request("POST", "/session", {"name": "ada", "password": "wrong"}, expect=401)
-        served.request("POST", "/session", {"name": "ada", "password": "wrong"}, expect=429)
+
+
+def check_taken_back():
+    """Tokens, links, passwords, users and sessions that are taken back are gone with all that they made, also streams; a link is good once."""
+    with server() as served:
+        def session(**body):
+            served.cookie = None
+            answer = served.request("POST", "/session", body, expect=200)
+            return answer.headers["set-cookie"].split(";")[0]
+        def status(cookie, path="/session"):
+            served.cookie = cookie
+            return served.request("GET", path).status
+        def cli(*words, text=None):
+            done = subprocess.run([CLOUD, *words[:1], "--link", served.link, *words[1:]], input=text, capture_output=True, text=True)
+            must(done.returncode == 0, f"{words}: {done.stderr}")
+            return done.stdout
+        run = served.submit(sets=LONG)
+        admin = served.admin
+        # A token of one day makes a session of a day, which ends with it; so does its stream of events.
+        token = served.json("POST", "/tokens", {"name": "day", "days": 1}, 201)
+        made = session(token=token["secret"])
+        served.cookie = made
+        row = [row for row in served.json("GET", "/sessions") if row["current"]][0]
+        must(row["token"] == "day" and row["expires"] <= token["expires"], f"{row}")
+        longer = served.json("POST", "/tokens", {"name": "longer", "days": 300}, 201)
+        must(longer["expires"] <= token["expires"], "a token makes one that lives longer")
+        connection = http.client.HTTPConnection("127.0.0.1", served.port, timeout=30)
+        connection.request("GET", "/api/v1/events", headers={"Cookie": made})
+        stream = connection.getresponse()
+        must(stream.status == 200, f"{stream.status}")
+        served.cookie = admin
+        served.request("DELETE", f"/tokens/{token['id']}", expect=204)
+        must(status(made) == 401, "a session outlives its token")
+        served.cookie = None
+        served.request("GET", "/session", headers={"Authorization": f"Bearer {longer['secret']}"}, expect=401)
+        begin = time.monotonic()
+        while stream.readline():
+            must(time.monotonic() - begin < 20, "a stream outlives its token")
+        # A link to a run shows nothing of its owner, and ends with its sessions.
+        served.cookie = admin
+        share = served.json("POST", f"/runs/{run}/share", {"days": 1})["token"]
+        shared = session(token=share)
+        served.cookie = shared
+        seen = served.json("GET", "/session")
+        must((seen["user"], seen["cores"], seen["usage"]["disk"], seen["price"]) == ("", [0, 0], 0, None), f"{seen}")
+        must(served.run(run)["owner"] == "", "the owner of a shared run")
+        for path in ("/sessions", "/tokens", "/shares", f"/runs/{run}/shares"):
+            served.request("GET", path, expect=404)
+        served.cookie = admin
+        [row] = served.json("GET", f"/runs/{run}/shares")
+        must(row["run"] == run and served.json("GET", "/shares") == [row], f"{row}")
+        cli("share", "rm", str(row["id"]))
+        must(status(shared) == 401, "a session outlives its share")
+        # A password, and a user.
+        cli("user", "ada", "--disk", "5", text="correct horse\n")
+        first = session(name="ada", password="correct horse")
+        served.cookie = first
+        kept = served.json("POST", "/tokens", {"name": "kept"}, 201)["secret"]
+        cli("user", "ada", "--password", text="another horse\n")
+        must(status(first) == 401, "a session outlives its password")
+        second = session(name="ada", password="another horse")
+        served.cookie = second
+        must(served.json("GET", "/session")["usage"]["most_disk"] == 5_000_000, "a new password changes limits")
+        third = session(name="ada", password="another horse")
+        served.cookie = second
+        served.request("DELETE", "/sessions", expect=204)
+        must(status(second) == status(third) == 401, "logged out everywhere, but not here")
+        served.cookie = None
+        served.request("GET", "/session", headers={"Authorization": f"Bearer {kept}"}, expect=200)
+        must("ada" in cli("user", "ls"), "ada is not listed")
+        cli("user", "rm", "ada")
+        served.request("GET", "/session", headers={"Authorization": f"Bearer {kept}"}, expect=401)
+        # The last administrator stays one; a link of the machine is good once, and rotation ends what was before.
+        served.cookie = admin
+        served.request("POST", "/users", {"name": "local", "admin": False}, expect=409)
+        served.request("DELETE", "/users/local", expect=409)
+        link = cli("link").strip().split("#token=")[1]
+        once = session(token=link)
+        served.cookie = None
+        served.request("POST", "/session", {"token": link}, expect=401)
+        must(status(once) == 200, "the session of the link")
+        fresh = cli("link", "--rotate").strip().split("#token=")[1]
+        must(status(once) == 401 and status(admin) == 401, "sessions outlive a rotation")
+        served.link = (served.folder / "data/link").read_text().strip()
+        served.admin = session(token=served.link.split("#token=")[1])
+        must(status(session(token=fresh)) == 200, "the link of the rotation")
+
+
+def check_private():
+    """With any umask at its start, the data belongs to its owner alone; no answer has a path of the server; texts have no control characters."""
+    before = os.umask(0)
+    try:
+        context = server()
+        served = context.__enter__()
+    finally:
+        os.umask(before)
+    try:
+        run = served.submit(sets=[*SHORT, "time.end=0.01"])
+        served.wait(run)
+        for path in [served.folder / "data", *(served.folder / "data").rglob("*")]:
+            must(path.stat().st_mode & 0o077 == 0, f"{path}: {path.stat().st_mode:o}")
+        served.fetch(run, served.folder / "got")
+        for path in (served.folder / "got").rglob("*"):
+            for secret in (str(served.folder), SOLVE):
+                must(not path.is_file() or secret.encode() not in path.read_bytes(), f"{path.name} has {secret}")
+        for path in (f"/runs/{run}", f"/runs/{run}/log", f"/runs/{run}/attempts", f"/runs/{run}/events"):
+            must(str(served.folder) not in served.request("GET", path, expect=200).body.decode(), path)
+        for bad in ("a\nb", "\x1b[2J", "\x7f"):
+            served.request("PATCH", f"/runs/{run}", {"title": bad}, expect=400)
+            served.request("PATCH", f"/runs/{run}", {"label": bad}, expect=400)
+            served.request("POST", "/runs", {"scene": {"text": SCENE}, "title": bad}, expect=400)
+            served.request("POST", "/runs", {"scene": {"text": SCENE}, "label": bad}, expect=400)
+            served.request("POST", "/studies", {"base": {"scene": {"text": SCENE}, "title": bad}, "sweep": ["seed=1,2"]}, expect=400)
+            served.request("POST", "/tokens", {"name": bad}, expect=400)
+            served.request("POST", "/projects", {"name": bad}, expect=400)
+        # The right to change nothing holds for the route, not for the end of a path.
+        project = served.json("POST", "/projects", {"name": "mine"}, 201)["id"]
+        served.request("POST", "/users", {"name": "session", "password": "correct horse"}, expect=204)
+        reads = served.json("POST", "/tokens", {"name": "reads", "read_only": True}, 201)["secret"]
+        served.request("PUT", f"/projects/{project}/members/session", {"role": "viewer"}, {"Authorization": f"Bearer {reads}"}, 403)
+    finally:
+        context.__exit__(None, None, None)
+
+
+def memory_of(served, line="VmHWM"):
+    """Memory of a server in kB: the most so far, or another line of its status."""
+    text = Path(f"/proc/{served.process.pid}/status").read_text()
+    return int(re.search(rf"^{line}:\s+(\d+)", text, re.M)[1])
+
+
+def stalled(served, path, cookie, count, address="127.0.0.1"):
+    """Connections that send a request and read nothing of the answer."""
+    made = []
+    for _ in range(count):
+        raw = socket.socket()
+        raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        raw.bind((address, 0))
+        raw.connect(("127.0.0.1", served.port))
+        with contextlib.suppress(OSError):
+            raw.sendall(f"GET /api/v1{path} HTTP/1.1\r\nHost: 127.0.0.1\r\nCookie: {cookie}\r\n\r\n".encode())
+        made.append(raw)
+    return made
+
+
+def big_run(served, megabytes):
+    """A finished run with an input of this length that its scene does not name, and a cookie of a link to it."""
+    path = served.folder / "big.stl"
+    path.write_bytes(os.urandom(1 << 20) * megabytes)
+    run = served.json("POST", "/runs", {"scene": {"name": "drum.toml", "text": SCENE, "set": [*SHORT, "time.end=0.001"],
+                                                  "files": {"big.stl": upload(served, path)}}}, 201)["id"]
+    served.wait(run)
+    token = served.json("POST", f"/runs/{run}/share", {"days": 1})["token"]
+    shared = served.request("POST", "/session", {"token": token}, expect=200).headers["set-cookie"].split(";")[0]
+    return run, shared
+
+
+def check_unread():
+    """610 downloads of a link that nothing reads: other requests take less than 2 s, and so do downloads of its owner."""
+    with server() as served:
+        run, shared = big_run(served, 16)
+        before = memory_of(served, "VmRSS")
+        unread = stalled(served, f"/runs/{run}/archive", shared, 610)
+        time.sleep(2)
+        for path in (f"/runs/{run}", "/runs", f"/runs/{run}/files/run.log"):
+            begin = time.monotonic()
+            served.request("GET", path, expect=200)
+            seconds = time.monotonic() - begin
+            must(seconds < 2, f"{path}: {seconds:.1f} s")
+        more = memory_of(served) - before
+        print(f"    {more} kB of memory more")
+        must(more < 200_000, "memory grew")
+        # A head that never ends is cut.
+        begin = time.monotonic()
+        slow = socket.create_connection(("127.0.0.1", served.port))
+        slow.sendall(b"GET /api/v1/runs HTTP/1.1\r\nHost: ")
+        slow.settimeout(60)
+        while slow.recv(1000):
+            pass
+        must(time.monotonic() - begin < 40, "a head without an end is waited for")
+        [raw.close() for raw in [slow, *unread]]
+
+
+def check_log_in():
+    """120 names at once take less than 100 MB; wrong passwords delay their address alone; long names and passwords are refused."""
+    with server() as served:
+        served.request("POST", "/users", {"name": "ada", "password": "correct horse"}, expect=204)
+        served.cookie = None
+        before = memory_of(served, "VmRSS")
+        def unknown(k):
+            answer = served.request("POST", "/session", {"name": f"user{k}", "password": "correct horse"})
+            answers.append(answer.status)
+        answers = []
+        threads = [threading.Thread(target=unknown, args=(k,)) for k in range(120)]
+        [thread.start() for thread in threads]
+        [thread.join() for thread in threads]
+        must(set(answers) <= {401, 429} and len(answers) == 120, f"answers: {answers}")
+        more = memory_of(served) - before
+        print(f"    {more} kB of memory more")
+        must(more < 100_000, "too much memory")
+        def log_in(password, address="127.0.0.1"):
+            connection = http.client.HTTPConnection("127.0.0.1", served.port, timeout=60, source_address=(address, 0))
+            connection.request("POST", "/api/v1/session", json.dumps({"name": "ada", "password": password}),
+                               {"Sec-Fetch-Site": "same-origin", "Content-Type": "application/json"})
+            answer = connection.getresponse()
+            return answer.status, answer.headers.get("retry-after"), answer.read()
+        begin = time.monotonic()
+        wrong = [log_in("wrong")[0] for _ in range(8)]
+        must(wrong[:3] == [401] * 3 and wrong.count(429) >= 2, f"wrong tries: {wrong}")
+        must(time.monotonic() - begin < 20, "wrong tries are waited for")
+        must(log_in("correct horse", "127.0.0.2")[0] == 200, "another address cannot log in")
+        def waited():
+            status, after, _ = log_in("correct horse")
+            must(status == 200 or after is not None, f"{status} without Retry-After")
+            return status == 200
+        wait_for(waited, 30, "the user is locked out")
+        must(log_in("x" * 2000)[0] == 401, "a long password")
+        served.request("POST", "/session", {"name": "x" * 1000, "password": "correct horse"}, expect=401)
+
+
+def check_archives():
+    """Six readers of an archive with an input of 200 MB: less than 100 MB of memory, and the right bytes."""
+    with server() as served:
+        run, shared = big_run(served, 200)
+        before = memory_of(served, "VmRSS")
+        digests = []
+        def read():
+            connection = http.client.HTTPConnection("127.0.0.1", served.port, timeout=120)
+            connection.request("GET", f"/api/v1/runs/{run}/archive", headers={"Cookie": shared})
+            answer = connection.getresponse()
+            digest = hashlib.sha256()
+            while piece := answer.read(1 << 20):
+                digest.update(piece)
+            digests.append(digest.hexdigest())
+        threads = [threading.Thread(target=read) for _ in range(6)]
+        [thread.start() for thread in threads]
+        [thread.join() for thread in threads]
+        more = memory_of(served) - before
+        print(f"    {more} kB of memory more")
+        must(more < 100_000, "too much memory")
+        must(len(digests) == 6 and len(set(digests)) == 1, f"other bytes: {digests}")
+        path = served.folder / "got.zip"
+        path.write_bytes(served.request("GET", f"/runs/{run}/archive", expect=200).body)
+        with zipfile.ZipFile(path) as archive:
+            must(archive.testzip() is None, "a damaged archive")
+            content = archive.read("big.stl")
+            must(content == (served.folder / "big.stl").read_bytes(), "the input has other bytes")
+            must("drum/run.log" in archive.namelist(), f"files: {archive.namelist()}")
 
 
 def check_projects():
@@ -1138,6 +1384,137 @@ def check_quota():
         served.request("GET", "/users", expect=403)
         served.cookie = admin
         must([one["usage"]["most_disk"] for one in served.json("GET", "/users") if one["name"] == "ada"] == [usage["disk"] + 1000], "limits of ada")
+
+
+def mesh_of(path, n):
+    """A binary STL of a wavy surface in 2 * n^2 triangles, within the drum."""
+    import struct
+    def at(i, j):
+        return (0.004 * i / n, 0.004 * j / n, 0.001 + 0.0001 * ((i + j) % 7) / 7)
+    with open(path, "wb") as file:
+        file.write(b"\0" * 80 + struct.pack("<I", 2 * n * n))
+        for i in range(n):
+            for j in range(n):
+                for three in ((at(i, j), at(i + 1, j), at(i, j + 1)), (at(i + 1, j), at(i + 1, j + 1), at(i, j + 1))):
+                    file.write(struct.pack("<12fH", 0, 0, 0, *(c for corner in three for c in corner), 0))
+
+
+def check_previews():
+    """A preview and the walls of a mesh of 204,800 triangles: less than 150 MB in the server, at most 200,000 triangles."""
+    with server() as served:
+        path = served.folder / "large.stl"
+        mesh_of(path, 320)
+        text = SCENE + '\n[[walls]]\nname = "plate"\nshape = "mesh"\nfile = "large.stl"\nmaterial = "glass"\n'
+        scene = {"text": text, "files": {"large.stl": upload(served, path)}, "set": [*SHORT, "time.end=1e-5"]}
+        before = memory_of(served, "VmRSS")
+        seen = served.json("POST", "/preview", {"scene": scene})
+        shown, of = seen["walls"]["triangles"]
+        must(of > 204_800 and 50_000 < shown <= 200_000, f"{shown} of {of} triangles")
+        must(sum(len(wall["corners"]) for wall in seen["walls"]["walls"]) == 9 * shown, "other triangles than it says")
+        must(len(seen["grains"]) == 4 and seen["domain"], f"{str(seen)[:200]}")
+        # On a busy machine a check of so many triangles may take longer than it may.
+        def submitted():
+            answer = served.request("POST", "/runs", {"scene": scene})
+            return answer.status == 201 and json.loads(answer.body)["id"]
+        run = wait_for(submitted, 120, "the run is not taken")
+        served.wait(run)
+        walls = served.json("GET", f"/runs/{run}/frames/0/walls")
+        must(walls["triangles"] == [shown, of], f"{walls['triangles']}")
+        served.request("GET", f"/runs/{run}/frames/999/walls", expect=404)
+        more = memory_of(served) - before
+        print(f"    {more} kB of memory more, {shown} of {of} triangles")
+        must(more < 150_000, "too much memory")
+
+
+def check_limits():
+    """Parallel uploads, parallel runs and extensions never exceed a limit of disk; a run beyond it stops, says why, and can be resumed."""
+    with server("--cores", "2") as served:
+        def limit(disk):
+            mine, served.cookie = served.cookie, served.admin
+            served.request("POST", "/users", {"name": "ada", "password": "correct horse", "disk": disk}, expect=204)
+            served.cookie = mine
+        limit(20_000_000)
+        answer = served.request("POST", "/session", {"name": "ada", "password": "correct horse"}, expect=200)
+        served.cookie = answer.headers["set-cookie"].split(";")[0]
+        def at_once(one, count):
+            answers = []
+            def answer(k):
+                try:
+                    answers.append(one(k).status)
+                except OSError:
+                    # Refused and cut before all of the body was sent.
+                    answers.append(403)
+            threads = [threading.Thread(target=answer, args=(k,)) for k in range(count)]
+            [thread.start() for thread in threads]
+            [thread.join() for thread in threads]
+            return answers
+        def put(k):
+            content = bytes([k]) * 5_000_000
+            return served.request("PUT", f"/inputs/{hashlib.sha256(content).hexdigest()}", content, {"Content-Type": "application/octet-stream"}, raw=True)
+        statuses = at_once(put, 10)
+        used = served.json("GET", "/session")["usage"]["disk"]
+        must(set(statuses) == {201, 403} and statuses.count(201) in (3, 4) and used <= 20_000_000, f"uploads: {statuses}, {used} bytes")
+        # Each of these runs is expected to take a third of what is left.
+        needs = served.json("POST", "/check", {"scene": {"text": SCENE, "set": LONG}})["plan"]["disk"]["bytes"]
+        limit(used + int(3.5 * needs) + 10_000)
+        statuses = at_once(lambda k: served.request("POST", "/runs", {"scene": {"text": SCENE, "set": LONG}}), 6)
+        runs = [run["id"] for run in served.json("GET", "/runs")["runs"]]
+        must(statuses.count(201) == len(runs) == 3 and statuses.count(403) == 3, f"runs: {statuses}")
+        run, *others = runs
+        for other in others:
+            served.request("POST", f"/runs/{other}/kill", {}, expect=200)
+        wait_for(lambda: committed(served, run) > 0, 60, "no checkpoint")
+        limit(used)
+        wait_for(lambda: served.run(run)["state"] == "failed", 60, "not stopped")
+        found = served.run(run)
+        must(found["cause"] == "disk" and "make room" in found["message"], f"{found['cause']}: {found['message']}")
+        served.request("POST", f"/runs/{run}/resume", {}, expect=403)
+        limit(10**9)
+        served.json("POST", f"/runs/{run}/resume", {})
+        served.wait(run)
+        usage = served.json("GET", "/session")["usage"]["disk"]
+        limit(usage + 100_000)
+        answer = served.request("POST", f"/runs/{run}/extend", {"end": 1000.0}, expect=403)
+        must("live runs" in json.loads(answer.body)["detail"], f"{answer.body}")
+        must(served.run(run)["spec"]["revision"] == 1, "the extension was made")
+        # Of extensions at once one is accepted, and the run ends where that one says.
+        limit(10**9)
+        ends = {}
+        def extend(k):
+            answer = served.request("POST", f"/runs/{run}/extend", {"end": 0.41 + 0.01 * k})
+            ends[answer.status] = ends.get(answer.status, []) + [0.41 + 0.01 * k]
+            return answer
+        statuses = at_once(extend, 4)
+        must(statuses.count(200) == 1 and statuses.count(409) == 3, f"extensions: {statuses}")
+        served.wait(run)
+        must(abs(served.run(run)["time"] - ends[200][0]) < 1e-3, f"ends at {served.run(run)['time']}, accepted {ends[200]}")
+
+
+def check_inputs():
+    """Inputs are listed and deleted, unless a run names them, and go with the last run that does."""
+    with server() as served:
+        path = served.folder / "spare.stl"
+        path.write_bytes(os.urandom(100_000))
+        digits = upload(served, path)
+        kept = served.folder / "data/store/inputs" / digits
+        def rows():
+            return {row["sha256"]: row["runs"] for row in served.json("GET", "/inputs")}
+        must(rows() == {digits: 0} and kept.exists(), f"{rows()}")
+        served.request("DELETE", f"/inputs/{digits}", expect=204)
+        must(rows() == {} and not kept.exists(), "a deleted input is still there")
+        served.request("DELETE", f"/inputs/{digits}", expect=404)
+        upload(served, path)
+        scene = {"name": "drum.toml", "text": SCENE, "set": [*SHORT, "time.end=0.001"], "files": {"spare.stl": digits}}
+        runs = [served.json("POST", "/runs", {"scene": scene}, 201)["id"] for _ in range(2)]
+        [served.wait(run) for run in runs]
+        served.request("DELETE", f"/inputs/{digits}", expect=409)
+        clone = served.json("POST", f"/runs/{runs[0]}/clone", {})
+        must(clone["scene"] == scene, f"the clone has another scene: {clone['scene']['set']}")
+        served.request("DELETE", f"/runs/{runs[0]}", expect=204)
+        must(rows()[digits] == 1 and kept.exists(), "an input goes before its last run")
+        served.request("DELETE", f"/runs/{runs[1]}", expect=204)
+        must(rows() == {} and not kept.exists(), f"an input outlives its runs: {rows()}")
+        must(served.json("GET", "/session")["usage"]["disk"] == 0, "disk that is not given back")
 
 
 def check_csrf():
@@ -1528,6 +1905,12 @@ def check_newcomer():
     """A newcomer in Chromium: template, mistake, Submit, particles, chart, log, stop, resume, download; no complaint."""
     with server() as served:
         browser("newcomer.mjs", served.link)
+
+
+def check_draft():
+    """A draft in Chromium: kept over reload, dark and templates; a lost answer makes no second run; account; a link asks."""
+    with server() as served:
+        browser("draft.mjs", served.link)
 
 
 def check_study_page():

@@ -324,7 +324,7 @@ pub struct TableInfo {
 /// The user that is logged in.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Session {
-    /// Name.
+    /// Name; empty for a link to a run, which shows nothing of its owner.
     pub user: String,
     /// Whether the user manages others.
     pub admin: bool,
@@ -368,13 +368,44 @@ pub struct UserRow {
     pub usage: Usage,
 }
 
-/// A token as lists show it: without the secret.
+/// A content that a user has sent.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct InputRow {
+    /// SHA-256 of the content, 64 hexadecimal digits.
+    pub sha256: String,
+    /// Length in bytes.
+    pub bytes: u64,
+    /// How many runs of the user name it.
+    pub runs: u64,
+}
+
+/// A session as lists show it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct SessionRow {
+    /// Its number.
+    pub id: i64,
+    /// Name of the token that it was begun with; none: a password, or the link of the machine.
+    pub token: Option<String>,
+    /// Unix time of its begin, in s.
+    pub created: f64,
+    /// Unix time of its end, in s.
+    pub expires: f64,
+    /// Whether it may read only.
+    pub read_only: bool,
+    /// Whether it is that of the request.
+    pub current: bool,
+}
+
+/// A token, or a link to a run, as lists show it: without the secret.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct TokenRow {
     /// Its number.
     pub id: i64,
     /// Its purpose.
     pub name: String,
+    /// The run, of a link to one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub run: Option<String>,
     /// Unix time of its end, in s.
     pub expires: f64,
     /// Whether it may read only.

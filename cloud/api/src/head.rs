@@ -228,4 +228,7 @@ pub struct Control {
     pub epoch: u64,
     /// Wish for the attempt.
     pub wish: Wish,
+    /// The most bytes that the outputs may take from now on, where that is less than before.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub disk: Option<u64>,
 }

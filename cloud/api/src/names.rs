@@ -19,6 +19,31 @@ pub enum BadName {
     Beginning,
 }
 
+/// The longest title, label and name of other things than files, in bytes.
+pub const LONGEST_TEXT: usize = 200;
+
+/// Reason for which a title, a label or a name is invalid.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum BadText {
+    /// Longer than [`LONGEST_TEXT`].
+    #[error("it has at most {LONGEST_TEXT} bytes")]
+    Length,
+    /// A line feed, an escape sequence of a terminal, and the like.
+    #[error("it has no control characters")]
+    Control,
+}
+
+/// Checks a title, a label or a name that is for people.
+pub fn check_text(text: &str) -> Result<(), BadText> {
+    if text.len() > LONGEST_TEXT {
+        Err(BadText::Length)
+    } else if text.chars().any(char::is_control) {
+        Err(BadText::Control)
+    } else {
+        Ok(())
+    }
+}
+
 /// Checks the name of an input file. All inputs of a run lie in one flat folder.
 pub fn check_name(name: &str) -> Result<(), BadName> {
     if name.is_empty() || name.len() > LONGEST_NAME {
@@ -105,6 +130,17 @@ mod tests {
         ] {
             assert!(check_input(name).is_err(), "{name}");
         }
+    }
+
+    #[test]
+    fn texts_have_no_control_characters() {
+        for text in ["", "Drum, 3 rad/s", "Trommel \u{fc}", &"x".repeat(200)] {
+            assert_eq!(check_text(text), Ok(()), "{text}");
+        }
+        for text in ["a\nb", "\u{1b}[2J", "\0", "\u{85}", "\u{7f}"] {
+            assert_eq!(check_text(text), Err(BadText::Control), "{text:?}");
+        }
+        assert_eq!(check_text(&"x".repeat(201)), Err(BadText::Length));
     }
 
     #[test]

@@ -144,23 +144,41 @@ pub struct LogIn {
     pub password: Option<String>,
 }
 
-/// Body of `POST /users` and of a change of password.
+/// A value that is there, also where it is `null`.
+fn given<'de, T: Deserialize<'de>, D: serde::Deserializer<'de>>(
+    from: D,
+) -> Result<Option<T>, D::Error> {
+    T::deserialize(from).map(Some)
+}
+
+/// Body of `POST /users`. What is left out stays as it is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NewUser {
     /// Name: letters, digits, `. _ -`.
     pub name: String,
-    /// Password, at least 10 characters.
-    pub password: String,
+    /// Password, at least 10 characters. A new user needs one. A new one ends the sessions of the old one.
+    #[serde(default)]
+    pub password: Option<String>,
     /// Whether the user manages others.
     #[serde(default)]
-    pub admin: bool,
-    /// The most cores that the user's runs may have at once; without it there is no limit.
-    #[serde(default)]
-    pub cores: Option<u32>,
-    /// The most bytes that the user's runs and inputs may take; without it there is no limit.
-    #[serde(default)]
-    pub disk: Option<u64>,
+    pub admin: Option<bool>,
+    /// The most cores that the user's runs may have at once; `null`: no limit.
+    #[serde(
+        default,
+        deserialize_with = "given",
+        skip_serializing_if = "Option::is_none"
+    )]
+    #[schema(value_type = Option<u32>)]
+    pub cores: Option<Option<u32>>,
+    /// The most bytes that the user's runs and inputs may take; `null`: no limit.
+    #[serde(
+        default,
+        deserialize_with = "given",
+        skip_serializing_if = "Option::is_none"
+    )]
+    #[schema(value_type = Option<u64>)]
+    pub disk: Option<Option<u64>>,
 }
 
 /// Body of `POST /tokens`.
@@ -179,6 +197,15 @@ pub struct NewToken {
 
 fn month() -> u32 {
     30
+}
+
+/// Body of `POST /links`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NewLink {
+    /// Whether the secrets of the machine are made anew, and the sessions of its user end.
+    #[serde(default)]
+    pub rotate: bool,
 }
 
 /// Body of `POST /runs/R/share`.

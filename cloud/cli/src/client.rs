@@ -73,6 +73,11 @@ impl Client {
         format!("{}/api/v1{path}", self.base)
     }
 
+    /// A link of this server that logs in with a secret.
+    pub(crate) fn link(&self, secret: &str) -> String {
+        format!("{}/#token={secret}", self.base)
+    }
+
     fn secret(&self) -> (&'static str, &str) {
         if self.cookie.starts_with("Bearer ") {
             ("authorization", &self.cookie)

@@ -5,6 +5,7 @@ mod commands;
 mod diff;
 
 use std::ffi::OsString;
+use std::io::IsTerminal;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -26,6 +27,8 @@ Examples:
   mercury-cloud extend RUN --end 4                 a finished run to a later end
   mercury-cloud get RUN -o drum                    its files
   mercury-cloud diff drum drum-again               whether two runs have the same bytes
+  mercury-cloud share new RUN                      a link with which others look at a run
+  mercury-cloud session rm all                     logs you out everywhere
   mercury-cloud project new Sieves; mercury-cloud project add Sieves ada
   mercury-cloud submit drum.toml --project Sieves  a run that ada sees, too
 
@@ -68,17 +71,29 @@ enum Command {
     Diff(diff::Diff),
     /// Remove runs with all their files
     Rm(commands::Remove),
-    /// Make a token for the API; prints it once
+    /// Print a link that logs in the user of this machine, once, within a day
+    Link(commands::Link),
+    /// List sessions, end one, end all
+    Session(commands::Session),
+    /// List links to runs, make one, take one back
+    Share(commands::Share),
+    /// Make a token for the API and print it once; list tokens, take one back
     Token(commands::Token),
     /// List projects, make one, remove one, add and remove members
     Project(commands::Project),
-    /// Add a user, or change a password, which is read from standard input
+    /// Add or change a user; list users, remove one
     User(commands::User),
     /// Print the description of the API
     Openapi,
     /// One attempt of a run (started by the server)
     #[command(hide = true)]
     Worker(Worker),
+    /// Walls and particles of the run in this folder (started by the server, in a cage)
+    #[command(hide = true)]
+    View {
+        #[arg(long)]
+        frame: Option<usize>,
+    },
     /// A program in a cage (started by the worker)
     #[command(hide = true)]
     Confine(Confine),
@@ -171,6 +186,8 @@ struct Worker {
     checkpoint_every: String,
     #[arg(long)]
     time_limit: Option<String>,
+    #[arg(long)]
+    disk: Option<u64>,
     /// Seconds without a new step until the solver counts as hung
     #[arg(long, default_value_t = 600.0)]
     patience: f64,
@@ -221,6 +238,10 @@ fn run(command: Command) -> Result<ExitCode> {
             cage.enter(program.as_ref(), arguments)?;
             Ok(ExitCode::FAILURE)
         }
+        Command::View { frame } => {
+            cloud_server::view(Path::new("."), frame, std::io::stdout().lock())?;
+            Ok(ExitCode::SUCCESS)
+        }
         Command::Submit(submit) => submit.run(),
         Command::Ls(list) => list.run(),
         Command::Watch(one) => one.watch(),
@@ -232,6 +253,9 @@ fn run(command: Command) -> Result<ExitCode> {
         Command::Get(get) => get.run(),
         Command::Diff(diff) => diff.run(),
         Command::Rm(remove) => remove.run(),
+        Command::Link(link) => link.run(),
+        Command::Session(session) => session.run(),
+        Command::Share(share) => share.run(),
         Command::Token(token) => token.run(),
         Command::Project(project) => project.run(),
         Command::User(user) => user.run(),
@@ -314,7 +338,13 @@ fn engine(serve: &Serve) -> Result<EngineChoice> {
     }
 }
 
+/// Makes all files that this process and its children write readable by their owner alone.
+fn keep_private() {
+    rustix::process::umask(rustix::fs::Mode::from_raw_mode(0o077));
+}
+
 fn serve(serve: Serve) -> Result<()> {
+    keep_private();
     let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get() as u32);
     let engine = engine(&serve)?;
     let prices: Option<cloud_server::Prices> = (serve.prices.as_ref())
@@ -351,9 +381,14 @@ fn serve(serve: Serve) -> Result<()> {
         .enable_all()
         .worker_threads(2)
         .build()?;
-    runtime.block_on(cloud_server::serve(options, |link| {
-        // Standard output may be closed, which is no reason not to serve.
-        let _ = commands::say(link);
+    runtime.block_on(cloud_server::serve(options, |links| {
+        // A secret is for a terminal, not for the log of a service. Standard output may be closed, which is no reason not to serve.
+        if std::io::stdout().is_terminal() {
+            let _ = commands::say(&links.once);
+        } else {
+            let _ = commands::say(&links.address);
+            eprintln!("`mercury-cloud link` prints a link that logs in");
+        }
     }))
 }
 
@@ -365,6 +400,7 @@ fn after_submit() {
 }
 
 fn worker(worker: Worker) -> Result<()> {
+    keep_private();
     // Outlives the server and its terminal. It fails where this process leads a group already, which is as good.
     let _ = rustix::process::setsid();
     let store = cloud_store::open(&worker.store)?;
@@ -379,6 +415,7 @@ fn worker(worker: Worker) -> Result<()> {
         commit: Duration::from_secs_f64(worker.commit),
         checkpoint: worker.checkpoint_every,
         limit: worker.time_limit,
+        disk: worker.disk,
         patience: Duration::from_secs_f64(worker.patience),
     };
     std::fs::create_dir_all(&attempt.scratch)?;

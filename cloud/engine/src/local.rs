@@ -9,6 +9,7 @@ use std::ffi::OsString;
 use std::fs::{self, OpenOptions};
 use std::io;
 use std::os::unix::ffi::{OsStrExt, OsStringExt};
+use std::os::unix::fs::MetadataExt;
 use std::process::{Child, Command, Stdio};
 use std::sync::Mutex;
 
@@ -56,7 +57,12 @@ impl Local {
             else {
                 continue;
             };
-            // Gone since, or another user's.
+            // A process of another user is not ours, whatever it calls itself.
+            let own = rustix::process::geteuid().as_raw();
+            if !entry.metadata().is_ok_and(|process| process.uid() == own) {
+                continue;
+            }
+            // Gone since.
             let Ok(line) = fs::read(entry.path().join("cmdline")) else {
                 continue;
             };

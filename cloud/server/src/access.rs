@@ -1,8 +1,9 @@
 //! The user of a request, and checks before any handler.
 
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 use std::sync::Arc;
 
-use axum::extract::{FromRequestParts, Request, State};
+use axum::extract::{FromRequestParts, MatchedPath, Request, State};
 use axum::http::header::{self, HeaderMap, HeaderName, HeaderValue};
 use axum::http::{Method, StatusCode, request::Parts};
 use axum::middleware::Next;
@@ -10,6 +11,7 @@ use axum::response::{IntoResponse, Response};
 use cloud_api::Problem;
 use cloud_api::problem::SceneProblem;
 
+use crate::connections::Peer;
 use crate::secrets::{self, SecretKind, User};
 use crate::state::App;
 
@@ -24,7 +26,11 @@ pub(crate) fn cookie_name(app: &App) -> &'static str {
 
 /// An answer that is an error, without details of the server.
 #[derive(Debug)]
-pub(crate) struct ApiError(Box<Problem>);
+pub(crate) struct ApiError {
+    problem: Box<Problem>,
+    /// Seconds after which the request may be sent again.
+    retry_after: Option<u64>,
+}
 
 impl ApiError {
     pub(crate) fn new(
@@ -33,12 +39,23 @@ impl ApiError {
         detail: impl Into<String>,
     ) -> Self {
         let (title, detail) = (title.into(), detail.into());
-        Self(Box::new(Problem {
-            title,
-            status: status.as_u16(),
-            detail,
-            problems: Vec::new(),
-        }))
+        Self {
+            problem: Box::new(Problem {
+                title,
+                status: status.as_u16(),
+                detail,
+                problems: Vec::new(),
+            }),
+            retry_after: None,
+        }
+    }
+
+    /// Too many requests; the next one is taken after so many seconds.
+    pub(crate) fn too_many(title: &str, detail: impl Into<String>, seconds: u64) -> Self {
+        Self {
+            retry_after: Some(seconds),
+            ..Self::new(StatusCode::TOO_MANY_REQUESTS, title, detail)
+        }
     }
 
     pub(crate) fn bad_request(title: impl Into<String>, detail: impl Into<String>) -> Self {
@@ -60,7 +77,7 @@ impl ApiError {
             "the scene cannot run",
             "See its problems.",
         );
-        error.0.problems = problems;
+        error.problem.problems = problems;
         error
     }
 
@@ -78,10 +95,14 @@ impl ApiError {
 impl IntoResponse for ApiError {
     fn into_response(self) -> Response {
         let status =
-            StatusCode::from_u16(self.0.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
-        let mut response = (status, axum::Json(*self.0)).into_response();
+            StatusCode::from_u16(self.problem.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
+        let mut response = (status, axum::Json(*self.problem)).into_response();
         let kind = HeaderValue::from_static("application/problem+json");
         response.headers_mut().insert(header::CONTENT_TYPE, kind);
+        if let Some(seconds) = self.retry_after {
+            let headers = response.headers_mut();
+            headers.insert(header::RETRY_AFTER, HeaderValue::from(seconds));
+        }
         response
     }
 }
@@ -117,6 +138,36 @@ impl From<cloud_store::StoreError> for ApiError {
 
 /// The user of a request; without one the answer is 401.
 pub(crate) struct LoggedIn(pub(crate) User);
+
+/// Address of the client of a request.
+pub(crate) struct Client(pub(crate) IpAddr);
+
+impl FromRequestParts<Arc<App>> for Client {
+    type Rejection = std::convert::Infallible;
+
+    async fn from_request_parts(
+        parts: &mut Parts,
+        app: &Arc<App>,
+    ) -> Result<Self, Self::Rejection> {
+        let peer = parts.extensions.get::<Peer>();
+        let address = peer.map_or(Ipv4Addr::UNSPECIFIED.into(), |peer| peer.0);
+        // The proxy adds the address of its client at the end; what stands before is what that client says.
+        let header = parts
+            .headers
+            .get_all("x-forwarded-for")
+            .into_iter()
+            .next_back();
+        let forwarded = header.filter(|_| app.options.behind_proxy).and_then(|all| {
+            let last = all.to_str().ok()?.rsplit(',').next()?.trim();
+            last.parse::<IpAddr>().ok()
+        });
+        Ok(Self(match forwarded.unwrap_or(address).to_canonical() {
+            // A network of IPv6 is one client: it has as many addresses as it wants.
+            IpAddr::V6(address) => Ipv6Addr::from(u128::from(address) >> 64 << 64).into(),
+            address => address,
+        }))
+    }
+}
 
 fn bearer(headers: &HeaderMap) -> Option<&str> {
     headers
@@ -161,7 +212,10 @@ impl FromRequestParts<Arc<App>> for LoggedIn {
                 detail,
             ));
         };
-        if user.read_only && !is_safe(&parts.method) && !parts.uri.path().ends_with("/session") {
+        // By the route that matched: the end of a path may be a name that a user has chosen.
+        let route = parts.extensions.get::<MatchedPath>();
+        let logs_out = route.is_some_and(|route| route.as_str() == "/api/v1/session");
+        if user.read_only && !is_safe(&parts.method) && !logs_out {
             let detail = "This link or token is for looking only.";
             return Err(ApiError::new(StatusCode::FORBIDDEN, "not allowed", detail));
         }

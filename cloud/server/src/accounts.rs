@@ -1,22 +1,38 @@
-//! Sessions, users and tokens.
+//! Sessions, users, tokens, links to runs, and the link of the machine.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use cloud_api::answers::{Price, Session, TokenRow, UserRow};
-use cloud_api::requests::{LogIn, NewToken, NewUser};
-use rusqlite::params;
+use cloud_api::answers::{Price, Session, SessionRow, TokenRow, Usage, UserRow};
+use cloud_api::lifecycle::RunEvent;
+use cloud_api::names::LONGEST_NAME;
+use cloud_api::requests::{LogIn, NewLink, NewToken, NewUser};
+use rusqlite::OptionalExtension;
+use tokio::sync::OwnedSemaphorePermit;
 
-use crate::access::{ApiError, LoggedIn, cookie, cookie_name};
+use crate::access::{ApiError, Client, LoggedIn, cookie, cookie_name};
+use crate::db::{self, Applied};
 use crate::routes::{Answer, JsonBody, Shared, days};
-use crate::runs::blocking;
+use crate::runs::{self, blocking};
 use crate::secrets::{self, SecretKind};
 use crate::state::App;
 
 fn session_of(app: &App, user: &secrets::User) -> Session {
+    if user.share.is_some() {
+        return Session {
+            user: String::new(),
+            admin: false,
+            read_only: true,
+            cores: [0, 0],
+            solver: app.version.clone(),
+            usage: Usage::default(),
+            price: None,
+        };
+    }
     let cores = app.options.cores;
     let busy: u32 = app.db.live().map_or(0, |runs| {
         runs.iter()
@@ -26,7 +42,7 @@ fn session_of(app: &App, user: &secrets::User) -> Session {
     });
     Session {
         user: user.name.clone(),
-        admin: user.admin && user.share.is_none(),
+        admin: user.admin,
         read_only: user.read_only,
         cores: [cores.saturating_sub(busy), cores],
         solver: app.version.clone(),
@@ -46,29 +62,70 @@ pub(crate) async fn session_get(State(app): Shared, LoggedIn(user): LoggedIn) ->
     Ok(Json(session_of(&app, &user)))
 }
 
+fn not_known() -> ApiError {
+    ApiError::new(
+        StatusCode::UNAUTHORIZED,
+        "not known",
+        "The link or the password is wrong or has expired.",
+    )
+}
+
+/// How long a request waits until its password is hashed.
+const HASH_TURN: Duration = Duration::from_secs(10);
+
+/// Waits for a turn to hash a password.
+async fn hash_turn(app: &App) -> Result<OwnedSemaphorePermit, ApiError> {
+    let turn = Arc::clone(&app.hashes).acquire_owned();
+    match tokio::time::timeout(HASH_TURN, turn).await {
+        Ok(turn) => turn.map_err(ApiError::internal),
+        Err(_) => Err(ApiError::too_many(
+            "too many tries",
+            "Many users log in at once. Try again.",
+            HASH_TURN.as_secs(),
+        )),
+    }
+}
+
 /// Logs in, by the token of a link or by name and password. Sets a cookie.
 #[utoipa::path(post, path = "/api/v1/session", request_body = LogIn, responses((status = 200, body = Session)))]
 pub(crate) async fn session_begin(
     State(app): Shared,
+    Client(address): Client,
     JsonBody(body): JsonBody<LogIn>,
 ) -> Result<Response, ApiError> {
+    let turn = match &body.password {
+        Some(_) => Some(hash_turn(&app).await?),
+        None => None,
+    };
     let shared = Arc::clone(&app);
     let (user, secret) = blocking(move || {
+        let _turn = turn;
         let user = match (&body.token, &body.name, &body.password) {
-            (Some(token), ..) => [SecretKind::Link, SecretKind::Share, SecretKind::Token]
-                .into_iter()
-                .find_map(|kind| secrets::recognise(&shared.db, kind, token).transpose())
-                .transpose()?,
+            (Some(token), ..) => match secrets::recognise(&shared.db, SecretKind::Link, token)? {
+                // Good once: of two requests at the same time one gets a session.
+                Some(user) => match user.secret {
+                    Some(link) if secrets::use_link(&shared.db, link)? => Some(user),
+                    _ => None,
+                },
+                None => [SecretKind::Share, SecretKind::Token]
+                    .into_iter()
+                    .find_map(|kind| secrets::recognise(&shared.db, kind, token).transpose())
+                    .transpose()?,
+            },
             (None, Some(name), Some(password)) => {
-                if !shared.tries.allowed(name) {
-                    let detail = "Five tries a minute. Wait a minute.";
-                    return Err(ApiError::new(
-                        StatusCode::TOO_MANY_REQUESTS,
-                        "too many tries",
-                        detail,
-                    ));
+                let long = name.len() > LONGEST_NAME || password.len() > secrets::LONGEST_PASSWORD;
+                if long {
+                    return Err(not_known());
                 }
-                secrets::log_in(&shared.db, name, password)?
+                if let Err(seconds) = shared.tries.begin(address, name) {
+                    let detail = format!("Several tries were wrong. Try again in {seconds} s.");
+                    return Err(ApiError::too_many("too many tries", detail, seconds));
+                }
+                let user = secrets::log_in(&shared.db, name, password)?;
+                if user.is_some() {
+                    shared.tries.forget(address, name);
+                }
+                user
             }
             _ => {
                 return Err(ApiError::bad_request(
@@ -78,17 +135,14 @@ pub(crate) async fn session_begin(
             }
         };
         let Some(user) = user else {
-            return Err(ApiError::new(
-                StatusCode::UNAUTHORIZED,
-                "not known",
-                "The link or the password is wrong or has expired.",
-            ));
+            return Err(not_known());
         };
         let run = user.share.as_deref();
         let (_, secret, _) = secrets::issue(
             &shared.db,
             SecretKind::Session,
             user.id,
+            user.root,
             "",
             run,
             30.0,
@@ -180,21 +234,224 @@ pub(crate) async fn user_set(
     admin(&user)?;
     cloud_api::names::check_name(&body.name)
         .map_err(|why| ApiError::bad_request("invalid name", why.to_string()))?;
-    if body.cores == Some(0) || body.disk.is_some_and(|bytes| bytes > i64::MAX as u64) {
+    if body.cores == Some(Some(0))
+        || body
+            .disk
+            .flatten()
+            .is_some_and(|bytes| bytes > i64::MAX as u64)
+    {
         return Err(ApiError::bad_request(
             "invalid limits",
             "At least 1 core, and a length in bytes.",
         ));
     }
-    if body.password.chars().count() < 10 || body.password.len() > 1000 {
+    if (body.password.as_ref()).is_some_and(|password| {
+        password.chars().count() < 10 || password.len() > secrets::LONGEST_PASSWORD
+    }) {
         return Err(ApiError::bad_request(
             "invalid password",
-            "A password has at least 10 characters.",
+            "A password has at least 10 characters, and at most 1,000 bytes.",
         ));
     }
+    let turn = hash_turn(&app).await?;
     blocking(move || {
-        secrets::set_user(&app.db, &body)?;
+        let _turn = turn;
+        secrets::set_user(&app.db, &body)?.map_err(refused)?;
         Ok(StatusCode::NO_CONTENT)
+    })
+    .await
+}
+
+fn refused(why: secrets::BadUser) -> ApiError {
+    ApiError::new(
+        StatusCode::CONFLICT,
+        "the user was not changed",
+        why.to_string(),
+    )
+}
+
+/// Removes a user with all secrets, runs and inputs; for administrators. While the user has live runs they are ended, and the answer is 409.
+#[utoipa::path(delete, path = "/api/v1/users/{name}", params(("name" = String, Path)), responses((status = 204)))]
+pub(crate) async fn user_remove(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Path(name): Path<String>,
+) -> Result<StatusCode, ApiError> {
+    admin(&user)?;
+    blocking(move || {
+        let id = "SELECT id FROM users WHERE name = ?1";
+        let id: Option<i64> = (app.db.lock())
+            .query_row(id, [&name], |row| row.get(0))
+            .optional()?;
+        let id = id.ok_or_else(ApiError::not_found)?;
+        if id == secrets::LOCAL_ID {
+            return Err(refused(secrets::BadUser::Local));
+        }
+        let runs = app.db.runs_of(id)?;
+        let live = runs.iter().filter(|(_, state)| state.is_live()).count();
+        for (run, _) in runs.iter().filter(|(_, state)| state.is_live()) {
+            if let Applied::Done(_, events) =
+                (app.db).apply(run, &RunEvent::Kill, None, app.engine.as_ref())?
+            {
+                app.publish(events);
+            }
+        }
+        app.wake_reconciler();
+        if live > 0 {
+            return Err(ApiError::new(
+                StatusCode::CONFLICT,
+                "the user has live runs",
+                format!("{live} runs are being ended. Send the request again in a few seconds."),
+            ));
+        }
+        for (run, _) in &runs {
+            runs::forget(&app, run)?;
+        }
+        secrets::remove_user(&app.db, id)?.map_err(refused)?;
+        Ok(StatusCode::NO_CONTENT)
+    })
+    .await
+}
+
+/// Refuses a link to a run: it has no account.
+fn owner(user: &secrets::User) -> Result<(), ApiError> {
+    match user.share {
+        Some(_) => Err(ApiError::not_found()),
+        None => Ok(()),
+    }
+}
+
+/// The sessions of this user.
+#[utoipa::path(get, path = "/api/v1/sessions", responses((status = 200, body = Vec<SessionRow>)))]
+pub(crate) async fn session_list(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+) -> Answer<Vec<SessionRow>> {
+    owner(&user)?;
+    let row = |found: secrets::Listed| SessionRow {
+        id: found.id,
+        token: found.made_with,
+        created: found.created,
+        expires: found.expires,
+        read_only: found.read_only,
+        current: user.secret == Some(found.id),
+    };
+    let found = secrets::list(&app.db, SecretKind::Session, Some(user.id), None)?;
+    // Sessions of links to runs end with those.
+    let own = found.into_iter().filter(|found| found.run.is_none());
+    Ok(Json(own.map(row).collect()))
+}
+
+/// Ends a session of this user.
+#[utoipa::path(delete, path = "/api/v1/sessions/{id}", params(("id" = i64, Path)), responses((status = 204)))]
+pub(crate) async fn session_remove(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Path(id): Path<String>,
+) -> Result<StatusCode, ApiError> {
+    take_back(&app, &user, SecretKind::Session, &id)
+}
+
+/// Logs this user out everywhere.
+#[utoipa::path(delete, path = "/api/v1/sessions", responses((status = 204)))]
+pub(crate) async fn session_remove_all(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+) -> Result<StatusCode, ApiError> {
+    owner(&user)?;
+    secrets::end_sessions(&app.db, user.id)?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// Takes a secret of this user back, with all that were made with it.
+fn take_back(
+    app: &App,
+    user: &secrets::User,
+    kind: SecretKind,
+    id: &str,
+) -> Result<StatusCode, ApiError> {
+    owner(user)?;
+    let id: i64 = id.parse().map_err(|_| ApiError::not_found())?;
+    let own = secrets::list(&app.db, kind, Some(user.id), None)?;
+    if !own.iter().any(|own| own.id == id) {
+        return Err(ApiError::not_found());
+    }
+    secrets::remove(&app.db, id)?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+fn row_of(found: secrets::Listed) -> TokenRow {
+    TokenRow {
+        id: found.id,
+        name: found.name,
+        run: found.run,
+        expires: found.expires,
+        read_only: found.read_only,
+        secret: None,
+    }
+}
+
+/// The links to runs of this user, without their secrets.
+#[utoipa::path(get, path = "/api/v1/shares", responses((status = 200, body = Vec<TokenRow>)))]
+pub(crate) async fn share_list(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+) -> Answer<Vec<TokenRow>> {
+    owner(&user)?;
+    let found = secrets::list(&app.db, SecretKind::Share, Some(user.id), None)?;
+    Ok(Json(found.into_iter().map(row_of).collect()))
+}
+
+/// The links to a run, for users who may change it.
+#[utoipa::path(get, path = "/api/v1/runs/{run}/shares", params(("run" = String, Path)), responses((status = 200, body = Vec<TokenRow>)))]
+pub(crate) async fn run_shares(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Path(id): Path<String>,
+) -> Answer<Vec<TokenRow>> {
+    let (id, owner, _, row, _) = runs::visible_run(&app, &user, &id)?;
+    self::owner(&user)?;
+    runs::may_change(&app, &user, owner, &row)?;
+    let found = secrets::list(&app.db, SecretKind::Share, None, Some(id.as_str()))?;
+    Ok(Json(found.into_iter().map(row_of).collect()))
+}
+
+/// Takes a link to a run back, with its sessions.
+#[utoipa::path(delete, path = "/api/v1/shares/{id}", params(("id" = i64, Path)), responses((status = 204)))]
+pub(crate) async fn share_remove(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Path(id): Path<String>,
+) -> Result<StatusCode, ApiError> {
+    take_back(&app, &user, SecretKind::Share, &id)
+}
+
+/// A link that logs in the user of this machine: good once, within a day. For that user.
+#[utoipa::path(post, path = "/api/v1/links", request_body = NewLink, responses((status = 201, body = TokenRow)))]
+pub(crate) async fn link_add(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    JsonBody(body): JsonBody<NewLink>,
+) -> Result<Response, ApiError> {
+    admin(&user)?;
+    if user.id != secrets::LOCAL_ID {
+        let detail = "The user of the machine makes links.";
+        return Err(ApiError::new(StatusCode::FORBIDDEN, "not allowed", detail));
+    }
+    blocking(move || {
+        if body.rotate {
+            app.rotate()?;
+        }
+        let link = secrets::link(&app.db)?;
+        let row = TokenRow {
+            id: 0,
+            name: "link".to_owned(),
+            run: None,
+            expires: db::now() + secrets::DAY,
+            read_only: false,
+            secret: Some(link),
+        };
+        Ok((StatusCode::CREATED, Json(row)).into_response())
     })
     .await
 }
@@ -205,22 +462,9 @@ pub(crate) async fn token_list(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
 ) -> Answer<Vec<TokenRow>> {
-    if user.share.is_some() {
-        return Err(ApiError::not_found());
-    }
-    let connection = app.db.lock();
-    let mut query = connection
-        .prepare("SELECT id, name, expires, read_only FROM secrets WHERE user = ?1 AND kind = 'token' ORDER BY id LIMIT 200")?;
-    let rows = query.query_map([user.id], |row| {
-        Ok(TokenRow {
-            id: row.get(0)?,
-            name: row.get(1)?,
-            expires: row.get(2)?,
-            read_only: row.get(3)?,
-            secret: None,
-        })
-    })?;
-    Ok(Json(rows.collect::<Result<Vec<_>, _>>()?))
+    owner(&user)?;
+    let found = secrets::list(&app.db, SecretKind::Token, Some(user.id), None)?;
+    Ok(Json(found.into_iter().map(row_of).collect()))
 }
 
 /// Makes an API token; its secret is in this answer alone.
@@ -231,16 +475,12 @@ pub(crate) async fn token_add(
     JsonBody(body): JsonBody<NewToken>,
 ) -> Result<Response, ApiError> {
     let days = days(body.days)?;
-    if body.name.len() > 200 {
-        return Err(ApiError::bad_request(
-            "the name is too long",
-            "At most 200 bytes.",
-        ));
-    }
+    runs::checked_text("name", &body.name)?;
     let (id, secret, expires) = secrets::issue(
         &app.db,
         SecretKind::Token,
         user.id,
+        user.root,
         &body.name,
         None,
         days,
@@ -249,6 +489,7 @@ pub(crate) async fn token_add(
     let row = TokenRow {
         id,
         name: body.name,
+        run: None,
         expires,
         read_only: body.read_only,
         secret: Some(secret),
@@ -263,14 +504,5 @@ pub(crate) async fn token_remove(
     LoggedIn(user): LoggedIn,
     Path(id): Path<String>,
 ) -> Result<StatusCode, ApiError> {
-    let id: i64 = id.parse().map_err(|_| ApiError::not_found())?;
-    let removed = app.db.lock().execute(
-        "DELETE FROM secrets WHERE id = ?1 AND user = ?2 AND kind = 'token'",
-        params![id, user.id],
-    )?;
-    if removed == 1 {
-        Ok(StatusCode::NO_CONTENT)
-    } else {
-        Err(ApiError::not_found())
-    }
+    take_back(&app, &user, SecretKind::Token, &id)
 }

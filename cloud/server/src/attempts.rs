@@ -27,6 +27,8 @@ pub(crate) struct SignsOfLife {
     pub(crate) interrupted: Option<Instant>,
     /// When the user's wish was passed on.
     pub(crate) wished: Option<Instant>,
+    /// Whether the attempt was ended because its owner has more than the limit.
+    pub(crate) over_limit: bool,
 }
 
 impl SignsOfLife {
@@ -42,6 +44,7 @@ impl SignsOfLife {
             notes: 0,
             interrupted: None,
             wished: None,
+            over_limit: false,
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Check of a scene by the solver: `mercury-solve --check`, in a cage.
 
 use std::fs::{self, File};
-use std::io::Read;
-use std::path::PathBuf;
+use std::io::{Read, Seek};
+use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -15,6 +15,7 @@ use cloud_api::problem::SceneProblem;
 use cloud_api::requests::Scene;
 use cloud_worker::confine::Cage;
 use serde_json::Value;
+use tempfile::tempfile_in;
 
 use crate::access::ApiError;
 use crate::earlier;
@@ -131,7 +132,7 @@ pub(crate) async fn check(
     mut scene: Scene,
     trial: bool,
 ) -> Result<Checked, ApiError> {
-    let _turn = app.checks.acquire().await.map_err(ApiError::internal)?;
+    let _turn = app.checks.take(owner, false).await?;
     let app = Arc::clone(app);
     blocking(move || {
         earlier::pin(&app, owner, &mut scene)?;
@@ -163,7 +164,7 @@ pub(crate) async fn preview(
     app: &Arc<App>,
     owner: i64,
     mut scene: Scene,
-) -> Result<Value, ApiError> {
+) -> Result<Vec<u8>, ApiError> {
     let Checked { problems, plan } = check(app, owner, scene.clone(), false).await?;
     let plan = match plan {
         Some(plan) if problems.is_empty() => plan,
@@ -178,7 +179,7 @@ pub(crate) async fn preview(
             "The scene begins with too many particles for a preview.",
         ));
     }
-    let _turn = app.checks.acquire().await.map_err(ApiError::internal)?;
+    let _turn = app.checks.take(owner, false).await?;
     let app = Arc::clone(app);
     blocking(move || {
         earlier::pin(&app, owner, &mut scene)?;
@@ -203,9 +204,34 @@ pub(crate) async fn preview(
         if said.code != Some(0) {
             return Err(nothing("The first step could not be made."));
         }
-        Ok(crate::frames::still(&folder.0.join(".run"))?)
+        view(&app, &folder.0.join(".run"), None)?
+            .ok_or_else(|| nothing("The solver wrote no frame."))
     })
     .await
+}
+
+/// How long a view may take.
+const VIEW: Duration = Duration::from_secs(20);
+
+/// The largest view, in bytes: 200,000 triangles and 300,000 particles.
+const LARGEST_VIEW: u64 = 64 << 20;
+
+/// Walls of a frame of the run in `folder`, or without `frame` all of a preview, as JSON: made by this program, in a cage with the limits
+/// of a check. The meshes are those of users, and may be large.
+pub(crate) fn view(app: &App, folder: &Path, frame: Option<usize>) -> Result<Option<Vec<u8>>> {
+    let program = Path::new("/proc/self/exe");
+    let mut arguments = vec!["view".to_owned()];
+    arguments.extend(frame.map(|frame| format!("--frame={frame}")));
+    let said = confined(app, program, folder, &arguments, VIEW, LARGEST_VIEW)?;
+    match said.code {
+        Some(0) if said.answer.is_empty() => Ok(None),
+        Some(0) => Ok(Some(said.answer.into_bytes())),
+        code => {
+            let why = said.messages.trim();
+            eprintln!("{}: no view (exit code {code:?}): {why}", folder.display());
+            Ok(None)
+        }
+    }
 }
 
 /// Answer of the solver.
@@ -265,28 +291,41 @@ pub(crate) fn solve(
     arguments: &[String],
     patience: Duration,
 ) -> Result<SolverAnswer> {
+    let solver = &app.options.solver;
+    confined(app, solver, &folder.0, arguments, patience, LARGEST_ANSWER)
+}
+
+/// Runs a program in a cage around `folder`, for so long at most.
+fn confined(
+    app: &App,
+    program: &Path,
+    folder: &Path,
+    arguments: &[String],
+    patience: Duration,
+    largest: u64,
+) -> Result<SolverAnswer> {
     let cage = Cage {
-        folder: folder.0.clone(),
+        folder: folder.to_owned(),
         sandbox: app.options.sandbox,
         memory: MEMORY,
         file: 256 << 20,
         cpu: patience.as_secs() * 2,
     };
-    let (answer, messages) = (folder.0.join(".answer"), folder.0.join(".messages"));
+    let checks = app.options.data.join("checks");
+    let (answer, messages) = (tempfile_in(&checks)?, tempfile_in(&checks)?);
     let child = cage
-        .command(&app.options.solver)
+        .command(program)
         .args(arguments)
         .stdin(Stdio::null())
-        .stdout(File::create(&answer)?)
-        .stderr(File::create(&messages)?)
+        .stdout(answer.try_clone()?)
+        .stderr(messages.try_clone()?)
         .spawn()
-        .context("the solver cannot be started")?;
+        .with_context(|| format!("{} cannot be started", program.display()))?;
     let code = wait(child, patience)?;
-    let read = |path| -> Result<String> {
+    let read = |mut file: File| -> Result<String> {
         let mut bytes = Vec::new();
-        File::open(path)?
-            .take(LARGEST_ANSWER)
-            .read_to_end(&mut bytes)?;
+        file.rewind()?;
+        file.take(largest).read_to_end(&mut bytes)?;
         Ok(String::from_utf8_lossy(&bytes).into_owned())
     };
     Ok(SolverAnswer {

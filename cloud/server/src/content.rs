@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use cloud_api::names::{Growth, growth};
-use cloud_api::{Head, RunId};
+use cloud_api::{Head, InputFile, RunId};
 use cloud_store::frames::MARKER;
 use cloud_store::{Result, Store, StoreError};
 
@@ -53,6 +53,15 @@ impl Content {
             end: &[],
             bytes,
         })
+    }
+
+    /// An input of a run.
+    pub(crate) fn of_input(input: &InputFile) -> Self {
+        Self {
+            pieces: vec![(format!("inputs/{}", input.sha256), 0, input.bytes)],
+            end: &[],
+            bytes: input.bytes,
+        }
     }
 
     /// Length in bytes.

@@ -2,12 +2,12 @@
 //!
 //! Every change of a run's state is one transaction that writes the row and an event, through [`Db::apply`].
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use cloud_api::answers::{Attempt, EventRow, RunRow, Usage};
+use cloud_api::answers::{Attempt, EventRow, InputRow, RunRow, Usage};
 use cloud_api::head::Cause;
 use cloud_api::lifecycle::{self, Illegal, Policy, Run, RunEvent};
 use cloud_api::{Head, RunState, Wish};
@@ -60,6 +60,9 @@ const LATER: &[(&str, &str, &str)] = &[
     ("attempts", "saved", "REAL"),
     ("runs", "cost", "REAL"),
     ("runs", "saved", "REAL"),
+    ("secrets", "parent", "INTEGER"),
+    ("secrets", "created", "REAL NOT NULL DEFAULT 0"),
+    ("runs", "reserved", "INTEGER NOT NULL DEFAULT 0"),
 ];
 
 /// Owner of what belongs to all: the files of templates.
@@ -76,6 +79,8 @@ pub(crate) struct Db {
     connection: Mutex<Connection>,
     /// For lists: it does not wait while a change is brought to the disk.
     reader: Mutex<Connection>,
+    /// Bytes of uploads that are on their way, by user. Locked only while the connection is.
+    uploads: Mutex<HashMap<i64, u64>>,
     policy: Policy,
     prices: Option<Prices>,
 }
@@ -104,6 +109,25 @@ pub(crate) struct NewRun<'a> {
     pub(crate) of_steps: Option<u64>,
     pub(crate) study: Option<&'a str>,
     pub(crate) project: Option<&'a str>,
+    /// Bytes that its user has less from now on: those that it is expected to write.
+    pub(crate) reserved: u64,
+}
+
+/// A further revision of a run, on the same data.
+pub(crate) struct Extension<'a> {
+    /// The revision that it follows.
+    pub(crate) after: u32,
+    pub(crate) spec: &'a str,
+    pub(crate) of_steps: Option<u64>,
+    /// As that of a new run.
+    pub(crate) reserved: u64,
+}
+
+/// Result of a change that takes disk of a user.
+pub(crate) enum Reserved<T> {
+    Done(T),
+    /// Nothing was changed: the user would have more than the limit, with the usage that is given.
+    Full(Usage),
 }
 
 /// A study that is new.
@@ -135,7 +159,7 @@ impl ListScope<'_> {
     }
 }
 
-/// Result of [`Db::apply`].
+/// Result of [`Db::apply`] and [`Db::extend`].
 pub(crate) enum Applied {
     Done(Run, Vec<EventRow>),
     Missing,
@@ -173,6 +197,7 @@ impl Db {
         Ok(Self {
             connection: Mutex::new(connection),
             reader: Mutex::new(reader),
+            uploads: Mutex::default(),
             policy,
             prices,
         })
@@ -223,7 +248,7 @@ impl Db {
         &self,
         runs: &[NewRun],
         study: Option<&NewStudy>,
-    ) -> Result<Vec<EventRow>> {
+    ) -> Result<Reserved<Vec<EventRow>>> {
         let mut connection = self.lock();
         let transaction = connection.transaction()?;
         if let Some(study) = study {
@@ -242,7 +267,7 @@ impl Db {
             )?;
             let first = Run::new();
             transaction.execute(
-                "INSERT INTO runs VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17,?18,?19,?19,?20,0,0,NULL,'',?21,NULL,0,?22,NULL,NULL)",
+                "INSERT INTO runs VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17,?18,?19,?19,?20,0,0,NULL,'',?21,NULL,0,?22,NULL,NULL,?23)",
                 params![
                     run.id,
                     number,
@@ -266,6 +291,7 @@ impl Db {
                     run.of_steps.map(|steps| steps as i64),
                     run.study,
                     run.project,
+                    run.reserved as i64,
                 ],
             )?;
             events.push(add_event(
@@ -275,8 +301,13 @@ impl Db {
                 json!({"state": first.state, "title": run.title}),
             )?);
         }
+        if let Some(first) = runs.first()
+            && let Some(usage) = self.beyond(&transaction, first.owner)?
+        {
+            return Ok(Reserved::Full(usage));
+        }
         transaction.commit()?;
-        Ok(events)
+        Ok(Reserved::Done(events))
     }
 
     /// Id and request of the run or study that was submitted with an idempotency key. `table`: `runs` or `studies`.
@@ -305,6 +336,55 @@ impl Db {
     ) -> Result<Applied> {
         let mut connection = self.lock();
         let transaction = connection.transaction()?;
+        let applied = self.apply_in(&transaction, id, event, head, engine)?;
+        if matches!(applied, Applied::Done(..)) {
+            transaction.commit()?;
+        }
+        Ok(applied)
+    }
+
+    /// Records [`RunEvent::Extend`] with a further spec, if the run has the revision that this one follows. `None`: it has another.
+    pub(crate) fn extend(
+        &self,
+        id: &str,
+        extension: &Extension,
+        engine: &dyn Engine,
+    ) -> Result<Reserved<Option<Applied>>> {
+        let mut connection = self.lock();
+        let transaction = connection.transaction()?;
+        let applied = self.apply_in(&transaction, id, &RunEvent::Extend, None, engine)?;
+        let Applied::Done(after, _) = &applied else {
+            return Ok(Reserved::Done(Some(applied)));
+        };
+        if after.revision != extension.after + 1 {
+            return Ok(Reserved::Done(None));
+        }
+        transaction.execute(
+            "UPDATE runs SET spec=?2, of_steps=?3, reserved=?4 WHERE id=?1",
+            params![
+                id,
+                extension.spec,
+                extension.of_steps.map(|steps| steps as i64),
+                extension.reserved as i64
+            ],
+        )?;
+        let owner =
+            transaction.query_row("SELECT owner FROM runs WHERE id=?1", [id], |row| row.get(0))?;
+        if let Some(usage) = self.beyond(&transaction, owner)? {
+            return Ok(Reserved::Full(usage));
+        }
+        transaction.commit()?;
+        Ok(Reserved::Done(Some(applied)))
+    }
+
+    fn apply_in(
+        &self,
+        transaction: &Transaction,
+        id: &str,
+        event: &RunEvent,
+        head: Option<&Head>,
+        engine: &dyn Engine,
+    ) -> Result<Applied> {
         let Some(before) = transaction
             .query_row("SELECT * FROM runs WHERE id = ?1", [id], run_of)
             .optional()?
@@ -339,7 +419,7 @@ impl Db {
                     params![id, after.epoch as i64, engine.name(), now(), engine.queue(before.barren)],
                 )?;
                 events.push(add_event(
-                    &transaction,
+                    transaction,
                     id,
                     "attempt",
                     json!({"epoch": after.epoch, "began": true}),
@@ -369,7 +449,7 @@ impl Db {
                     params![id, cause, ending.message],
                 )?;
                 let data = json!({"epoch": before.epoch, "cause": cause, "code": ending.code, "message": ending.message});
-                events.push(add_event(&transaction, id, "attempt", data)?);
+                events.push(add_event(transaction, id, "attempt", data)?);
             }
             RunEvent::Resume | RunEvent::Extend => {
                 transaction.execute(
@@ -392,22 +472,32 @@ impl Db {
         }
         if after.state != before.state {
             events.push(add_event(
-                &transaction,
+                transaction,
                 id,
                 "state",
                 json!({"state": after.state}),
             )?);
         }
-        transaction.commit()?;
         Ok(Applied::Done(after, events))
     }
 
     /// Usage of a user, and its limits.
     pub(crate) fn usage(&self, user: i64) -> Result<Usage> {
-        let connection = self.lock();
+        self.usage_in(&self.lock(), user)
+    }
+
+    /// The usage of a user that is beyond the limit.
+    fn beyond(&self, connection: &Connection, user: i64) -> Result<Option<Usage>> {
+        let usage = self.usage_in(connection, user)?;
+        let beyond = usage.most_disk.is_some_and(|most| usage.disk > most);
+        Ok(beyond.then_some(usage))
+    }
+
+    fn usage_in(&self, connection: &Connection, user: i64) -> Result<Usage> {
         let mut query = connection.prepare_cached(
             "SELECT (SELECT coalesce(sum(threads), 0) FROM runs WHERE owner = ?1 AND state IN ('running', 'stopping')),
-               (SELECT coalesce(sum(bytes), 0) FROM runs WHERE owner = ?1) + (SELECT coalesce(sum(bytes), 0) FROM inputs WHERE owner = ?1),
+               (SELECT coalesce(sum(CASE WHEN state IN ('queued', 'running', 'stopping') THEN max(bytes, reserved) ELSE bytes END), 0)
+                FROM runs WHERE owner = ?1) + (SELECT coalesce(sum(bytes), 0) FROM inputs WHERE owner = ?1),
                (SELECT coalesce(sum(core_seconds), 0) FROM runs WHERE owner = ?1), cores, disk,
                (SELECT sum(cost) FROM runs WHERE owner = ?1) FROM users WHERE id = ?1",
         )?;
@@ -422,7 +512,79 @@ impl Db {
                 cost: row.get(5)?,
             })
         });
-        Ok(usage.optional()?.unwrap_or_default())
+        let mut usage = usage.optional()?.unwrap_or_default();
+        usage.disk += self.uploads().get(&user).copied().unwrap_or(0);
+        Ok(usage)
+    }
+
+    fn uploads(&self) -> MutexGuard<'_, HashMap<i64, u64>> {
+        self.uploads
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+
+    /// Reserves bytes for an upload that is on its way.
+    pub(crate) fn reserve_upload(&self, user: i64, bytes: u64) -> Result<Reserved<()>> {
+        let connection = self.lock();
+        *self.uploads().entry(user).or_default() += bytes;
+        let beyond = self.beyond(&connection, user);
+        if !matches!(beyond, Ok(None)) {
+            self.release_upload(user, bytes);
+        }
+        Ok(beyond?.map_or(Reserved::Done(()), Reserved::Full))
+    }
+
+    fn release_upload(&self, user: i64, bytes: u64) {
+        let mut uploads = self.uploads();
+        let left = uploads.remove(&user).unwrap_or(0).saturating_sub(bytes);
+        if left > 0 {
+            uploads.insert(user, left);
+        }
+    }
+
+    /// Ends an upload for which bytes were reserved, and records the content that came, if it came whole.
+    pub(crate) fn end_upload(
+        &self,
+        user: i64,
+        reserved: u64,
+        input: Option<(&str, u64)>,
+    ) -> Result<()> {
+        let connection = self.lock();
+        self.release_upload(user, reserved);
+        match input {
+            Some((sha256, bytes)) => insert_input(&connection, sha256, user, bytes),
+            None => Ok(()),
+        }
+    }
+
+    /// Users whose runs and inputs take more than they may. What is reserved does not count.
+    pub(crate) fn over_limit(&self) -> Result<Vec<i64>> {
+        let connection = self.lock();
+        let mut query = connection.prepare_cached(
+            "SELECT id FROM users WHERE disk IS NOT NULL AND disk < (SELECT coalesce(sum(bytes), 0) FROM runs WHERE owner = users.id)
+               + (SELECT coalesce(sum(bytes), 0) FROM inputs WHERE owner = users.id)",
+        )?;
+        let rows = query.query_map([], |row| row.get(0))?;
+        rows.collect()
+    }
+
+    /// Bytes that a run may have by the limit of its owner: what others have not, and have not reserved.
+    pub(crate) fn left_for(&self, id: &str) -> Result<Option<u64>> {
+        let connection = self.lock();
+        let own = "SELECT owner, max(bytes, reserved) FROM runs WHERE id = ?1";
+        let (owner, own) = connection.query_row(own, [id], |row| {
+            Ok((row.get(0)?, row.get::<_, i64>(1)? as u64))
+        })?;
+        let usage = self.usage_in(&connection, owner)?;
+        let others = usage.disk.saturating_sub(own);
+        Ok(usage.most_disk.map(|most| most.saturating_sub(others)))
+    }
+
+    /// Records the length of the files of a run while it runs.
+    pub(crate) fn set_bytes(&self, id: &str, bytes: u64) -> Result<()> {
+        let set = "UPDATE runs SET bytes=?2 WHERE id=?1";
+        self.lock().execute(set, params![id, bytes as i64])?;
+        Ok(())
     }
 
     /// The most cores that users may have at once, of those that have a limit.
@@ -441,15 +603,6 @@ impl Db {
         let event = add_event(&transaction, id, kind, data)?;
         transaction.commit()?;
         Ok(event)
-    }
-
-    /// A further revision of a run's spec, for [`RunEvent::Extend`].
-    pub(crate) fn set_spec(&self, id: &str, spec: &str, of_steps: Option<u64>) -> Result<()> {
-        self.lock().execute(
-            "UPDATE runs SET spec=?2, of_steps=?3 WHERE id=?1",
-            params![id, spec, of_steps.map(|steps| steps as i64)],
-        )?;
-        Ok(())
     }
 
     /// One run with owner and spec.
@@ -585,24 +738,70 @@ impl Db {
         Ok(())
     }
 
-    /// Forgets a run with all that belongs to it.
-    pub(crate) fn delete(&self, id: &str) -> Result<()> {
+    /// Ids and states of all runs of a user.
+    pub(crate) fn runs_of(&self, owner: i64) -> Result<Vec<(String, RunState)>> {
+        let connection = self.lock();
+        let mut query = connection.prepare("SELECT id, state FROM runs WHERE owner = ?1")?;
+        let rows = query.query_map([owner], |row| Ok((row.get("id")?, state_of(row)?)))?;
+        rows.collect()
+    }
+
+    /// Forgets a run with all that belongs to it, also the inputs of its owner that no other run of the owner names. Returns the contents
+    /// that nothing needs any more.
+    pub(crate) fn delete(&self, id: &str) -> Result<Vec<String>> {
         let mut connection = self.lock();
         let transaction = connection.transaction()?;
+        let run = "SELECT owner, spec FROM runs WHERE id = ?1";
+        let run: Option<(i64, String)> = transaction
+            .query_row(run, [id], |row| Ok((row.get(0)?, row.get(1)?)))
+            .optional()?;
         transaction.execute("DELETE FROM runs WHERE id = ?1", [id])?;
         transaction.execute("DELETE FROM attempts WHERE run = ?1", [id])?;
         transaction.execute("DELETE FROM events WHERE run = ?1", [id])?;
         transaction.execute("DELETE FROM secrets WHERE run = ?1", [id])?;
-        transaction.commit()
+        let mut gone = Vec::new();
+        if let Some((owner, spec)) = run {
+            let spec: Value = serde_json::from_str(&spec).unwrap_or(Value::Null);
+            let files = spec["files"].as_object().into_iter().flatten();
+            for sha256 in files.filter_map(|(_, file)| file["sha256"].as_str()) {
+                if forget_input(&transaction, sha256, owner)? == Forgotten::Content {
+                    gone.push(sha256.to_owned());
+                }
+            }
+        }
+        transaction.commit()?;
+        Ok(gone)
+    }
+
+    /// Inputs of a user, the largest first: SHA-256, length, and how many runs of the user name it.
+    pub(crate) fn inputs(&self, owner: i64) -> Result<Vec<InputRow>> {
+        let connection = self.lock();
+        let mut query = connection.prepare(
+            "SELECT sha256, bytes, (SELECT count(*) FROM runs r WHERE r.owner = ?1 AND instr(r.spec, i.sha256) > 0) FROM inputs i
+             WHERE owner = ?1 ORDER BY bytes DESC, sha256 LIMIT ?2",
+        )?;
+        let rows = query.query_map(params![owner, MOST_ROWS as i64], |row| {
+            Ok(InputRow {
+                sha256: row.get(0)?,
+                bytes: row.get::<_, i64>(1)? as u64,
+                runs: row.get::<_, i64>(2)? as u64,
+            })
+        })?;
+        rows.collect()
+    }
+
+    /// Forgets an input of a user, unless a run of the user names it.
+    pub(crate) fn remove_input(&self, sha256: &str, owner: i64) -> Result<Forgotten> {
+        let mut connection = self.lock();
+        let transaction = connection.transaction()?;
+        let forgotten = forget_input(&transaction, sha256, owner)?;
+        transaction.commit()?;
+        Ok(forgotten)
     }
 
     /// Notes that a user has sent a content.
     pub(crate) fn add_input(&self, sha256: &str, owner: i64, bytes: u64) -> Result<()> {
-        self.lock().execute(
-            "INSERT OR IGNORE INTO inputs VALUES (?1, ?2, ?3)",
-            params![sha256, owner, bytes as i64],
-        )?;
-        Ok(())
+        insert_input(&self.lock(), sha256, owner, bytes)
     }
 
     /// Length of a content that this user (or a template) has sent.
@@ -616,6 +815,47 @@ impl Db {
             .optional()
             .map(|bytes| bytes.map(|bytes| bytes as u64))
     }
+}
+
+/// Result of forgetting an input.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Forgotten {
+    /// The user has no such input.
+    Missing,
+    /// A run of the user names it.
+    Named,
+    /// The content is still needed: by another user, or by a template.
+    Row,
+    /// Nothing needs the content.
+    Content,
+}
+
+fn forget_input(transaction: &Transaction, sha256: &str, owner: i64) -> Result<Forgotten> {
+    let named = |owner: Option<i64>| {
+        let count = "SELECT EXISTS (SELECT 1 FROM runs WHERE (?1 IS NULL OR owner = ?1) AND instr(spec, ?2) > 0)";
+        transaction.query_row(count, params![owner, sha256], |row| row.get::<_, bool>(0))
+    };
+    if named(Some(owner))? {
+        return Ok(Forgotten::Named);
+    }
+    let remove = "DELETE FROM inputs WHERE sha256 = ?1 AND owner = ?2";
+    if transaction.execute(remove, params![sha256, owner])? == 0 {
+        return Ok(Forgotten::Missing);
+    }
+    let others = "SELECT EXISTS (SELECT 1 FROM inputs WHERE sha256 = ?1)";
+    let others: bool = transaction.query_row(others, [sha256], |row| row.get(0))?;
+    Ok(match others || named(None)? {
+        true => Forgotten::Row,
+        false => Forgotten::Content,
+    })
+}
+
+fn insert_input(connection: &Connection, sha256: &str, owner: i64, bytes: u64) -> Result<()> {
+    connection.execute(
+        "INSERT OR IGNORE INTO inputs VALUES (?1, ?2, ?3)",
+        params![sha256, owner, bytes as i64],
+    )?;
+    Ok(())
 }
 
 fn add_event(transaction: &Transaction, run: &str, kind: &str, data: Value) -> Result<EventRow> {
@@ -738,7 +978,86 @@ mod tests {
             of_steps: None,
             study: None,
             project: None,
+            reserved: 0,
         }
+    }
+
+    /// A user with 100 bytes: runs and uploads reserve what they are expected to take, and what does not fit changes nothing.
+    #[test]
+    fn what_is_reserved_never_exceeds_a_limit() {
+        let (_folder, db) = db();
+        let add = "INSERT INTO users(id, name, hash, admin, disk) VALUES (1, 'ada', NULL, 0, 100)";
+        db.lock().execute(add, []).unwrap();
+        let run = |id, reserved| NewRun {
+            reserved,
+            ..new(id, None)
+        };
+        let fits = |run: NewRun| matches!(db.insert(&[run], None).unwrap(), Reserved::Done(_));
+        let upload = |bytes| matches!(db.reserve_upload(1, bytes).unwrap(), Reserved::Done(()));
+        assert!(fits(run("a", 60)));
+        assert!(!fits(run("b", 60)));
+        assert!(db.run("b").unwrap().is_none());
+        assert!(upload(30));
+        assert!(!upload(30));
+        assert_eq!(db.usage(1).unwrap().disk, 90);
+        assert_eq!(db.left_for("a").unwrap(), Some(70));
+        db.end_upload(1, 30, Some(("0", 20))).unwrap();
+        assert_eq!(db.usage(1).unwrap().disk, 80);
+        // The run takes more than was expected.
+        assert!(db.over_limit().unwrap().is_empty());
+        db.set_bytes("a", 81).unwrap();
+        assert_eq!(db.over_limit().unwrap(), [1]);
+    }
+
+    /// An input goes with the last run of its owner that names it; its content when no user has it any more.
+    #[test]
+    fn an_input_goes_with_the_last_run_that_names_it() {
+        let (_folder, db) = db();
+        let spec = r#"{"files":{"a.stl":{"sha256":"abc","bytes":3}}}"#;
+        let run = |id, owner| NewRun {
+            owner,
+            spec,
+            ..new(id, None)
+        };
+        db.insert(&[run("a", 1), run("b", 1), run("c", 2)], None)
+            .unwrap();
+        db.add_input("abc", 1, 3).unwrap();
+        db.add_input("abc", 2, 3).unwrap();
+        assert_eq!(db.inputs(1).unwrap()[0].runs, 2);
+        assert_eq!(db.remove_input("abc", 1).unwrap(), Forgotten::Named);
+        assert!(db.delete("a").unwrap().is_empty());
+        assert_eq!(db.inputs(1).unwrap()[0].runs, 1);
+        assert!(db.delete("b").unwrap().is_empty());
+        assert!(db.inputs(1).unwrap().is_empty());
+        assert_eq!(db.delete("c").unwrap(), ["abc"]);
+        assert_eq!(db.remove_input("abc", 2).unwrap(), Forgotten::Missing);
+        db.add_input("abc", 1, 3).unwrap();
+        assert_eq!(db.remove_input("abc", 1).unwrap(), Forgotten::Content);
+    }
+
+    /// Of two extensions of one revision the second one changes nothing.
+    #[test]
+    fn an_extension_follows_the_revision_that_it_was_made_for() {
+        let (_folder, db) = db();
+        let engine = Local::new(1, "");
+        db.insert(&[new("a", None)], None).unwrap();
+        let set = "UPDATE runs SET state = 'finished'";
+        db.lock().execute(set, []).unwrap();
+        let extend = |spec| {
+            let extension = Extension {
+                after: 1,
+                spec,
+                of_steps: None,
+                reserved: 0,
+            };
+            db.extend("a", &extension, &engine).unwrap()
+        };
+        let first = extend("{\"first\":1}");
+        assert!(matches!(first, Reserved::Done(Some(Applied::Done(..)))));
+        db.lock().execute(set, []).unwrap();
+        assert!(matches!(extend("{}"), Reserved::Done(None)));
+        let (_, run, _, spec) = db.run("a").unwrap().unwrap();
+        assert_eq!((run.revision, spec.as_str()), (2, "{\"first\":1}"));
     }
 
     #[test]

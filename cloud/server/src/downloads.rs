@@ -1,7 +1,11 @@
 //! Files of runs as they are fetched: one by one, in parts, or all in one archive.
 
 use std::io::{self, Write};
-use std::sync::Arc;
+use std::pin::Pin;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::task::{Context, Poll};
+use std::time::Duration;
 
 use axum::Json;
 use axum::body::{Body, Bytes};
@@ -10,14 +14,16 @@ use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::Response;
 use cloud_api::answers::RunFile;
 use cloud_api::{Head, RunId};
+use tokio::sync::mpsc;
 use tokio_stream::Stream;
-use tokio_stream::wrappers::ReceiverStream;
 
 use crate::access::{ApiError, LoggedIn};
-use crate::content::{Content, PIECE};
+use crate::content::Content;
 use crate::routes::{Answer, Shared, headed};
 use crate::runs::{blocking, visible_run};
+use crate::secrets::User;
 use crate::state::App;
+use crate::turns::Turn;
 
 fn files(head: &Head) -> Vec<RunFile> {
     let grows = head.phase != cloud_api::Phase::Ended;
@@ -89,29 +95,120 @@ fn range(headers: &HeaderMap, bytes: u64) -> Result<Option<(u64, u64)>, ApiError
     }
 }
 
-/// Bytes of a content, as they are read.
-fn stream(
-    app: Arc<App>,
-    content: Content,
-    from: u64,
-    to: u64,
-) -> impl Stream<Item = io::Result<Bytes>> {
-    let (send, receive) = tokio::sync::mpsc::channel(2);
-    tokio::task::spawn_blocking(move || {
+/// The most downloads of a user at once, and of all links to runs of that user.
+pub(crate) const EACH: usize = 16;
+
+/// The most downloads at once, of all users together.
+pub(crate) const ALL: usize = 128;
+
+/// How long a download waits for its turn.
+const TURN: Duration = Duration::from_secs(10);
+
+/// The longest time for a piece of [`crate::content::PIECE`] bytes, which makes the slowest download 17 kB/s.
+const SLOWEST: Duration = Duration::from_secs(60);
+
+/// Waits for the turn of a download; not for ever.
+async fn turn(app: &App, user: &User) -> Result<Turn, ApiError> {
+    let turn = app.downloads.take(user.id, user.share.is_some());
+    match tokio::time::timeout(TURN, turn).await {
+        Ok(turn) => turn,
+        Err(_) => Err(ApiError::too_many(
+            "too many downloads",
+            format!("At most {EACH} downloads at once. Wait until one has ended."),
+            TURN.as_secs(),
+        )),
+    }
+}
+
+/// Sends pieces of a download to its listener.
+struct Sender {
+    send: mpsc::Sender<Bytes>,
+    whole: Arc<AtomicBool>,
+    /// Held until the last piece is sent.
+    _turn: Turn,
+}
+
+impl Sender {
+    /// Sends a piece. `false`: the listener has gone, or reads too slowly.
+    async fn send(&self, piece: Vec<u8>) -> bool {
+        let sent = tokio::time::timeout(SLOWEST, self.send.send(Bytes::from(piece)));
+        matches!(sent.await, Ok(Ok(())))
+    }
+
+    /// Records that all pieces were sent.
+    fn finish(self) {
+        self.whole.store(true, Ordering::Release);
+    }
+}
+
+/// Pieces of a download. A download that ends early ends in an error, so that the connection is cut.
+struct Pieces {
+    receive: mpsc::Receiver<Bytes>,
+    whole: Arc<AtomicBool>,
+}
+
+impl Pieces {
+    fn new(turn: Turn) -> (Sender, Self) {
+        let (send, receive) = mpsc::channel(1);
+        let whole = Arc::new(AtomicBool::new(false));
+        let sender = Sender {
+            send,
+            whole: Arc::clone(&whole),
+            _turn: turn,
+        };
+        (sender, Self { receive, whole })
+    }
+}
+
+impl Stream for Pieces {
+    type Item = io::Result<Bytes>;
+
+    fn poll_next(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Option<Self::Item>> {
+        self.receive.poll_recv(context).map(|piece| match piece {
+            Some(piece) => Some(Ok(piece)),
+            None if self.whole.swap(true, Ordering::Acquire) => None,
+            None => Some(Err(io::ErrorKind::UnexpectedEof.into())),
+        })
+    }
+}
+
+/// Work of a download that waits for disks. An error is in the log; the listener sees that the connection is cut.
+async fn piece<T: Send + 'static>(
+    work: impl FnOnce() -> anyhow::Result<T> + Send + 'static,
+) -> Option<T> {
+    let done = tokio::task::spawn_blocking(work).await;
+    done.map_err(anyhow::Error::from)
+        .flatten()
+        .inspect_err(|error| eprintln!("a download ends early: {error:#}"))
+        .ok()
+}
+
+/// A part of a content that is not empty.
+fn read(app: &App, content: &Content, from: u64, to: u64) -> anyhow::Result<Vec<u8>> {
+    let bytes = content.read(app.store.as_ref(), from..to)?;
+    anyhow::ensure!(!bytes.is_empty(), "a file is shorter than it was");
+    Ok(bytes)
+}
+
+/// Bytes `from..to` of a content, as they are read.
+fn stream(app: Arc<App>, turn: Turn, content: Content, from: u64, to: u64) -> Pieces {
+    let (sender, pieces) = Pieces::new(turn);
+    let content = Arc::new(content);
+    tokio::spawn(async move {
         let mut at = from;
         while at < to {
-            let piece = content
-                .read(app.store.as_ref(), at..to)
-                .map_err(io::Error::other);
-            let bytes = piece.as_ref().map_or(0, |piece| piece.len() as u64);
-            // The listener has gone, or nothing more can be read.
-            if send.blocking_send(piece.map(Bytes::from)).is_err() || bytes == 0 {
+            let (app, content) = (Arc::clone(&app), Arc::clone(&content));
+            let Some(bytes) = piece(move || read(&app, &content, at, to)).await else {
+                return;
+            };
+            at += bytes.len() as u64;
+            if !sender.send(bytes).await {
                 return;
             }
-            at += bytes;
         }
+        sender.finish();
     });
-    ReceiverStream::new(receive)
+    pieces
 }
 
 /// The last part of a path as a name to save a file under; anything but plain characters is left out.
@@ -131,6 +228,7 @@ pub(crate) async fn run_file(
     Path((id, name)): Path<(String, String)>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
+    let turn = turn(&app, &user).await?;
     let shared = Arc::clone(&app);
     let file = name.clone();
     let content = blocking(move || {
@@ -169,30 +267,34 @@ pub(crate) async fn run_file(
         );
     }
     answer
-        .body(Body::from_stream(stream(app, content, first, end)))
+        .body(Body::from_stream(stream(app, turn, content, first, end)))
         .map_err(ApiError::internal)
 }
 
-/// A writer whose bytes go to a listener.
-struct Sender {
-    send: tokio::sync::mpsc::Sender<io::Result<Bytes>>,
-    held: Vec<u8>,
+/// A writer that keeps bytes until they are taken.
+#[derive(Clone, Default)]
+struct Held(Arc<Mutex<Vec<u8>>>);
+
+impl Held {
+    fn lock(&self) -> std::sync::MutexGuard<'_, Vec<u8>> {
+        self.0
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+
+    fn take(&self) -> Vec<u8> {
+        std::mem::take(&mut self.lock())
+    }
 }
 
-impl Write for Sender {
+impl Write for Held {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.held.extend(bytes);
-        if self.held.len() as u64 >= PIECE {
-            self.flush()?;
-        }
+        self.lock().extend(bytes);
         Ok(bytes.len())
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        let bytes = Bytes::from(std::mem::take(&mut self.held));
-        self.send
-            .blocking_send(Ok(bytes))
-            .map_err(|_| io::ErrorKind::BrokenPipe.into())
+        Ok(())
     }
 }
 
@@ -203,6 +305,7 @@ pub(crate) async fn run_archive(
     LoggedIn(user): LoggedIn,
     Path(id): Path<String>,
 ) -> Result<Response, ApiError> {
+    let turn = turn(&app, &user).await?;
     let shared = Arc::clone(&app);
     let (id, head, spec) = blocking(move || {
         let (id, _, _, _, spec) = visible_run(&shared, &user, &id)?;
@@ -210,62 +313,59 @@ pub(crate) async fn run_archive(
         Ok((id, head, spec))
     })
     .await?;
-    let name = saved_as(spec.scene.trim_end_matches(".toml"));
-    let (send, receive) = tokio::sync::mpsc::channel(2);
-    tokio::task::spawn_blocking(move || {
-        let sender = Sender {
-            send: send.clone(),
-            held: Vec::new(),
-        };
-        if let Err(error) = archive(&app, &id, &head, &spec, sender) {
-            // The listener sees an archive that ends too early, and the connection says so.
-            let _ = send.blocking_send(Err(io::Error::other(error.to_string())));
-        }
-    });
+    let prefix = spec.scene.trim_end_matches(".toml");
+    let mut all: Vec<(String, Content)> = (spec.files.iter())
+        .map(|(name, input)| (name.clone(), Content::of_input(input)))
+        .collect();
+    all.extend(files(&head).into_iter().filter_map(|file| {
+        let content = Content::of(&id, &head, &file.name)?;
+        Some((format!("{prefix}/{}", file.name), content))
+    }));
+    let name = saved_as(prefix);
+    let (sender, pieces) = Pieces::new(turn);
+    tokio::spawn(archive(app, all, sender));
     Response::builder()
         .header(header::CONTENT_TYPE, "application/zip")
         .header(
             header::CONTENT_DISPOSITION,
             format!("attachment; filename=\"{name}.zip\""),
         )
-        .body(Body::from_stream(ReceiverStream::new(receive)))
+        .body(Body::from_stream(pieces))
         .map_err(ApiError::internal)
 }
 
-fn archive(
-    app: &App,
-    id: &RunId,
-    head: &Head,
-    spec: &cloud_api::Spec,
-    sender: Sender,
-) -> anyhow::Result<()> {
-    let mut zip = zip::ZipWriter::new_stream(sender);
+/// Sends a .zip of these files: a piece is read and packed while the listener has the one before.
+async fn archive(app: Arc<App>, files: Vec<(String, Content)>, sender: Sender) {
+    let held = Held::default();
+    let mut zip = zip::ZipWriter::new_stream(held.clone());
     let options =
         zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
-    let prefix = spec.scene.trim_end_matches(".toml");
-    for (name, input) in &spec.files {
-        zip.start_file(name.as_str(), options)?;
-        zip.write_all(
-            &app.store
-                .get(&format!("inputs/{}", input.sha256))?
-                .unwrap_or_default(),
-        )?;
-    }
-    for file in files(head) {
-        let Some(content) = Content::of(id, head, &file.name) else {
-            continue;
-        };
-        zip.start_file(
-            format!("{prefix}/{}", file.name),
-            options.large_file(file.bytes >= u64::from(u32::MAX)),
-        )?;
+    for (name, content) in files {
+        let options = options.large_file(content.bytes() >= u64::from(u32::MAX));
+        let content = Arc::new(content);
+        let begun = piece(move || {
+            zip.start_file(name, options)?;
+            Ok(zip)
+        });
+        let Some(begun) = begun.await else { return };
+        zip = begun;
         let mut at = 0;
         while at < content.bytes() {
-            let piece = content.read(app.store.as_ref(), at..content.bytes())?;
-            at += piece.len() as u64;
-            zip.write_all(&piece)?;
+            let (app, content) = (Arc::clone(&app), Arc::clone(&content));
+            let packed = piece(move || {
+                let bytes = read(&app, &content, at, content.bytes())?;
+                zip.write_all(&bytes)?;
+                Ok((zip, at + bytes.len() as u64))
+            });
+            let Some(packed) = packed.await else { return };
+            (zip, at) = packed;
+            if !sender.send(held.take()).await {
+                return;
+            }
         }
     }
-    zip.finish()?.flush()?;
-    Ok(())
+    let finished = piece(move || Ok(zip.finish()?.flush()?)).await;
+    if finished.is_some() && sender.send(held.take()).await {
+        sender.finish();
+    }
 }

@@ -13,8 +13,7 @@ use anyhow::{Context, Result, anyhow};
 use cloud_api::{Head, RunId};
 use cloud_store::Store;
 use cloud_store::frames::MARKER;
-use mercury_common::frames::{Column, FrameReader, FramesHeader, WallReader};
-use mercury_common::surfaces::{Placement, Surface};
+use mercury_common::frames::{Column, FrameReader, FramesHeader};
 use serde_json::{Value, json};
 
 use crate::content::Content;
@@ -38,7 +37,6 @@ pub(crate) struct Viewed {
     /// Revision and how often streams were cut: what is here is of another past if they have changed.
     past: (u32, u64),
     particles: Option<FrameReader>,
-    walls: Option<WallReader>,
 }
 
 impl Cache {
@@ -88,7 +86,6 @@ impl Cache {
                         folder,
                         past: (0, 0),
                         particles: None,
-                        walls: None,
                     })),
                 )
             });
@@ -108,7 +105,6 @@ impl Viewed {
         let past = (head.revision, head.cuts);
         if self.past != past {
             self.particles = None;
-            self.walls = None;
             let _ = fs::remove_dir_all(&self.folder);
             self.past = past;
         }
@@ -133,10 +129,6 @@ impl Viewed {
                 bring(meshes)?;
             }
             bring(&name)?;
-            match &mut self.walls {
-                Some(reader) => drop(reader.refresh()),
-                None => self.walls = WallReader::open(self.folder.join(&name)).ok(),
-            }
         }
         Ok(())
     }
@@ -336,7 +328,7 @@ pub(crate) fn row(
     Ok(Some(Value::Array(values.collect())))
 }
 
-fn numbers(column: &Column) -> Vec<f64> {
+pub(crate) fn numbers(column: &Column) -> Vec<f64> {
     match column {
         Column::F64(values) => values.clone(),
         Column::U32(values) => values.iter().map(|&value| f64::from(value)).collect(),
@@ -351,86 +343,18 @@ fn numbers(column: &Column) -> Vec<f64> {
     }
 }
 
-/// The walls in frame `k`: name, whether it is there, where it stands, and triangles, nine coordinates (m) each.
-pub(crate) fn walls(
+/// The folder of this machine with the streams of a run.
+pub(crate) fn folder(
     cache: &Cache,
     store: &dyn Store,
     run: &RunId,
     head: &Head,
-    k: usize,
-) -> Result<Option<Value>> {
+) -> Result<PathBuf> {
     let viewed = cache.viewed(store, run, head)?;
     let viewed = viewed
         .lock()
         .unwrap_or_else(|poisoned| poisoned.into_inner());
-    viewed
-        .walls
-        .as_ref()
-        .map_or(Ok(None), |reader| walls_of(reader, k))
-}
-
-fn walls_of(reader: &WallReader, k: usize) -> Result<Option<Value>> {
-    if reader.frames().info(k).is_none() {
-        return Ok(None);
-    }
-    let frame = reader.frame(k).context("a frame of the walls")?;
-    let Some(domain) = reader.header().domain else {
-        return Ok(None);
-    };
-    let names = &reader.header().walls;
-    let own = Placement::default();
-    let mut walls = Vec::new();
-    for (k, surface) in reader.surfaces().iter().enumerate() {
-        // A plane ends at the domain wherever it is now; other surfaces are the same in each frame, and only stand
-        // elsewhere.
-        let plane = matches!(surface, Surface::Plane { .. });
-        let placement = frame.placement[k];
-        let mesh = surface.triangles(if plane { &placement } else { &own }, domain, &[]);
-        let corners: Vec<f32> = (0..mesh.triangles.len())
-            .flat_map(|triangle| mesh.corners(triangle))
-            .flat_map(|corner| corner.to_array())
-            .map(|coordinate| coordinate as f32)
-            .collect();
-        let (q, x) = (placement.rotation, placement.translation);
-        let pose = if plane {
-            [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
-        } else {
-            [x.x, x.y, x.z, q.w, q.x, q.y, q.z]
-        };
-        walls.push(json!({"name": names.get(k), "present": frame.present[k], "pose": pose, "corners": corners}));
-    }
-    Ok(Some(json!({"time": frame.time, "walls": walls})))
-}
-
-/// Frame 0 of the run in `folder`: walls, and centres and radii of the particles (m).
-pub(crate) fn still(folder: &Path) -> Result<Value> {
-    let ending = |end: &str| -> Result<PathBuf> {
-        let names = fs::read_dir(folder)?.flatten().map(|entry| entry.path());
-        let mut found = names.filter(|path| path.to_string_lossy().ends_with(end));
-        found.next().ok_or_else(|| anyhow!("the run has no {end}"))
-    };
-    let walls = WallReader::open(ending(".walls.arrow")?).map_err(|error| anyhow!("{error}"))?;
-    let particles =
-        FrameReader::open(ending(".particles.arrow")?).map_err(|error| anyhow!("{error}"))?;
-    let header =
-        FramesHeader::of(particles.schema()).map_err(|found| anyhow!("{}", found.join(" ")))?;
-    // The last frame: what is inserted in the first step is there.
-    let columns = particles.columns(
-        particles.len().saturating_sub(1),
-        &["x", "y", "z", "radius"],
-    );
-    let columns = columns.map_err(|error| anyhow!("{error}"))?;
-    let single = |column: &Column| {
-        numbers(column)
-            .into_iter()
-            .map(|value| value as f32)
-            .collect::<Vec<f32>>()
-    };
-    Ok(json!({
-        "walls": walls_of(&walls, 0)?,
-        "grains": columns.iter().map(single).collect::<Vec<_>>(),
-        "domain": header.domain.map(|(min, max)| [min.to_array(), max.to_array()]),
-    }))
+    Ok(viewed.folder.clone())
 }
 
 #[cfg(test)]

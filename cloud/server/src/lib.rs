@@ -5,6 +5,7 @@ mod accounts;
 mod attempts;
 mod charts;
 mod check;
+mod connections;
 mod content;
 mod db;
 mod downloads;
@@ -21,6 +22,8 @@ mod secrets;
 mod state;
 mod studies;
 mod templates;
+mod turns;
+mod views;
 mod web;
 
 use std::net::SocketAddr;
@@ -31,7 +34,8 @@ use cloud_engine::Site;
 
 pub use openapi::document as openapi;
 pub use prices::Prices;
-pub use secrets::password_hash;
+pub use state::Links;
+pub use views::view;
 
 /// Where attempts run.
 #[derive(Clone, Debug)]
@@ -86,8 +90,8 @@ pub struct Options {
     pub first_wait: f64,
 }
 
-/// Serves until SIGTERM or SIGINT. `ready` gets the link.
-pub async fn serve(options: Options, ready: impl FnOnce(&str)) -> Result<()> {
+/// Serves until SIGTERM or SIGINT. `ready` gets the addresses.
+pub async fn serve(options: Options, ready: impl FnOnce(&Links)) -> Result<()> {
     let loopback = options.listen.ip().is_loopback();
     if options.no_auth && !loopback {
         anyhow::bail!(
@@ -116,22 +120,20 @@ pub async fn serve(options: Options, ready: impl FnOnce(&str)) -> Result<()> {
         .await
         .with_context(|| format!("{} cannot be listened on", app.options.listen))?;
     let address = listener.local_addr()?;
-    let link = app.link(address)?;
+    let links = app.links(address)?;
     reconcile::begin(app.clone())?;
-    ready(&link);
+    ready(&links);
+    let mut terminate = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate())?;
+    let limits = connections::Limits::raise(app.options.behind_proxy)?;
     let stop = app.clone();
-    axum::serve(listener, routes::router(app))
-        .with_graceful_shutdown(async move {
-            let mut terminate =
-                tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate())
-                    .expect("a signal handler");
-            tokio::select! {
-                _ = terminate.recv() => {}
-                _ = tokio::signal::ctrl_c() => {}
-            }
-            // Streams of events never end by themselves.
-            stop.close();
-        })
-        .await?;
+    let stopped = async move {
+        tokio::select! {
+            _ = terminate.recv() => {}
+            _ = tokio::signal::ctrl_c() => {}
+        }
+        // Streams of events never end by themselves.
+        stop.close();
+    };
+    connections::serve(listener, routes::router(app), limits, stopped).await;
     Ok(())
 }

@@ -98,6 +98,7 @@ fn reconcile_all(app: &App) -> Result<Duration> {
     for live in runs.iter().filter(|live| live.run.state.has_attempt()) {
         *capacity.taken.entry(live.owner).or_default() += u64::from(live.threads);
     }
+    let over = app.db.over_limit()?;
     let mut to_submit = Vec::new();
     for live in runs {
         let has_capacity = capacity.fits(&live);
@@ -105,6 +106,11 @@ fn reconcile_all(app: &App) -> Result<Duration> {
         if live.run.state == RunState::Queued && !has_capacity && live.run.epoch == 0 {
             waiting = true;
             continue;
+        }
+        if over.contains(&live.owner)
+            && let Err(error) = end_for_disk(app, &live)
+        {
+            eprintln!("run {}: {error:#}", live.id);
         }
         let began = !live.run.state.has_attempt();
         match reconcile_run(app, live.clone(), jobs.as_ref(), has_capacity) {
@@ -126,6 +132,27 @@ fn reconcile_all(app: &App) -> Result<Duration> {
     } else {
         every
     })
+}
+
+/// Lets a run write nothing more, once: its owner has more than the limit. It stops with a checkpoint and says why.
+fn end_for_disk(app: &App, live: &LiveRun) -> Result<()> {
+    let epoch = live.run.epoch;
+    if live.run.state != RunState::Running || live.run.wish != Wish::Run {
+        return Ok(());
+    }
+    if app.attempts.with(&live.id, epoch, |seen| seen.over_limit) {
+        return Ok(());
+    }
+    let control = serde_json::to_vec(&Control {
+        epoch,
+        wish: Wish::Run,
+        disk: Some(0),
+    })?;
+    app.store
+        .put(&format!("runs/{}/control.json", live.id), &control)?;
+    app.attempts
+        .with(&live.id, epoch, |seen| seen.over_limit = true);
+    Ok(())
 }
 
 /// Free cores and memory of this machine, and limits of users.
@@ -298,7 +325,11 @@ fn reconcile_run(
                 let wished = app.attempts.with(&live.id, epoch, |seen| {
                     *seen.wished.get_or_insert_with(Instant::now)
                 });
-                let control = serde_json::to_vec(&Control { epoch, wish })?;
+                let control = serde_json::to_vec(&Control {
+                    epoch,
+                    wish,
+                    disk: None,
+                })?;
                 app.store
                     .put(&format!("runs/{}/control.json", live.id), &control)?;
                 if wished.elapsed().as_secs_f64() > app.db.policy().stop_grace
@@ -356,6 +387,7 @@ fn head_of(app: &App, live: &LiveRun) -> Result<Head> {
 
 /// Records signs of life, and publishes them.
 fn record_signs(app: &App, live: &LiveRun, head: &Head, beat: Option<Beat>, job: JobState) {
+    let mut committed = false;
     let (news, notes) = app.attempts.with(&live.id, live.run.epoch, |seen| {
         let beats =
             beat.as_ref().map(|beat| beat.count) != seen.beat.as_ref().map(|beat| beat.count);
@@ -363,6 +395,7 @@ fn record_signs(app: &App, live: &LiveRun, head: &Head, beat: Option<Beat>, job:
         if changed {
             seen.changed = Instant::now();
         }
+        committed = head.commit != seen.commit && head.epoch == live.run.epoch;
         seen.commit = head.commit;
         seen.job = job;
         let first = seen.notes.min(head.notes.len());
@@ -373,6 +406,9 @@ fn record_signs(app: &App, live: &LiveRun, head: &Head, beat: Option<Beat>, job:
         }
         (news, head.notes[first..].to_vec())
     });
+    if committed && let Err(error) = app.db.set_bytes(&live.id, head.bytes()) {
+        eprintln!("run {}: {error}", live.id);
+    }
     if let Some(beat) = news {
         let text =
             json!({"run": live.id, "kind": "progress", "time": now(), "data": beat}).to_string();
@@ -430,6 +466,9 @@ fn launch(app: &App, live: &LiveRun) -> Result<Launch> {
     add("--beat", beat.to_string().into());
     add("--commit", COMMIT.0.max(COMMIT.1 * beat).to_string().into());
     add("--checkpoint-every", (&options.checkpoint_every).into());
+    if let Some(disk) = app.db.left_for(&live.id)? {
+        add("--disk", disk.to_string().into());
+    }
     if !app
         .engine
         .image()

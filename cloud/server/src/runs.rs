@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use axum::http::StatusCode;
-use cloud_api::answers::{Checked, RunRow};
+use cloud_api::answers::{Checked, RunRow, Usage};
 use cloud_api::lifecycle::RunEvent;
+use cloud_api::names::check_text;
 use cloud_api::requests::{Role, Scene, Submit};
 use cloud_api::{Head, InputFile, RunId, Spec};
 use cloud_store::sha256;
@@ -13,13 +14,10 @@ use serde_json::Value;
 
 use crate::access::ApiError;
 use crate::check::{check, inspect};
-use crate::db::{Applied, NewRun};
+use crate::db::{Applied, Extension, NewRun, Reserved};
 use crate::secrets::{self, User};
 use crate::state::App;
 use crate::{earlier, projects};
-
-/// The longest title and label, in bytes.
-const LONGEST_TITLE: usize = 200;
 
 /// Largest error of a memory forecast plus the memory of the solver itself, in bytes.
 const MEMORY_MARGIN: u64 = 256 << 20;
@@ -71,13 +69,8 @@ fn forecast(app: &App, plan: &Value, threads: u32) -> Result<Forecast, ApiError>
 }
 
 /// Refuses what a user may not have: so many cores at once, so many bytes on top of what there is.
-pub(crate) fn within_quota(
-    app: &App,
-    user: &User,
-    threads: u32,
-    bytes: f64,
-) -> Result<(), ApiError> {
-    let usage = app.db.usage(user.id)?;
+pub(crate) fn within_quota(app: &App, user: i64, threads: u32, bytes: u64) -> Result<(), ApiError> {
+    let usage = app.db.usage(user)?;
     if let Some(most) = usage.most_cores
         && u64::from(threads) > most
     {
@@ -87,29 +80,36 @@ pub(crate) fn within_quota(
             format!("Your runs may have {most} cores at once."),
         ));
     }
-    if let Some(most) = usage.most_disk
-        && usage.disk as f64 + bytes > most as f64
-    {
-        let megabytes = |bytes: f64| format!("{:.0} MB", bytes / 1e6);
-        let (needs, has, may) = (
-            megabytes(bytes),
-            megabytes(usage.disk as f64),
-            megabytes(most as f64),
-        );
-        return Err(ApiError::new(
-            StatusCode::FORBIDDEN,
-            "too little disk is left",
-            format!(
-                "This needs {needs}; yours take {has} already, and may take {may}. Delete runs."
-            ),
-        ));
+    match usage.most_disk {
+        Some(most) if usage.disk.saturating_add(bytes) > most => Err(full(&usage, bytes)),
+        _ => Ok(()),
     }
-    Ok(())
+}
+
+/// An answer that a user has too little disk for so many more bytes.
+pub(crate) fn full(usage: &Usage, bytes: u64) -> ApiError {
+    let megabytes = |bytes: u64| format!("{:.1} MB", bytes as f64 / 1e6);
+    let (needs, has) = (megabytes(bytes), megabytes(usage.disk));
+    let may = megabytes(usage.most_disk.unwrap_or(u64::MAX));
+    ApiError::new(
+        StatusCode::FORBIDDEN,
+        "too little disk is left",
+        format!(
+            "This needs {needs}; your runs and inputs take {has}, with what live runs are expected to write, and may take {may}. \
+             Delete runs, or inputs that no run names (on the page Account), or wait until live runs end."
+        ),
+    )
 }
 
 /// Bytes that a plan expects of its run.
-pub(crate) fn expected_bytes(plan: &Value) -> f64 {
-    plan["disk"]["bytes"].as_f64().unwrap_or(0.0)
+pub(crate) fn expected_bytes(plan: &Value) -> u64 {
+    plan["disk"]["bytes"].as_f64().unwrap_or(0.0) as u64
+}
+
+/// Refuses a title, label or name with control characters, and one that is too long.
+pub(crate) fn checked_text(what: &str, text: &str) -> Result<(), ApiError> {
+    check_text(text)
+        .map_err(|why| ApiError::bad_request(format!("invalid {what}"), format!("{text:?}: {why}")))
 }
 
 /// A word for a title: what the user says, what the scene says, what the file is called.
@@ -119,23 +119,13 @@ pub(crate) fn title(given: Option<&str>, plan: &Value, scene: &Scene) -> Result<
         .filter(|title| !title.trim().is_empty())
         .or(own)
         .unwrap_or(&scene.name);
-    if title.len() > LONGEST_TITLE {
-        return Err(ApiError::bad_request(
-            "the title is too long",
-            format!("A title has at most {LONGEST_TITLE} bytes."),
-        ));
-    }
+    checked_text("title", title)?;
     Ok(title.to_owned())
 }
 
 pub(crate) fn label(given: Option<&str>) -> Result<&str, ApiError> {
     let label = given.unwrap_or_default();
-    if label.len() > LONGEST_TITLE {
-        return Err(ApiError::bad_request(
-            "the label is too long",
-            format!("A label has at most {LONGEST_TITLE} bytes."),
-        ));
-    }
+    checked_text("label", label)?;
     Ok(label)
 }
 
@@ -249,7 +239,8 @@ pub(crate) async fn submit(
         if let Some(project) = &submit.project {
             projects::need(&app, &user, project, Role::Member)?;
         }
-        within_quota(&app, &user, submit.threads, expected_bytes(&plan))?;
+        let reserved = expected_bytes(&plan);
+        within_quota(&app, user.id, submit.threads, reserved)?;
         let run = prepare(&app, &user, &submit, &plan, title)?;
         write(&app, &run)?;
         let id = run.id.to_string();
@@ -265,10 +256,16 @@ pub(crate) async fn submit(
             of_steps: run.steps,
             study: None,
             project: submit.project.as_deref(),
+            reserved,
         };
         let inserted = app.db.insert(&[new], None);
         match inserted {
-            Ok(events) => app.publish(events),
+            Ok(Reserved::Done(events)) => app.publish(events),
+            // Other requests of this user have taken the rest since.
+            Ok(Reserved::Full(usage)) => {
+                app.store.delete_all(&format!("runs/{id}/"))?;
+                return Err(full(&usage, reserved));
+            }
             // Two requests with one key at once: the other one was faster.
             Err(error) => {
                 app.store.delete_all(&format!("runs/{id}/"))?;
@@ -340,10 +337,16 @@ pub(crate) fn may_change(app: &App, user: &User, owner: i64, row: &RunRow) -> Re
 pub(crate) fn change(app: &App, user: &User, id: &str, event: &RunEvent) -> Result<(), ApiError> {
     let (id, owner, _, row, _) = visible_run(app, user, id)?;
     may_change(app, user, owner, &row)?;
-    match app
-        .db
-        .apply(id.as_str(), event, None, app.engine.as_ref())?
-    {
+    if matches!(event, RunEvent::Resume) {
+        within_quota(app, owner, 0, 0)?;
+    }
+    let applied = (app.db).apply(id.as_str(), event, None, app.engine.as_ref())?;
+    after(app, applied)
+}
+
+/// Publishes what was changed, or says why it was not.
+fn after(app: &App, applied: Applied) -> Result<(), ApiError> {
+    match applied {
         Applied::Done(_, events) => app.publish(events),
         Applied::Missing => return Err(ApiError::not_found()),
         Applied::Illegal(illegal) => {
@@ -412,18 +415,41 @@ pub(crate) async fn extend(
     };
     let plan = plan(app, &owner_user, &scene).await?;
     let forecast = forecast(app, &plan, spec.threads)?;
-    within_quota(app, &owner_user, spec.threads, 0.0)?;
+    let reserved = expected_bytes(&plan);
     spec.revision = run.revision + 1;
     spec.set = scene.set;
     let text = serde_json::to_string(&spec).map_err(ApiError::internal)?;
-    let (app, user) = (Arc::clone(app), user.clone());
+    let app = Arc::clone(app);
     blocking(move || {
+        within_quota(&app, owner, spec.threads, 0)?;
+        // One extension at a time: the spec in the store is that of the one that is accepted.
+        let _turn = app
+            .extensions
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner());
+        let other = || {
+            let detail = "Another extension of this run was accepted meanwhile.";
+            ApiError::new(StatusCode::CONFLICT, "the run was changed", detail)
+        };
+        let (_, now, ..) = app.db.run(id.as_str())?.ok_or_else(ApiError::not_found)?;
+        if now.revision != run.revision {
+            return Err(other());
+        }
         app.store.put(
             &format!("runs/{id}/spec.{}.json", spec.revision),
             text.as_bytes(),
         )?;
-        change(&app, &user, id.as_str(), &RunEvent::Extend)?;
-        Ok(app.db.set_spec(id.as_str(), &text, forecast.steps)?)
+        let extension = Extension {
+            after: run.revision,
+            spec: &text,
+            of_steps: forecast.steps,
+            reserved,
+        };
+        match (app.db).extend(id.as_str(), &extension, app.engine.as_ref())? {
+            Reserved::Done(Some(applied)) => after(&app, applied),
+            Reserved::Done(None) => Err(other()),
+            Reserved::Full(usage) => Err(full(&usage, reserved)),
+        }
     })
     .await
 }
@@ -440,11 +466,19 @@ pub(crate) fn delete(app: &App, user: &User, id: &str) -> Result<(), ApiError> {
             detail,
         ));
     }
-    app.db.delete(id.as_str())?;
-    app.attempts.forget(id.as_str());
-    app.cache.forget(id.as_str());
+    forget(app, id.as_str())
+}
+
+/// Removes a run that has no attempt, with all its files.
+pub(crate) fn forget(app: &App, id: &str) -> Result<(), ApiError> {
+    let inputs = app.db.delete(id)?;
+    app.attempts.forget(id);
+    app.cache.forget(id);
     // The head last but one glance: a worker that was given up finds it gone, and ends.
     app.store.delete_all(&format!("runs/{id}/"))?;
+    for sha256 in inputs {
+        app.store.delete(&format!("inputs/{sha256}"))?;
+    }
     Ok(())
 }
 

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::fs;
 use std::io::Write;
+use std::net::IpAddr;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use std::sync::Mutex;
@@ -20,8 +21,23 @@ use crate::db::{self, Db, now};
 /// Name of the user of a laptop.
 const LOCAL: &str = "local";
 
-/// The most tries to log in within a minute, from all sides together.
-const TRIES: usize = 5;
+/// Number of that user.
+pub(crate) const LOCAL_ID: i64 = 1;
+
+/// Tries to log in without a delay.
+const FREE_TRIES: u32 = 3;
+
+/// The longest delay of a try, in s.
+const LONGEST_DELAY: u64 = 900;
+
+/// How long a wrong try is remembered.
+const REMEMBERED: Duration = Duration::from_secs(3600);
+
+/// The most names and addresses of which wrong tries are remembered.
+const MOST_REMEMBERED: usize = 10_000;
+
+/// The longest password, in bytes.
+pub(crate) const LONGEST_PASSWORD: usize = 1000;
 
 /// Seconds of a day.
 pub(crate) const DAY: f64 = 86_400.0;
@@ -33,7 +49,7 @@ pub(crate) enum SecretKind {
     Session,
     /// A bearer token of the API.
     Token,
-    /// The link that `serve` prints.
+    /// A link that logs in the user of the machine, once.
     Link,
     /// A link to one run, to look at.
     Share,
@@ -59,6 +75,24 @@ pub(crate) struct User {
     pub(crate) read_only: bool,
     /// The one run that the secret is for.
     pub(crate) share: Option<String>,
+    /// Number of the secret that the request has.
+    pub(crate) secret: Option<i64>,
+    /// The token or share that the secret is, or was made with: number, and Unix time of its end, in s.
+    pub(crate) root: Option<(i64, f64)>,
+}
+
+impl User {
+    fn new(id: i64, name: &str, admin: bool) -> Self {
+        Self {
+            id,
+            name: name.to_owned(),
+            admin,
+            read_only: false,
+            share: None,
+            secret: None,
+            root: None,
+        }
+    }
 }
 
 /// 256 random bits as digits.
@@ -76,19 +110,28 @@ pub(crate) fn run_id() -> Result<cloud_api::RunId> {
 }
 
 /// Hash of a password, with its parameters.
-pub fn password_hash(password: &str) -> Result<String> {
-    let hash = Argon2::default().hash_password(password.as_bytes());
-    Ok(hash
+fn password_hash(password: &str) -> Result<String> {
+    let hash = on_own_thread(|| Argon2::default().hash_password(password.as_bytes()));
+    Ok(hash?
         .map_err(|error| anyhow!("the password cannot be hashed: {error}"))?
         .to_string())
 }
 
 fn is_password(password: &str, hash: &str) -> bool {
     PasswordHash::new(hash).is_ok_and(|hash| {
-        Argon2::default()
-            .verify_password(password.as_bytes(), &hash)
-            .is_ok()
+        on_own_thread(|| {
+            Argon2::default()
+                .verify_password(password.as_bytes(), &hash)
+                .is_ok()
+        })
+        .unwrap_or(false)
     })
+}
+
+/// Does work on a thread of its own. The allocator keeps the memory of a hash, 19 MB, for each thread that has made one.
+fn on_own_thread<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T> {
+    std::thread::scope(|scope| scope.spawn(work).join())
+        .map_err(|_| anyhow!("the thread that hashes a password ended unexpectedly"))
 }
 
 /// The user of a laptop: exists from the beginning, without a password.
@@ -100,28 +143,101 @@ pub(crate) fn first_user(db: &Db) -> db::Result<()> {
     Ok(())
 }
 
-/// Adds a user, or gives a user another password and other limits.
-pub(crate) fn set_user(db: &Db, user: &NewUser) -> Result<()> {
-    let hash = password_hash(&user.password)?;
-    db.lock().execute(
-        "INSERT INTO users(name, hash, admin, cores, disk) VALUES (?1, ?2, ?3, ?4, ?5)
-         ON CONFLICT(name) DO UPDATE SET hash=?2, admin=?3, cores=?4, disk=?5",
-        params![
-            user.name,
-            hash,
-            user.admin,
-            user.cores,
-            user.disk.map(|bytes| bytes as i64)
-        ],
-    )?;
-    Ok(())
+/// Reason for which a user was not changed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum BadUser {
+    #[error("A new user needs a password.")]
+    NoPassword,
+    #[error("This is the last administrator. Make another user one first.")]
+    LastAdmin,
+    #[error("The user `{LOCAL}` belongs to this machine, and cannot be removed.")]
+    Local,
 }
 
-/// A new secret. It is returned, and only its hash is kept.
+/// Adds a user, or changes what is given of a user: password, rights, limits. A new password ends the sessions that the old one has begun.
+pub(crate) fn set_user(db: &Db, user: &NewUser) -> Result<std::result::Result<(), BadUser>> {
+    let hash = user.password.as_deref().map(password_hash).transpose()?;
+    let mut connection = db.lock();
+    let transaction = connection.transaction()?;
+    let known = transaction
+        .query_row(
+            "SELECT id FROM users WHERE name = ?1",
+            [&user.name],
+            |row| row.get::<_, i64>(0),
+        )
+        .optional()?;
+    let id = match (known, &hash) {
+        (Some(id), _) => id,
+        (None, Some(_)) => {
+            let add = "INSERT INTO users(name, admin) VALUES (?1, 0)";
+            transaction.execute(add, [&user.name])?;
+            transaction.last_insert_rowid()
+        }
+        (None, None) => return Ok(Err(BadUser::NoPassword)),
+    };
+    if let Some(hash) = &hash {
+        transaction.execute(
+            "UPDATE users SET hash = ?2 WHERE id = ?1",
+            params![id, hash],
+        )?;
+        let sessions =
+            "DELETE FROM secrets WHERE user = ?1 AND kind = 'session' AND parent IS NULL";
+        transaction.execute(sessions, [id])?;
+    }
+    if let Some(admin) = user.admin {
+        transaction.execute(
+            "UPDATE users SET admin = ?2 WHERE id = ?1",
+            params![id, admin],
+        )?;
+    }
+    if let Some(cores) = user.cores {
+        transaction.execute(
+            "UPDATE users SET cores = ?2 WHERE id = ?1",
+            params![id, cores],
+        )?;
+    }
+    if let Some(disk) = user.disk {
+        let disk = disk.map(|bytes| bytes as i64);
+        transaction.execute(
+            "UPDATE users SET disk = ?2 WHERE id = ?1",
+            params![id, disk],
+        )?;
+    }
+    let admins = "SELECT count(*) FROM users WHERE admin";
+    if transaction.query_row(admins, [], |row| row.get::<_, i64>(0))? == 0 {
+        return Ok(Err(BadUser::LastAdmin));
+    }
+    transaction.commit()?;
+    Ok(Ok(()))
+}
+
+/// Removes a user who has no run, with all secrets.
+pub(crate) fn remove_user(db: &Db, id: i64) -> Result<std::result::Result<(), BadUser>> {
+    if id == LOCAL_ID {
+        return Ok(Err(BadUser::Local));
+    }
+    let mut connection = db.lock();
+    let transaction = connection.transaction()?;
+    for (table, column) in [
+        ("secrets", "user"),
+        ("members", "user"),
+        ("inputs", "owner"),
+        ("studies", "owner"),
+        ("users", "id"),
+    ] {
+        let remove = format!("DELETE FROM {table} WHERE {column} = ?1");
+        transaction.execute(&remove, [id])?;
+    }
+    transaction.commit()?;
+    Ok(Ok(()))
+}
+
+/// A new secret. It is returned, and only its hash is kept. One that is made with a token or a share ends with that one, and not later.
 pub(crate) fn issue(
     db: &Db,
     kind: SecretKind,
     user: i64,
+    root: Option<(i64, f64)>,
     name: &str,
     run: Option<&str>,
     days: f64,
@@ -131,12 +247,16 @@ pub(crate) fn issue(
         SecretKind::Token => format!("mc_{}", random()?),
         _ => random()?,
     };
-    let expires = now() + days * DAY;
+    let wanted = now() + days * DAY;
+    let (parent, expires) = match root {
+        Some((parent, end)) => (Some(parent), wanted.min(end)),
+        None => (None, wanted),
+    };
     let connection = db.lock();
     connection.execute("DELETE FROM secrets WHERE expires < ?1", [now()])?;
     connection.execute(
-        "INSERT INTO secrets(hash, kind, user, name, run, expires, read_only) VALUES (?1,?2,?3,?4,?5,?6,?7)",
-        params![sha256(secret.as_bytes()), kind.word(), user, name, run, expires, read_only],
+        "INSERT INTO secrets(hash, kind, user, name, run, expires, read_only, parent, created) VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9)",
+        params![sha256(secret.as_bytes()), kind.word(), user, name, run, expires, read_only, parent, now()],
     )?;
     Ok((connection.last_insert_rowid(), secret, expires))
 }
@@ -145,16 +265,25 @@ pub(crate) fn issue(
 pub(crate) fn recognise(db: &Db, kind: SecretKind, secret: &str) -> db::Result<Option<User>> {
     db.lock()
         .query_row(
-            "SELECT u.id, u.name, u.admin, s.read_only, s.run FROM secrets s JOIN users u ON u.id = s.user
+            "SELECT u.id, u.name, u.admin, s.read_only, s.run, s.id, s.expires, s.parent FROM secrets s JOIN users u ON u.id = s.user
              WHERE s.hash = ?1 AND s.kind = ?2 AND s.expires > ?3",
             params![sha256(secret.as_bytes()), kind.word(), now()],
             |row| {
+                let (secret, expires): (i64, f64) = (row.get(5)?, row.get(6)?);
+                let parent: Option<i64> = row.get(7)?;
                 Ok(User {
                     id: row.get(0)?,
                     name: row.get(1)?,
                     admin: row.get(2)?,
                     read_only: row.get(3)?,
                     share: row.get(4)?,
+                    secret: Some(secret),
+                    root: match kind {
+                        SecretKind::Token | SecretKind::Share => Some((secret, expires)),
+                        SecretKind::Session | SecretKind::Link => {
+                            parent.map(|parent| (parent, expires))
+                        }
+                    },
                 })
             },
         )
@@ -163,13 +292,68 @@ pub(crate) fn recognise(db: &Db, kind: SecretKind, secret: &str) -> db::Result<O
 
 /// The user of a laptop, for `--no-auth`.
 pub(crate) fn local() -> User {
-    User {
-        id: 1,
-        name: LOCAL.to_owned(),
-        admin: true,
-        read_only: false,
-        share: None,
-    }
+    User::new(LOCAL_ID, LOCAL, true)
+}
+
+/// Whether a secret with this number is still there, and good.
+pub(crate) fn is_good(db: &Db, secret: i64) -> db::Result<bool> {
+    let count = "SELECT count(*) FROM secrets WHERE id = ?1 AND expires > ?2";
+    let count: i64 = (db.lock()).query_row(count, params![secret, now()], |row| row.get(0))?;
+    Ok(count > 0)
+}
+
+/// Removes a secret with all that were made with it.
+pub(crate) fn remove(db: &Db, secret: i64) -> db::Result<()> {
+    db.lock().execute(
+        "WITH RECURSIVE gone(id) AS (SELECT ?1 UNION SELECT s.id FROM secrets s JOIN gone ON s.parent = gone.id)
+         DELETE FROM secrets WHERE id IN (SELECT id FROM gone)",
+        [secret],
+    )?;
+    Ok(())
+}
+
+/// Uses a link up. `false`: another request was faster.
+pub(crate) fn use_link(db: &Db, link: i64) -> db::Result<bool> {
+    let removed = "DELETE FROM secrets WHERE id = ?1";
+    Ok(db.lock().execute(removed, [link])? == 1)
+}
+
+/// A secret as lists show it, with its kind.
+pub(crate) struct Listed {
+    pub(crate) id: i64,
+    pub(crate) name: String,
+    pub(crate) run: Option<String>,
+    pub(crate) created: f64,
+    pub(crate) expires: f64,
+    pub(crate) read_only: bool,
+    /// Name of the token, or `share`, that it was made with.
+    pub(crate) made_with: Option<String>,
+}
+
+/// The secrets of a kind that a user has, or that a run has.
+pub(crate) fn list(
+    db: &Db,
+    kind: SecretKind,
+    user: Option<i64>,
+    run: Option<&str>,
+) -> db::Result<Vec<Listed>> {
+    let connection = db.lock();
+    let mut query = connection.prepare(
+        "SELECT s.id, s.name, s.run, s.created, s.expires, s.read_only, p.name FROM secrets s LEFT JOIN secrets p ON p.id = s.parent
+         WHERE s.kind = ?1 AND s.expires > ?2 AND (?3 IS NULL OR s.user = ?3) AND (?4 IS NULL OR s.run = ?4) ORDER BY s.id DESC LIMIT 200",
+    )?;
+    let rows = query.query_map(params![kind.word(), now(), user, run], |row| {
+        Ok(Listed {
+            id: row.get(0)?,
+            name: row.get(1)?,
+            run: row.get(2)?,
+            created: row.get(3)?,
+            expires: row.get(4)?,
+            read_only: row.get(5)?,
+            made_with: row.get(6)?,
+        })
+    })?;
+    rows.collect()
 }
 
 /// The user with this password. Takes as long where there is no such user.
@@ -189,13 +373,9 @@ pub(crate) fn log_in(db: &Db, name: &str, password: &str) -> Result<Option<User>
         )
         .optional()?;
     match found {
-        Some((id, admin, Some(hash))) if is_password(password, &hash) => Ok(Some(User {
-            id,
-            name: name.to_owned(),
-            admin,
-            read_only: false,
-            share: None,
-        })),
+        Some((id, admin, Some(hash))) if is_password(password, &hash) => {
+            Ok(Some(User::new(id, name, admin)))
+        }
         Some((_, _, Some(_))) => Ok(None),
         _ => {
             password_hash(password)?;
@@ -213,17 +393,62 @@ pub(crate) fn revoke(db: &Db, kind: SecretKind, secret: &str) -> db::Result<()> 
     Ok(())
 }
 
-/// The secret of the link: kept in the data folder, readable by its owner alone, so that the link stays the same.
-pub(crate) fn link_token(db: &Db, data: &Path) -> Result<String> {
-    let path = data.join("link-token");
-    if let Ok(token) = fs::read_to_string(&path)
-        && recognise(db, SecretKind::Link, token.trim())?.is_some()
+/// Name of the token with which the command line of this machine talks to the server.
+const COMMAND_LINE: &str = "command line of this machine";
+
+/// A link that logs in the user of this machine: good once, within a day. The one before is good no more.
+pub(crate) fn link(db: &Db) -> Result<String> {
+    db.lock()
+        .execute("DELETE FROM secrets WHERE kind = 'link'", [])?;
+    let (_, link, _) = issue(
+        db,
+        SecretKind::Link,
+        LOCAL_ID,
+        None,
+        "link",
+        None,
+        1.0,
+        false,
+    )?;
+    Ok(link)
+}
+
+/// The token of the command line of this machine: kept in the data folder, readable by its owner alone. `rotate`: a new one, and all
+/// sessions of the user of this machine end.
+pub(crate) fn machine_token(db: &Db, data: &Path, rotate: bool) -> Result<String> {
+    let path = data.join("token");
+    if !rotate
+        && let Ok(token) = fs::read_to_string(&path)
+        && recognise(db, SecretKind::Token, token.trim())?.is_some()
     {
         return Ok(token.trim().to_owned());
     }
-    let (_, token, _) = issue(db, SecretKind::Link, 1, "link", None, 3650.0, false)?;
+    let old = list(db, SecretKind::Token, Some(LOCAL_ID), None)?;
+    for old in old.iter().filter(|old| old.name == COMMAND_LINE) {
+        remove(db, old.id)?;
+    }
+    if rotate {
+        end_sessions(db, LOCAL_ID)?;
+    }
+    let (_, token, _) = issue(
+        db,
+        SecretKind::Token,
+        LOCAL_ID,
+        None,
+        COMMAND_LINE,
+        None,
+        3650.0,
+        false,
+    )?;
     write_secret(&path, &token)?;
     Ok(token)
+}
+
+/// Logs a user out everywhere.
+pub(crate) fn end_sessions(db: &Db, user: i64) -> db::Result<()> {
+    let sessions = "DELETE FROM secrets WHERE user = ?1 AND kind = 'session' AND run IS NULL";
+    db.lock().execute(sessions, [user])?;
+    Ok(())
 }
 
 /// Writes a file that its owner alone may read.
@@ -238,27 +463,67 @@ pub(crate) fn write_secret(path: &Path, text: &str) -> Result<()> {
     written.with_context(|| format!("{}", path.display()))
 }
 
-/// Counts tries to log in.
+/// Tries to log in that were wrong, by address and name together: tries of one address delay no other address.
 #[derive(Default)]
-pub(crate) struct Tries(Mutex<HashMap<String, Vec<Instant>>>);
+pub(crate) struct Tries(Mutex<HashMap<(IpAddr, String), WrongTries>>);
+
+struct WrongTries {
+    count: u32,
+    last: Instant,
+}
+
+impl WrongTries {
+    /// Time from the last try to the next one: 1 s after the third, then doubled.
+    fn delay(&self) -> Duration {
+        let doublings = match self.count.checked_sub(FREE_TRIES) {
+            None => return Duration::ZERO,
+            Some(doublings) => doublings,
+        };
+        let seconds = 1_u64.checked_shl(doublings).unwrap_or(LONGEST_DELAY);
+        Duration::from_secs(seconds.min(LONGEST_DELAY))
+    }
+}
 
 impl Tries {
-    /// Whether one more try for this name is allowed now.
-    pub(crate) fn allowed(&self, name: &str) -> bool {
-        let mut all = self
-            .0
+    fn lock(&self) -> std::sync::MutexGuard<'_, HashMap<(IpAddr, String), WrongTries>> {
+        self.0
             .lock()
-            .unwrap_or_else(|poisoned| poisoned.into_inner());
-        all.retain(|_, tries| {
-            tries.retain(|at| at.elapsed() < Duration::from_secs(60));
-            !tries.is_empty()
-        });
-        let tries = all.entry(name.to_owned()).or_default();
-        if tries.len() >= TRIES {
-            return false;
+            .unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+
+    /// Counts a try as wrong, until [`Self::forget`]. An error is the number of seconds until the next try.
+    pub(crate) fn begin(&self, address: IpAddr, name: &str) -> std::result::Result<(), u64> {
+        let mut all = self.lock();
+        let key = (address, name.to_owned());
+        if !all.contains_key(&key) && all.len() >= MOST_REMEMBERED {
+            all.retain(|_, wrong| wrong.last.elapsed() < REMEMBERED);
+            let oldest = all.iter().min_by_key(|(_, wrong)| wrong.last);
+            if let Some(oldest) = oldest.map(|(key, _)| key.clone())
+                && all.len() >= MOST_REMEMBERED
+            {
+                all.remove(&oldest);
+            }
         }
-        tries.push(Instant::now());
-        true
+        let now = Instant::now();
+        let wrong = all.entry(key).or_insert(WrongTries {
+            count: 0,
+            last: now,
+        });
+        if wrong.last.elapsed() >= REMEMBERED {
+            wrong.count = 0;
+        }
+        let left = wrong.delay().saturating_sub(wrong.last.elapsed());
+        if !left.is_zero() {
+            return Err(left.as_secs() + 1);
+        }
+        wrong.count += 1;
+        wrong.last = now;
+        Ok(())
+    }
+
+    /// Forgets the wrong tries of a user who has logged in.
+    pub(crate) fn forget(&self, address: IpAddr, name: &str) {
+        self.lock().remove(&(address, name.to_owned()));
     }
 }
 
@@ -273,7 +538,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let db = Db::open(&folder.path().join("db"), Policy::default(), None).unwrap();
         first_user(&db).unwrap();
-        let (_, token, _) = issue(&db, SecretKind::Token, 1, "x", None, 1.0, true).unwrap();
+        let (_, token, _) = issue(&db, SecretKind::Token, 1, None, "x", None, 1.0, true).unwrap();
         assert!(
             recognise(&db, SecretKind::Token, &token)
                 .unwrap()
@@ -282,7 +547,7 @@ mod tests {
         );
         assert_eq!(recognise(&db, SecretKind::Session, &token).unwrap(), None);
         assert_eq!(recognise(&db, SecretKind::Token, "mc_0").unwrap(), None);
-        let (_, old, _) = issue(&db, SecretKind::Token, 1, "x", None, -1.0, false).unwrap();
+        let (_, old, _) = issue(&db, SecretKind::Token, 1, None, "x", None, -1.0, false).unwrap();
         assert_eq!(recognise(&db, SecretKind::Token, &old).unwrap(), None);
         revoke(&db, SecretKind::Token, &token).unwrap();
         assert_eq!(recognise(&db, SecretKind::Token, &token).unwrap(), None);
@@ -297,19 +562,101 @@ mod tests {
         assert_eq!(kept, 0, "a secret is never kept in the clear");
     }
 
+    fn new_user(name: &str, password: Option<&str>) -> NewUser {
+        NewUser {
+            name: name.into(),
+            password: password.map(str::to_owned),
+            admin: None,
+            cores: None,
+            disk: None,
+        }
+    }
+
+    /// Secrets that a token makes end with it, and not later; so do secrets that those make.
+    #[test]
+    fn what_a_token_makes_ends_with_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let db = Db::open(&folder.path().join("db"), Policy::default(), None).unwrap();
+        first_user(&db).unwrap();
+        let make = |kind, root, days| issue(&db, kind, 1, root, "x", None, days, false).unwrap();
+        let (id, token, end) = make(SecretKind::Token, None, 1.0);
+        let user = recognise(&db, SecretKind::Token, &token).unwrap().unwrap();
+        assert_eq!(user.root, Some((id, end)));
+        let (_, session, session_end) = make(SecretKind::Session, user.root, 30.0);
+        assert_eq!(session_end, end);
+        let user = recognise(&db, SecretKind::Session, &session)
+            .unwrap()
+            .unwrap();
+        assert_eq!(user.root, Some((id, end)));
+        let (_, second, second_end) = make(SecretKind::Token, user.root, 366.0);
+        assert_eq!(second_end, end);
+        let second = recognise(&db, SecretKind::Token, &second).unwrap().unwrap();
+        let (last, _, _) = make(SecretKind::Session, second.root, 30.0);
+        remove(&db, id).unwrap();
+        assert_eq!(recognise(&db, SecretKind::Session, &session).unwrap(), None);
+        assert!(!is_good(&db, last).unwrap());
+    }
+
+    #[test]
+    fn a_change_of_a_user_changes_what_is_given() {
+        let folder = tempfile::tempdir().unwrap();
+        let db = Db::open(&folder.path().join("db"), Policy::default(), None).unwrap();
+        first_user(&db).unwrap();
+        let set = |user: &NewUser| set_user(&db, user).unwrap();
+        assert_eq!(set(&new_user("ada", None)), Err(BadUser::NoPassword));
+        let ada = NewUser {
+            admin: Some(true),
+            cores: Some(Some(3)),
+            disk: Some(Some(5)),
+            ..new_user("ada", Some("correct horse"))
+        };
+        assert_eq!(set(&ada), Ok(()));
+        let user = log_in(&db, "ada", "correct horse").unwrap().unwrap();
+        let (_, session, _) = issue(
+            &db,
+            SecretKind::Session,
+            user.id,
+            None,
+            "",
+            None,
+            1.0,
+            false,
+        )
+        .unwrap();
+        let (_, token, _) =
+            issue(&db, SecretKind::Token, user.id, None, "", None, 1.0, false).unwrap();
+        assert_eq!(set(&new_user("ada", Some("another horse"))), Ok(()));
+        assert!(log_in(&db, "ada", "another horse").unwrap().unwrap().admin);
+        let usage = db.usage(user.id).unwrap();
+        assert_eq!((usage.most_cores, usage.most_disk), (Some(3), Some(5)));
+        assert_eq!(recognise(&db, SecretKind::Session, &session).unwrap(), None);
+        assert!(recognise(&db, SecretKind::Token, &token).unwrap().is_some());
+        let free = NewUser {
+            disk: Some(None),
+            ..new_user("ada", None)
+        };
+        assert_eq!(set(&free), Ok(()));
+        assert_eq!(db.usage(user.id).unwrap().most_disk, None);
+        let demoted = |name: &str| NewUser {
+            admin: Some(false),
+            ..new_user(name, None)
+        };
+        assert_eq!(set(&demoted(LOCAL)), Ok(()));
+        assert_eq!(set(&demoted("ada")), Err(BadUser::LastAdmin));
+        assert!(log_in(&db, "ada", "another horse").unwrap().unwrap().admin);
+        assert_eq!(remove_user(&db, LOCAL_ID).unwrap(), Err(BadUser::Local));
+        assert_eq!(remove_user(&db, user.id).unwrap(), Ok(()));
+        assert!(log_in(&db, "ada", "another horse").unwrap().is_none());
+        assert_eq!(recognise(&db, SecretKind::Token, &token).unwrap(), None);
+    }
+
     #[test]
     fn passwords_are_compared_by_their_hashes() {
         let folder = tempfile::tempdir().unwrap();
         let db = Db::open(&folder.path().join("db"), Policy::default(), None).unwrap();
         first_user(&db).unwrap();
-        let ada = NewUser {
-            name: "ada".into(),
-            password: "correct horse".into(),
-            admin: false,
-            cores: None,
-            disk: None,
-        };
-        set_user(&db, &ada).unwrap();
+        let ada = new_user("ada", Some("correct horse"));
+        set_user(&db, &ada).unwrap().unwrap();
         assert!(log_in(&db, "ada", "correct horse").unwrap().is_some());
         assert!(log_in(&db, "ada", "wrong horse").unwrap().is_none());
         assert!(log_in(&db, "local", "").unwrap().is_none());
@@ -317,12 +664,31 @@ mod tests {
     }
 
     #[test]
-    fn the_sixth_try_within_a_minute_is_refused() {
+    fn wrong_tries_delay_the_next_ones_of_the_same_address() {
         let tries = Tries::default();
-        assert_eq!(
-            (0..6).map(|_| tries.allowed("ada")).collect::<Vec<_>>(),
-            [true, true, true, true, true, false]
-        );
-        assert!(tries.allowed("bob"));
+        let (here, elsewhere) = (IpAddr::from([127, 0, 0, 1]), IpAddr::from([127, 0, 0, 2]));
+        for _ in 0..3 {
+            assert_eq!(tries.begin(here, "ada"), Ok(()));
+        }
+        assert_eq!(tries.begin(here, "ada"), Err(1));
+        assert_eq!(tries.begin(elsewhere, "ada"), Ok(()));
+        assert_eq!(tries.begin(here, "bob"), Ok(()));
+        tries.forget(here, "ada");
+        assert_eq!(tries.begin(here, "ada"), Ok(()));
+        let delays = [2, 3, 4, 5, 12, 13, 100].map(|count| {
+            let last = Instant::now();
+            WrongTries { count, last }.delay().as_secs()
+        });
+        assert_eq!(delays, [0, 1, 2, 4, 512, 900, 900]);
+    }
+
+    #[test]
+    fn a_table_of_wrong_tries_is_bounded() {
+        let tries = Tries::default();
+        let here = IpAddr::from([127, 0, 0, 1]);
+        for k in 0..MOST_REMEMBERED + 10 {
+            assert_eq!(tries.begin(here, &k.to_string()), Ok(()));
+        }
+        assert_eq!(tries.lock().len(), MOST_REMEMBERED);
     }
 }

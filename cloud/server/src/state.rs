@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::fs::{self, File, OpenOptions};
 use std::net::SocketAddr;
-use std::os::unix::fs::OpenOptionsExt;
+use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
 use std::path::PathBuf;
 use std::process::Command;
 use std::sync::{Arc, Mutex};
@@ -21,7 +21,8 @@ use crate::attempts::Attempts;
 use crate::db::Db;
 use crate::frames::Cache;
 use crate::secrets::Tries;
-use crate::{EngineChoice, Options, secrets, templates};
+use crate::turns::Turns;
+use crate::{EngineChoice, Options, downloads, secrets, templates};
 
 /// How many messages a slow listener may be behind before it gets a notice that it missed some.
 const BACKLOG: usize = 1024;
@@ -29,8 +30,14 @@ const BACKLOG: usize = 1024;
 /// Seconds between two signs of life with object storage, where each request costs money.
 const REMOTE_BEAT: f64 = 15.0;
 
-/// How many scenes are checked at once.
+/// How many scenes are checked at once, one for each user.
 const CHECKS: usize = 2;
+
+/// How many walls and previews are read at once.
+const VIEWS: usize = 4;
+
+/// How many passwords are hashed at once.
+const HASHES: usize = 2;
 
 /// A message to listeners of `GET /events`.
 #[derive(Clone, Debug)]
@@ -44,8 +51,19 @@ pub(crate) struct Message {
     pub(crate) text: String,
 }
 
+/// Addresses of a server.
+#[derive(Clone, Debug)]
+pub struct Links {
+    /// The page.
+    pub address: String,
+    /// A link that logs in the user of this machine: a secret, good once, within a day.
+    pub once: String,
+}
+
 /// The server's state.
 pub(crate) struct App {
+    /// Address of the page, once it is known.
+    address: Mutex<String>,
     pub(crate) options: Options,
     pub(crate) db: Db,
     pub(crate) store: Box<dyn Store>,
@@ -59,7 +77,14 @@ pub(crate) struct App {
     pub(crate) attempts: Attempts,
     pub(crate) cache: Cache,
     pub(crate) tries: Tries,
-    pub(crate) checks: Semaphore,
+    pub(crate) checks: Turns,
+    /// Turns of programs that read walls and previews.
+    pub(crate) views: Turns,
+    /// Held while a run gets a further revision.
+    pub(crate) extensions: Mutex<()>,
+    pub(crate) downloads: Turns,
+    /// Turns of hashing a password, which takes 19 MB.
+    pub(crate) hashes: Arc<Semaphore>,
     pub(crate) news: broadcast::Sender<Arc<Message>>,
     pub(crate) wake: std::sync::mpsc::SyncSender<()>,
     pub(crate) woken: Mutex<Option<std::sync::mpsc::Receiver<()>>>,
@@ -72,6 +97,8 @@ impl App {
     pub(crate) fn open(mut options: Options) -> Result<Arc<Self>> {
         fs::create_dir_all(&options.data).with_context(|| format!("{}", options.data.display()))?;
         options.data = options.data.canonicalize()?;
+        // Also a folder that was there before: it holds hashes of secrets and runs of all users.
+        fs::set_permissions(&options.data, fs::Permissions::from_mode(0o700))?;
         let data = options.data.clone();
         let lock = OpenOptions::new()
             .create(true)
@@ -122,6 +149,7 @@ impl App {
         let templates = templates::all(&options.solver, &data.join("checks"), store.as_ref(), &db)?;
         let (wake, woken) = std::sync::mpsc::sync_channel(1);
         Ok(Arc::new(Self {
+            address: Mutex::default(),
             cache: Cache::new(data.join("cache")),
             options,
             db,
@@ -133,7 +161,11 @@ impl App {
             templates,
             attempts: Attempts::default(),
             tries: Tries::default(),
-            checks: Semaphore::new(CHECKS),
+            checks: Turns::new(CHECKS, 1),
+            views: Turns::new(VIEWS, 2),
+            extensions: Mutex::new(()),
+            downloads: Turns::new(downloads::ALL, downloads::EACH),
+            hashes: Arc::new(Semaphore::new(HASHES)),
             news: broadcast::channel(BACKLOG).0,
             wake,
             woken: Mutex::new(Some(woken)),
@@ -142,8 +174,8 @@ impl App {
         }))
     }
 
-    /// The link that logs in.
-    pub(crate) fn link(&self, address: SocketAddr) -> Result<String> {
+    /// Writes the link of the command line into the data folder, and returns the address and a link that logs in once.
+    pub(crate) fn links(&self, address: SocketAddr) -> Result<Links> {
         let host = self
             .options
             .hosts
@@ -154,16 +186,38 @@ impl App {
         } else {
             "http"
         };
-        let link = if self.options.no_auth {
-            format!("{scheme}://{host}/")
-        } else {
-            format!(
-                "{scheme}://{host}/#token={}",
-                secrets::link_token(&self.db, &self.options.data)?
-            )
-        };
-        secrets::write_secret(&self.options.data.join("link"), &link)?;
-        Ok(link)
+        let address = format!("{scheme}://{host}/");
+        *self
+            .address
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner()) = address.clone();
+        if self.options.no_auth {
+            secrets::write_secret(&self.options.data.join("link"), &address)?;
+            return Ok(Links {
+                once: address.clone(),
+                address,
+            });
+        }
+        self.write_link(false)?;
+        Ok(Links {
+            once: format!("{address}#token={}", secrets::link(&self.db)?),
+            address,
+        })
+    }
+
+    fn write_link(&self, rotate: bool) -> Result<()> {
+        let data = &self.options.data;
+        let token = secrets::machine_token(&self.db, data, rotate)?;
+        let address = self
+            .address
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner());
+        secrets::write_secret(&data.join("link"), &format!("{address}#token={token}"))
+    }
+
+    /// Makes the secrets of the machine anew, and ends the sessions of its user.
+    pub(crate) fn rotate(&self) -> Result<()> {
+        self.write_link(true)
     }
 
     /// Ends all streams of events.

@@ -24,10 +24,10 @@ use serde_json::{Value, json};
 use crate::access::ApiError;
 use crate::check::{LARGEST_SCENE, inspect, lay_out, solve};
 use crate::content::Content;
-use crate::db::{ListScope, MOST_ROWS, NewRun, NewStudy};
+use crate::db::{ListScope, MOST_ROWS, NewRun, NewStudy, Reserved};
 use crate::runs::{
-    PreparedRun, blocking, by_idempotency_key, expected_bytes, label, prepare, title, within_quota,
-    write,
+    PreparedRun, blocking, by_idempotency_key, expected_bytes, full, label, prepare, title,
+    within_quota, write,
 };
 use crate::secrets::{self, User};
 use crate::state::App;
@@ -224,7 +224,7 @@ pub(crate) async fn check(
     user: &User,
     mut study: Study,
 ) -> Result<StudyChecked, ApiError> {
-    let _turn = app.checks.acquire().await.map_err(ApiError::internal)?;
+    let _turn = app.checks.take(user.id, false).await?;
     let (app, owner) = (Arc::clone(app), user.id);
     blocking(move || {
         earlier::pin(&app, owner, &mut study.base.scene)?;
@@ -250,7 +250,7 @@ pub(crate) async fn submit(
     if let Some(before) = submitted(app, user, key.as_deref(), &body)? {
         return Ok(before);
     }
-    let _turn = app.checks.acquire().await.map_err(ApiError::internal)?;
+    let _turn = app.checks.take(user.id, false).await?;
     let (app, user) = (Arc::clone(app), user.clone());
     blocking(move || {
         earlier::pin(&app, user.id, &mut study.base.scene)?;
@@ -262,12 +262,12 @@ pub(crate) async fn submit(
         if let Some(project) = &base.project {
             projects::need(&app, &user, project, Role::Member)?;
         }
-        let bytes: f64 = plan
+        let bytes: u64 = plan
             .runs
             .iter()
             .map(|run| expected_bytes(&run.needs()))
             .sum();
-        within_quota(&app, &user, base.threads, bytes)?;
+        within_quota(&app, user.id, base.threads, bytes)?;
         let id = secrets::run_id()?.to_string();
         let mut called = None;
         let scene = json!({"title": plan.title});
@@ -290,8 +290,9 @@ pub(crate) async fn submit(
         let label = label(base.label.as_deref().or(Some(&called)))?.to_owned();
         write_all(&app, &runs)?;
         let ids: Vec<String> = runs.iter().map(|run| run.id.to_string()).collect();
-        let new: Vec<NewRun> = (runs.iter().zip(&ids))
-            .map(|(run, name)| NewRun {
+        let new: Vec<NewRun> = (runs.iter().zip(&ids).zip(&plan.runs))
+            .map(|((run, name), planned)| NewRun {
+                reserved: expected_bytes(&planned.needs()),
                 id: name,
                 owner: user.id,
                 key: None,
@@ -315,7 +316,14 @@ pub(crate) async fn submit(
             project: base.project.as_deref(),
         };
         match app.db.insert(&new, Some(&row)) {
-            Ok(events) => app.publish(events),
+            Ok(Reserved::Done(events)) => app.publish(events),
+            // Other requests of this user have taken the rest since.
+            Ok(Reserved::Full(usage)) => {
+                for name in &ids {
+                    app.store.delete_all(&format!("runs/{name}/"))?;
+                }
+                return Err(full(&usage, bytes));
+            }
             // Two requests with one key at once: the other one was faster.
             Err(error) => {
                 for name in &ids {

@@ -1,6 +1,7 @@
 // The page: which part is shown at which path.
 import { get, post, Problem } from "./api.js";
-import { el, put, size, toast } from "./dom.js";
+import { ask, el, put, size, toast } from "./dom.js";
+import { showAccount } from "./account.js";
 import { showList } from "./list.js";
 import { showNew } from "./new.js";
 import { showRun } from "./run.js";
@@ -35,6 +36,7 @@ async function show() {
     if (run) leave = await showRun(main, run[1]);
     else if (pathname === "/studies") leave = await showStudies(main, searchParams);
     else if (study) leave = await showStudy(main, study[1]);
+    else if (pathname === "/account") leave = await showAccount(main);
     else if (pathname === "/projects") leave = await showProjects(main);
     else if (pathname === "/new") leave = await showNew(main, searchParams.get("from"));
     else if (pathname === "/compare") leave = await showCompare(main, (searchParams.get("runs") ?? "").split(",").filter(Boolean));
@@ -71,9 +73,17 @@ async function begin(body) {
   }
 }
 
+/** Whether this browser has had a session. */
+function remembered() {
+  try { return localStorage.getItem("session") !== null; } catch { return true; }
+}
+
 function known() {
+  try { localStorage.setItem("session", "1"); } catch { /* a browser that keeps nothing */ }
   const place = /** @type {HTMLElement} */ (document.getElementById("who"));
   const { disk, most_disk: most } = session.usage;
+  // A link to a run shows nothing of its owner.
+  if (!session.user) return put(place, `a run that is shared · solver ${session.solver}`);
   put(place, `${session.user} · ${session.cores[0]} of ${session.cores[1]} cores free · ${size(disk)}${most == null ? "" : ` of ${size(most)}`} · solver ${session.solver}`);
 }
 
@@ -93,7 +103,14 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => show
 const token = new URLSearchParams(location.hash.slice(1)).get("token");
 if (token) {
   history.replaceState(null, "", location.pathname + location.search);
-  await begin({ token });
+  // Only where this browser had a session before: a question without one is an error in the console.
+  session = remembered() ? await get("/session").catch(() => null) : null;
+  const who = session?.user || "the guest of another run";
+  // A link from elsewhere must not make one work as another user without a word.
+  if (session && await ask("Log in by this link?", `You are logged in as ${who}. The link replaces that session.`, "Log in by the link") === null) {
+    known();
+    show();
+  } else await begin({ token });
 } else {
   try {
     session = await get("/session");

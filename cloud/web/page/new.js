@@ -1,6 +1,6 @@
 // A new run: a template, its text with the solver's own problems at their places, files, forecast, Submit.
 import { get, post, Problem, upload } from "./api.js";
-import { duration, el, put, size, toast, whole } from "./dom.js";
+import { ask, duration, el, put, size, toast, whole } from "./dom.js";
 import { go } from "./app.js";
 import { price } from "./money.js";
 import { selection, takes } from "./projects.js";
@@ -29,6 +29,7 @@ export async function showNew(main, from) {
   const facts = el("div", { class: "card" });
   const title = el("input", { class: "grow", placeholder: "as in the scene", maxlength: "200" });
   const label = el("input", { class: "grow", placeholder: "none", maxlength: "100" });
+  const sets = el("textarea", { class: "code", rows: 2, spellcheck: false, placeholder: "time.end = 2", "aria-label": "Settings that replace values of the scene" });
   const threads = el("input", { type: "number", min: "1", max: "1024", value: "1" });
   const sweep = el("textarea", { class: "code", rows: 3, spellcheck: false, placeholder: "materials.bead.tangential.friction = 0.1, 0.3, 0.5\nseed = 1..4/4", "aria-label": "Keys and their values" });
   const results = el("textarea", { class: "code", rows: 2, spellcheck: false, placeholder: "height = max(particles.z)", "aria-label": "Results" });
@@ -39,6 +40,7 @@ export async function showNew(main, from) {
   const verdict = el("p", { class: "small", "aria-live": "polite" });
   const toFile = el("button", { onclick: () => { filed.hidden = !filed.hidden; grid.hidden = !filed.hidden; toFile.textContent = filed.hidden ? "From a file instead" : "From a grid instead"; if (!filed.hidden && !document_.value) document_.value = draft(); studied(0); } }, "From a file instead");
   const study = el("details", {}, el("summary", {}, "A study: many runs of this scene"), grid, filed, el("div", { class: "row" }, toFile), verdict);
+  const settings = el("details", {}, el("summary", {}, "Settings: values other than in the scene"), el("p", { class: "small quiet" }, "A key and its value in each line, as ", el("code", {}, "--set"), " takes them."), sets);
   const submit = el("button", { class: "main", onclick: send }, "Submit");
   const chips = el("div", { class: "chips" });
   const picker = el("input", { type: "file", multiple: true, hidden: true, onchange: () => add([...(picker.files ?? [])]) });
@@ -51,7 +53,7 @@ export async function showNew(main, from) {
     drop.classList.remove("over");
     add([...(event.dataTransfer?.files ?? [])]);
   });
-  const choices = templates.map((/** @type {any} */ template) => el("button", { "aria-pressed": "false", onclick: () => use(template) }, el("b", {}, template.name), el("span", { class: "small quiet" }, template.title)));
+  const choices = templates.map((/** @type {any} */ template) => el("button", { "aria-pressed": "false", onclick: () => choose(template) }, el("b", {}, template.name), el("span", { class: "small quiet" }, template.title)));
   const preview = el("div");
   const viewer = new Viewer(preview, { height: "16rem" });
 
@@ -62,12 +64,59 @@ export async function showNew(main, from) {
       el("div", {}, el("div", { class: "editor" }, gutter, text), problems, el("p", {}), drop),
       el("div", {}, el("div", { class: "card" },
         el("h2", {}, "Submit"), el("div", { class: "form" }, el("label", {}, "Title", title), el("label", {}, "Label", label), el("label", {}, "Threads", threads), project && el("label", {}, "Project", project)),
-        study,
+        settings, study,
         el("div", { class: "row" }, submit, el("button", { onclick: trial }, "How long?"))), facts,
       el("div", { class: "card" }, el("h2", {}, "Preview"), preview))));
 
   function scene() {
-    return { name, text: text.value, files, set: [] };
+    return { name, text: text.value, files, set: linesOf(sets.value).map(tight) };
+  }
+
+  /** Where the draft is kept in this browser: what is typed survives a reload, Back, and a change of light and dark. */
+  const draftKey = `draft:${session.user}`;
+  /** Belongs to what is submitted: the same draft sent again is the same run. */
+  let key = crypto.randomUUID();
+  let sent = false;
+  const fields = { text, title, label, sets, threads, sweep, results, document: document_ };
+
+  /** Keeps the draft; what was changed is another run. */
+  function keep() {
+    if (sent) return;
+    key = crypto.randomUUID();
+    const values = Object.fromEntries(Object.entries(fields).map(([word, field]) => [word, field.value]));
+    const kept = { from: from ?? null, name, files, values, project: project?.value ?? "", key, study: study.open, filed: !filed.hidden };
+    // A browser that keeps nothing still submits.
+    try { localStorage.setItem(draftKey, JSON.stringify(kept)); } catch { /* full, or forbidden */ }
+  }
+
+  function forget() {
+    sent = true;
+    try { localStorage.removeItem(draftKey); } catch { /* as above */ }
+  }
+
+  /** Puts the draft of this browser back. @returns {boolean} whether there is one */
+  function restore() {
+    /** @type {any} */
+    let kept = null;
+    try { kept = JSON.parse(localStorage.getItem(draftKey) ?? "null"); } catch { /* as above */ }
+    if (!kept || (from && kept.from !== from)) return false;
+    ({ name, files, key } = kept);
+    for (const [word, field] of Object.entries(fields)) field.value = kept.values[word] ?? "";
+    if (project) project.value = kept.project;
+    settings.open = sets.value !== "";
+    study.open = kept.study;
+    if (kept.filed) toFile.click();
+    named();
+    changed(0);
+    return true;
+  }
+
+  /** Takes a template, and asks where that loses a text. @param {any} template */
+  async function choose(template) {
+    const edited = text.value.trim() !== "" && !templates.some((/** @type {any} */ one) => one.text === text.value);
+    if (edited && await ask("Replace the scene?", "The text of this draft is lost.", "Replace") === null) return;
+    use(template);
+    keep();
   }
 
   /** @param {any} template */
@@ -81,7 +130,7 @@ export async function showNew(main, from) {
   }
 
   function named() {
-    put(chips, ...Object.keys(files).map((file) => el("span", { class: "chip" }, file, el("button", { "aria-label": `Remove ${file}`, onclick: () => { delete files[file]; named(); changed(0); } }, "×"))));
+    put(chips, ...Object.keys(files).map((file) => el("span", { class: "chip" }, file, el("button", { "aria-label": `Remove ${file}`, onclick: () => { delete files[file]; named(); changed(0); keep(); } }, "×"))));
   }
 
   /** Lines that are not empty. @param {string} text */
@@ -164,6 +213,7 @@ export async function showNew(main, from) {
     }
     named();
     changed(0);
+    keep();
   }
 
   /** Lines with problems. @type {Set<number>} */
@@ -277,11 +327,12 @@ export async function showNew(main, from) {
     const many = asked();
     try {
       if (many) {
-        const made = await post("/studies", { ...many, base: { ...body, result: many.base.result } }, { headers: { "idempotency-key": crypto.randomUUID() } });
+        const made = await post("/studies", { ...many, base: { ...body, result: many.base.result } }, { headers: { "idempotency-key": key } });
+        forget();
         go(`/studies/${made.id}`);
       } else {
-        const key = crypto.randomUUID();
         const run = await post("/runs", body, { headers: { "idempotency-key": key } });
+        forget();
         go(`/runs/${run.id}`);
       }
     } catch (error) {
@@ -292,17 +343,21 @@ export async function showNew(main, from) {
   }
 
   text.addEventListener("input", () => { changed(300); studied(600); });
-  if (from) {
+  sets.addEventListener("input", () => { changed(300); studied(600); });
+  for (const field of [...Object.values(fields), ...(project ? [project] : [])]) field.addEventListener("input", keep);
+  if (restore()) {
+    toast("This is the draft that you left.");
+  } else if (from) {
     const submitted = await post(`/runs/${from}/clone`, {});
     name = submitted.scene.name;
     files = submitted.scene.files;
-    // Settings beside the scene are part of it; the text has to be changed by hand then.
     text.value = submitted.scene.text;
     title.value = submitted.title ?? "";
     label.value = submitted.label ?? "";
     if (project) project.value = submitted.project ?? "";
     threads.value = String(submitted.threads);
-    if (submitted.scene.set.length) text.value += `\n# The run was submitted with --set ${submitted.scene.set.join(" --set ")}\n`;
+    sets.value = submitted.scene.set.join("\n");
+    settings.open = sets.value !== "";
     named();
     changed(0);
   } else use(templates[0]);

@@ -1,7 +1,7 @@
 // The frames of one run: slider, play, colour, cut; the viewer draws them.
 import { bytes, get, Problem } from "./api.js";
 import { el, number, put, whole } from "./dom.js";
-import { Viewer } from "./viewer.js";
+import { reduced, Viewer } from "./viewer.js";
 
 /** How many particles are asked for at most. */
 const MOST = 100000;
@@ -110,7 +110,7 @@ export class Player {
         this.range = this.range && this.playing ? [Math.min(this.range[0], colour.min), Math.max(this.range[1], colour.max)] : [colour.min, colour.max];
         this.viewer.frame(frame, colour.values, this.range, `${name}${unit && unit !== "1" ? ` / ${unit}` : ""}`, this.list.domain);
         if (walls) this.viewer.walls(walls.walls);
-        this.viewer.say(frame.rows < frame.of ? `${whole(frame.rows)} of ${whole(frame.of)} particles` : `${whole(frame.of)} particles`);
+        this.viewer.say((frame.rows < frame.of ? `${whole(frame.rows)} of ${whole(frame.of)} particles` : `${whole(frame.of)} particles`) + reduced(walls?.triangles));
         put(this.time, `${number(frame.time)} s · ${now + 1} of ${this.list.frames.length}`);
       }
     } catch (error) {

@@ -3,7 +3,7 @@
 // A sphere is one triangle that covers it, made in the vertex shader from a texture of centres and radii; the fragment
 // shader finds the point of the sphere under the pixel and writes its depth, so spheres cut walls and each other exactly.
 // That is nine times as fast in software as quads with instances, and has no limit on the size of a sphere.
-import { el, put } from "./dom.js";
+import { el, put, whole } from "./dom.js";
 
 /** Rows of the texture have this many spheres. */
 const WIDTH = 1024;
@@ -124,6 +124,9 @@ class Camera {
 }
 
 /** @typedef {{pick?: (id: number | null) => void, height?: string}} Options */
+
+/** A note that walls are shown with fewer triangles than they have. @param {[number, number] | undefined} triangles shown, and all */
+export const reduced = (triangles) => triangles && triangles[0] < triangles[1] ? ` · walls reduced from ${whole(triangles[1])} to ${whole(triangles[0])} triangles` : "";
 
 export class Viewer {
   /**
@@ -323,7 +326,7 @@ export class Viewer {
     this.range = largest > least ? [least, largest] : [0, 2 * largest || 1];
     this.look(seen.domain);
     this.walls(seen.walls?.walls ?? []);
-    this.say(x.length ? `${x.length} particles at the start` : "No particle yet: they are inserted later.");
+    this.say((x.length ? `${x.length} particles at the start` : "No particle yet: they are inserted later.") + reduced(seen.walls?.triangles));
     this.soon();
   }
 

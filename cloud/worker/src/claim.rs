@@ -224,6 +224,7 @@ mod tests {
                 fates: Mutex::new(Vec::new()),
             };
             let attempt = Attempt {
+                disk: None,
                 store: &store,
                 run: RunId::of([7; 16]),
                 epoch: 1,

@@ -9,8 +9,8 @@ use std::process::Command;
 
 use anyhow::{Context, Result, bail};
 use landlock::{
-    ABI, Access, AccessFs, AccessNet, CompatLevel, Compatible, Ruleset, RulesetAttr,
-    RulesetCreatedAttr, RulesetStatus, Scope, path_beneath_rules,
+    ABI, Access, AccessFs, AccessNet, BitFlags, CompatLevel, Compatible, Ruleset, RulesetAttr,
+    RulesetCreatedAttr, RulesetStatus, Scope, make_bitflags, path_beneath_rules,
 };
 use rustix::process::{Resource, Rlimit, Signal, setrlimit};
 
@@ -39,6 +39,11 @@ const SYSTEM: [&str; 7] = [
     "/proc",
     "/sys",
 ];
+
+/// Rights that no program has in its folder: to make symbolic links, sockets and the like, and to execute what it wrote.
+const NEVER: BitFlags<AccessFs> = make_bitflags!(AccessFs::{
+    Execute | MakeChar | MakeSock | MakeFifo | MakeBlock | MakeSym
+});
 
 impl Cage {
     /// The command that runs `program` in this cage: this very program with `confine`.
@@ -98,7 +103,9 @@ impl Cage {
         if self.sandbox {
             self.restrict(program)?;
         }
-        let error = Command::new(program).args(arguments).exec();
+        // Programs write their command line to logs, which users read: without the path of this machine.
+        let name = program.file_name().unwrap_or(program.as_os_str());
+        let error = Command::new(program).arg0(name).args(arguments).exec();
         Err(error).with_context(|| format!("{} cannot be started", program.display()))
     }
 
@@ -123,7 +130,10 @@ impl Cage {
                 [Path::new("/dev/null")],
                 AccessFs::from_all(abi),
             ))?
-            .add_rules(path_beneath_rules([&self.folder], AccessFs::from_all(abi)))?
+            .add_rules(path_beneath_rules(
+                [&self.folder],
+                AccessFs::from_all(abi) & !NEVER,
+            ))?
             .restrict_self()?;
         if status.ruleset == RulesetStatus::NotEnforced {
             bail!("the kernel does not enforce Landlock");

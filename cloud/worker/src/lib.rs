@@ -43,6 +43,8 @@ pub struct Attempt<'a> {
     pub checkpoint: String,
     /// When the solver stops by itself, as `--time-limit` takes it.
     pub limit: Option<String>,
+    /// The most bytes that the outputs may take by the limit of their owner, where there is one.
+    pub disk: Option<u64>,
     /// How long the solver may be without a sign of life.
     pub patience: Duration,
 }

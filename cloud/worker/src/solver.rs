@@ -30,6 +30,10 @@ pub(crate) struct Solver {
     messages: PathBuf,
 }
 
+/// Message of a run that was stopped because of its length.
+const TOO_LARGE: &str = "stopped with a checkpoint, because its files, or all files of its owner, take more disk than they may; \
+                         make room, then resume it";
+
 /// A solver that may have ended.
 pub(crate) struct Handle(Option<OwnedFd>, Option<Pid>);
 
@@ -180,6 +184,7 @@ impl Solver {
         let (cause, message) = match (status.code(), status.signal()) {
             (Some(0), _) => (Cause::Finished, String::new()),
             (Some(75), _) => match (wanted, end_cause) {
+                (Some(Cause::Disk), _) => (Cause::Disk, TOO_LARGE.to_owned()),
                 (Some(cause), _) => (cause, String::new()),
                 (None, Some("time_limit")) => (Cause::Time, String::new()),
                 (None, _) => (Cause::Preempted, String::new()),

@@ -1,5 +1,6 @@
 //! The loop of an attempt: watch, beat, commit, and stop where something says so.
 
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread;
@@ -47,6 +48,9 @@ impl Every {
         due
     }
 }
+
+/// Progress of the solver, in the folder of the attempt.
+const PROGRESS: &str = ".progress";
 
 /// State that the threads of an attempt share: requests to the store may take long, and neither a signal nor a sign of life
 /// waits for them.
@@ -159,8 +163,8 @@ fn run(attempt: &Attempt, held: &mut Held) -> Result<Outcome> {
     {
         sync.forget_tails(attempt, held, &workspace)?;
     }
-    let progress = workspace.folder.join(".progress");
-    let solver = Solver::start(attempt, &spec, &workspace.folder, &progress)?;
+    let progress = workspace.folder.join(PROGRESS);
+    let solver = Solver::start(attempt, &spec, &workspace.folder, Path::new(PROGRESS))?;
     let mut progress = Progress::new(&progress);
     progress.grows = held.head.streams.keys().cloned().collect();
     let mut watch = Watch {
@@ -207,6 +211,7 @@ impl Watch<'_> {
         let mut listen = Every::new(LISTEN.max(attempt.beat / 4));
         let mut measure = Every::new(MEASURE);
         let mut rebalanced = false;
+        let mut disk = (self.spec.disk).min(attempt.disk.unwrap_or(u64::MAX));
         let status = loop {
             self.progress.read().context("progress of the solver")?;
             if let Some(status) = self.solver.ended()? {
@@ -219,7 +224,12 @@ impl Watch<'_> {
                 self.solver.checkpoint();
             }
             if listen.due() {
-                match self.wish() {
+                let control = self.control();
+                if control.disk.is_some_and(|most| most < disk) {
+                    disk = control.disk.unwrap_or(disk);
+                    measure = Every::new(MEASURE);
+                }
+                match control.wish {
                     Wish::Run => {}
                     Wish::Stop => self.stop(Cause::User),
                     Wish::Kill => {
@@ -233,7 +243,7 @@ impl Watch<'_> {
                 self.stop(Cause::Hung);
                 self.killed_at = Some(Instant::now() + HUNG_GRACE);
             }
-            if measure.due() && size(&self.workspace.output)? > self.spec.disk {
+            if measure.due() && size(&self.workspace.output)? > disk {
                 self.stop(Cause::Disk);
             }
             if self.killed_at.is_some_and(|at| Instant::now() >= at) {
@@ -310,8 +320,8 @@ impl Watch<'_> {
         }
     }
 
-    /// The wish of the server for this attempt; [`Wish::Run`] if the store gives no answer.
-    fn wish(&self) -> Wish {
+    /// Wish and limit of the server for this attempt; [`Wish::Run`] if the store gives no answer.
+    fn control(&self) -> Control {
         let text = self.attempt.store.get(&self.attempt.key("control.json"));
         let control = text
             .ok()
@@ -319,7 +329,11 @@ impl Watch<'_> {
             .and_then(|text| serde_json::from_slice::<Control>(&text).ok());
         control
             .filter(|control| control.epoch == self.attempt.epoch)
-            .map_or(Wish::Run, |control| control.wish)
+            .unwrap_or(Control {
+                epoch: self.attempt.epoch,
+                wish: Wish::Run,
+                disk: None,
+            })
     }
 
     /// A sign of life.

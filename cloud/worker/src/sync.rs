@@ -6,6 +6,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom};
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use std::time::SystemTime;
 
@@ -13,6 +14,7 @@ use anyhow::{Context, Result};
 use cloud_api::names::{Growth, growth};
 use cloud_api::{Checkpoint, Segment, Whole};
 use cloud_store::frames::{MARKER, whole_frames, whole_lines};
+use rustix::fs::OFlags;
 
 use crate::Attempt;
 use crate::claim::{Held, Swapped};
@@ -137,7 +139,7 @@ impl Sync {
         workspace: &Workspace,
         new: &NewCheckpoint,
     ) -> Result<()> {
-        let mut file = File::open(workspace.output.join(&new.name))
+        let mut file = open_written(&workspace.output.join(&new.name))
             .with_context(|| format!("checkpoint {}", new.name))?;
         let bytes = file.metadata()?.len();
         let key = format!("check/{}.{}.restart", attempt.epoch, held.head.commit + 1);
@@ -319,7 +321,7 @@ impl Sync {
             self.replaced
                 .extend(stream.segments.pop().map(|segment| segment.key));
             if from < at {
-                let mut file = File::open(workspace.output.join(name))?;
+                let mut file = open_written(&workspace.output.join(name))?;
                 let key = format!("data/{name}/{from}-{at}.{}", attempt.epoch);
                 let sha256 = attempt
                     .store
@@ -369,8 +371,16 @@ pub(crate) fn size(output: &Path) -> Result<u64> {
     Ok(found.iter().map(|file| file.bytes).sum())
 }
 
+/// Opens a file that the solver has written. A link is refused: it may lead out of the folder of the run.
+fn open_written(path: &Path) -> io::Result<File> {
+    File::options()
+        .read(true)
+        .custom_flags(OFlags::NOFOLLOW.bits() as i32)
+        .open(path)
+}
+
 fn open(path: &Path) -> Result<Option<File>> {
-    match File::open(path) {
+    match open_written(path) {
         Ok(file) => Ok(Some(file)),
         // Removed or renamed since it was listed.
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
@@ -421,4 +431,19 @@ fn compare(file: &mut File, from: u64, until: u64, tail: &Path, tail_from: u64) 
         at += bytes as u64;
     }
     Ok(at)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_link_is_not_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, link) = (folder.path().join("file"), folder.path().join("link"));
+        fs::write(&file, "x").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        assert!(open_written(&file).is_ok());
+        assert!(open_written(&link).is_err());
+    }
 }

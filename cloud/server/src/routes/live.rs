@@ -16,6 +16,8 @@ use crate::access::{ApiError, LoggedIn};
 use crate::accounts;
 use crate::db::MOST_ROWS;
 use crate::runs::visible_run;
+use crate::secrets::{self, User};
+use crate::state::App;
 
 /// How often a stream of events without any says that it lives.
 const KEEP_ALIVE: Duration = Duration::from_secs(15);
@@ -25,6 +27,18 @@ pub(crate) struct EventsQuery {
     #[serde(default)]
     runs: String,
     after: Option<i64>,
+}
+
+/// How often the right to a stream of events is looked at again.
+const RECHECK: Duration = Duration::from_secs(5);
+
+/// Whether a user may still see these runs: the secret of the stream is good, and the runs are there and shared.
+fn still_may(app: &App, user: &User, runs: &[String]) -> bool {
+    let good = match user.secret {
+        Some(secret) => secrets::is_good(&app.db, secret).unwrap_or(true),
+        None => true,
+    };
+    good && runs.iter().all(|run| visible_run(app, user, run).is_ok())
 }
 
 /// Live events: first what happened since `Last-Event-ID`, then what happens.
@@ -94,9 +108,14 @@ pub(crate) async fn events(
             }
             at = end;
         }
+        let mut again = tokio::time::interval(RECHECK);
         loop {
             let message = tokio::select! {
                 message = news.recv() => message,
+                _ = again.tick() => match still_may(&app, &user, &wanted) {
+                    true => continue,
+                    false => return,
+                },
                 () = send.closed() => return,
                 _ = closing.changed() => return,
             };

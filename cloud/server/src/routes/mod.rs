@@ -8,6 +8,7 @@ mod scenes;
 mod studies;
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use axum::extract::{DefaultBodyLimit, FromRequest, Query, Request, State};
 use axum::http::StatusCode;
@@ -28,6 +29,9 @@ pub(crate) use studies::*;
 /// The largest body that is taken as JSON, in bytes: a scene of 1 MB, with its escapes.
 const LARGEST_BODY: usize = 4 << 20;
 
+/// How long a body of JSON may take.
+const BODY: Duration = Duration::from_secs(60);
+
 pub(crate) type Shared = State<Arc<App>>;
 pub(crate) type Answer<T> = Result<Json<T>, ApiError>;
 
@@ -38,9 +42,15 @@ impl<T: serde::de::DeserializeOwned, S: Send + Sync> FromRequest<S> for JsonBody
     type Rejection = ApiError;
 
     async fn from_request(request: Request, state: &S) -> Result<Self, ApiError> {
-        match Json::<T>::from_request(request, state).await {
-            Ok(Json(body)) => Ok(Self(body)),
-            Err(rejected) => {
+        let body = tokio::time::timeout(BODY, Json::<T>::from_request(request, state));
+        match body.await {
+            Err(_) => Err(ApiError::new(
+                StatusCode::REQUEST_TIMEOUT,
+                "the body is too slow",
+                format!("A body of JSON comes within {} s.", BODY.as_secs()),
+            )),
+            Ok(Ok(Json(body))) => Ok(Self(body)),
+            Ok(Err(rejected)) => {
                 // Unprocessable is what a scene is that cannot run; a body that is not understood is a bad request.
                 let status = match rejected.status() {
                     StatusCode::UNPROCESSABLE_ENTITY => StatusCode::BAD_REQUEST,
@@ -81,6 +91,7 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route("/extend", post(run_extend))
         .route("/clone", post(run_clone))
         .route("/share", post(run_share))
+        .route("/shares", get(accounts::run_shares))
         .route("/attempts", get(run_attempts))
         .route("/events", get(run_events))
         .route("/log", get(run_log))
@@ -111,6 +122,7 @@ pub(crate) fn router(app: Arc<App>) -> Router {
             "/projects/{project}/members/{name}",
             put(projects::member_set).delete(projects::member_remove),
         )
+        .route("/inputs", get(input_list))
         .route("/templates", get(template_list))
         .route("/events", get(events))
         .route(
@@ -120,6 +132,15 @@ pub(crate) fn router(app: Arc<App>) -> Router {
                 .delete(accounts::session_end),
         )
         .route("/users", get(accounts::user_list).post(accounts::user_set))
+        .route("/users/{name}", delete(accounts::user_remove))
+        .route(
+            "/sessions",
+            get(accounts::session_list).delete(accounts::session_remove_all),
+        )
+        .route("/sessions/{id}", delete(accounts::session_remove))
+        .route("/shares", get(accounts::share_list))
+        .route("/shares/{id}", delete(accounts::share_remove))
+        .route("/links", post(accounts::link_add))
         .route(
             "/tokens",
             get(accounts::token_list).post(accounts::token_add),
@@ -130,7 +151,9 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         // Streams its body to the disk and counts what comes, whatever the header says.
         .route(
             "/inputs/{sha256}",
-            put(input_put).layer(DefaultBodyLimit::disable()),
+            put(input_put)
+                .layer(DefaultBodyLimit::disable())
+                .delete(input_remove),
         )
         .fallback(|| async { ApiError::not_found() })
         .layer(CompressionLayer::new().gzip(true));

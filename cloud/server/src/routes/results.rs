@@ -15,7 +15,7 @@ use crate::access::{ApiError, LoggedIn};
 use crate::content::Content;
 use crate::runs::{blocking, visible_run};
 use crate::state::App;
-use crate::{charts, frames, secrets};
+use crate::{charts, check, frames, secrets};
 
 /// The most that a request for the log gets, in bytes.
 const MOST_LOG: u64 = 256 << 10;
@@ -247,19 +247,22 @@ pub(crate) async fn run_grain(
     .await
 }
 
-/// The walls at a frame: triangles, and where they are.
+/// The walls at a frame: triangles, and where they are. They have 200,000 triangles at most; `triangles` is how many they have, and had.
 #[utoipa::path(get, path = "/api/v1/runs/{run}/frames/{k}/walls", params(("run" = String, Path), ("k" = u32, Path)), responses((status = 200, body = Object)))]
 pub(crate) async fn run_walls(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
     Path((id, k)): Path<(String, String)>,
-) -> Answer<Value> {
+) -> Result<Response, ApiError> {
     let k: usize = k.parse().map_err(|_| ApiError::not_found())?;
-    blocking(move || {
+    let turn = app.views.take(user.id, user.share.is_some()).await?;
+    let walls = blocking(move || {
+        let _turn = turn;
         let walls = with_files(&app, &user, &id, |id, head| {
-            frames::walls(&app.cache, app.store.as_ref(), id, head, k)
+            let folder = frames::folder(&app.cache, app.store.as_ref(), id, head)?;
+            check::view(&app, &folder, Some(k))
         })?;
-        walls.map(Json).ok_or_else(ApiError::not_found)
-    })
-    .await
+        walls.ok_or_else(ApiError::not_found)
+    });
+    Ok(([(header::CONTENT_TYPE, "application/json")], walls.await?).into_response())
 }

@@ -121,8 +121,9 @@ fn answer(app: &App, user: &secrets::User, id: &str) -> Result<RunAnswer, ApiErr
     let late = app.db.policy().lost_when_gone();
     let mut row = with_life(app, row);
     if user.share.is_some() {
-        // A link shows a run, not the users of the server.
+        // A link shows a run, not the users of the server, nor what they pay.
         row.owner.clear();
+        (row.cost, row.saved, row.project) = (None, None, None);
     }
     Ok(RunAnswer {
         row,
@@ -168,15 +169,8 @@ pub(crate) async fn run_patch(
                 projects::need(&app, &user, project, Role::Member)?;
             }
         }
-        if [&body.title, &body.label]
-            .into_iter()
-            .flatten()
-            .any(|text| text.len() > 200)
-        {
-            return Err(ApiError::bad_request(
-                "too long",
-                "Titles and labels have at most 200 bytes.",
-            ));
+        for (what, text) in [("title", &body.title), ("label", &body.label)] {
+            runs::checked_text(what, text.as_deref().unwrap_or_default())?;
         }
         app.db.patch(
             &id,
@@ -299,6 +293,7 @@ pub(crate) async fn run_share(
             &app.db,
             SecretKind::Share,
             owner,
+            user.root.filter(|_| user.id == owner),
             "share",
             Some(id.as_str()),
             days,
@@ -329,7 +324,13 @@ pub(crate) async fn run_attempts(
 ) -> Answer<Vec<Attempt>> {
     blocking(move || {
         visible_run(&app, &user, &id)?;
-        Ok(Json(app.db.attempts(&id)?))
+        let mut attempts = app.db.attempts(&id)?;
+        if user.share.is_some() {
+            for attempt in &mut attempts {
+                (attempt.cost, attempt.machine) = (None, String::new());
+            }
+        }
+        Ok(Json(attempts))
     })
     .await
 }

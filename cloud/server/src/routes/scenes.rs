@@ -2,24 +2,41 @@
 
 use std::io::Write;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use axum::Json;
 use axum::body::Body;
 use axum::extract::{Path, State};
-use axum::http::StatusCode;
-use cloud_api::answers::{Checked, Template};
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use cloud_api::answers::{Checked, InputRow, Template};
 use cloud_api::requests::Check;
 use cloud_store::Hashing;
-use serde_json::Value;
 use tokio_stream::StreamExt;
 
 use super::{Answer, JsonBody, Shared};
 use crate::access::{ApiError, LoggedIn};
 use crate::check;
-use crate::runs::blocking;
+use crate::db::{Forgotten, Reserved};
+use crate::runs::{blocking, full};
+use crate::state::App;
 
 /// The largest input, in bytes.
 const LARGEST_INPUT: u64 = 2 << 30;
+
+/// How long an upload may pause.
+const SILENCE: Duration = Duration::from_secs(30);
+
+/// The slowest upload after that time, in bytes per second.
+const SLOWEST: f64 = 17e3;
+
+fn too_slow() -> ApiError {
+    ApiError::new(
+        StatusCode::REQUEST_TIMEOUT,
+        "the body is too slow",
+        "An upload has at least 17 kB/s.",
+    )
+}
 
 /// Problems of a scene, or its needs: memory, disk, steps, and with `trial` time.
 #[utoipa::path(post, path = "/api/v1/check", request_body = Check, responses((status = 200, body = Checked)))]
@@ -33,14 +50,63 @@ pub(crate) async fn check_scene(
     ))
 }
 
-/// Walls and first particles of a scene.
+/// Walls and first particles of a scene. Walls have 200,000 triangles at most; `triangles` is how many they have, and had.
 #[utoipa::path(post, path = "/api/v1/preview", request_body = Check, responses((status = 200, body = Object)))]
 pub(crate) async fn preview_scene(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
     JsonBody(body): JsonBody<Check>,
-) -> Answer<Value> {
-    Ok(Json(check::preview(&app, user.id, body.scene).await?))
+) -> Result<Response, ApiError> {
+    let seen = check::preview(&app, user.id, body.scene).await?;
+    Ok(([(header::CONTENT_TYPE, "application/json")], seen).into_response())
+}
+
+/// How much is reserved at a time for an upload of unknown length, in bytes.
+const STEP: u64 = 1 << 20;
+
+/// Disk of a user that is reserved for an upload, until it ends.
+struct Reservation {
+    app: Arc<App>,
+    user: i64,
+    bytes: u64,
+}
+
+impl Reservation {
+    /// Reserves what is known of the length, or a step, or, near the limit, what has come.
+    fn grow(mut self, came: u64, length: Option<u64>) -> Result<Self, ApiError> {
+        let wanted = length.unwrap_or(came + STEP).max(came);
+        for whole in [wanted, came] {
+            let more = whole - self.bytes;
+            match self.app.db.reserve_upload(self.user, more)? {
+                Reserved::Done(()) => {
+                    self.bytes = whole;
+                    return Ok(self);
+                }
+                Reserved::Full(usage) if whole == came || length.is_some() => {
+                    return Err(full(&usage, more));
+                }
+                Reserved::Full(_) => {}
+            }
+        }
+        Ok(self)
+    }
+
+    /// The content has come whole.
+    fn keep(mut self, sha256: &str, bytes: u64) -> Result<(), ApiError> {
+        let reserved = std::mem::take(&mut self.bytes);
+        let input = Some((sha256, bytes));
+        Ok(self.app.db.end_upload(self.user, reserved, input)?)
+    }
+}
+
+impl Drop for Reservation {
+    fn drop(&mut self) {
+        if self.bytes > 0
+            && let Err(error) = self.app.db.end_upload(self.user, self.bytes, None)
+        {
+            eprintln!("{error}");
+        }
+    }
 }
 
 /// Sends a content that scenes can name by its SHA-256; at most 2 GB.
@@ -49,6 +115,7 @@ pub(crate) async fn input_put(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
     Path(sha256): Path<String>,
+    headers: HeaderMap,
     body: Body,
 ) -> Result<StatusCode, ApiError> {
     let digits = sha256.len() == 64
@@ -61,21 +128,31 @@ pub(crate) async fn input_put(
             "SHA256 has 64 hexadecimal digits in lower case.",
         ));
     }
-    let left = {
-        let (app, user) = (Arc::clone(&app), user.clone());
-        let usage = blocking(move || Ok(app.db.usage(user.id)?)).await?;
-        usage
-            .most_disk
-            .map_or(u64::MAX, |most| most.saturating_sub(usage.disk))
+    let mut reservation = Reservation {
+        app: Arc::clone(&app),
+        user: user.id,
+        bytes: 0,
     };
+    // What comes is counted, whatever the header says.
+    let length = headers.get(header::CONTENT_LENGTH);
+    let length = length.and_then(|length| length.to_str().ok()?.parse::<u64>().ok());
+    let length = length.map(|length| length.min(LARGEST_INPUT));
     let file = tempfile::tempfile_in(app.options.data.join("checks"))?;
     let mut hashing = Hashing::new(file);
     let mut bytes = 0;
     let mut pieces = body.into_data_stream();
-    while let Some(piece) = pieces.next().await {
+    let begin = Instant::now();
+    loop {
+        let Ok(piece) = tokio::time::timeout(SILENCE, pieces.next()).await else {
+            return Err(too_slow());
+        };
+        let Some(piece) = piece else { break };
         let piece = piece
             .map_err(|error| ApiError::bad_request("the body was cut off", error.to_string()))?;
         bytes += piece.len() as u64;
+        if begin.elapsed() > SILENCE && (bytes as f64) < SLOWEST * begin.elapsed().as_secs_f64() {
+            return Err(too_slow());
+        }
         if bytes > LARGEST_INPUT {
             return Err(ApiError::new(
                 StatusCode::PAYLOAD_TOO_LARGE,
@@ -83,12 +160,8 @@ pub(crate) async fn input_put(
                 "A file has at most 2 GB.",
             ));
         }
-        if bytes > left {
-            return Err(ApiError::new(
-                StatusCode::FORBIDDEN,
-                "too little disk is left",
-                "Your runs and inputs take what they may already. Delete runs.",
-            ));
+        if bytes > reservation.bytes {
+            reservation = blocking(move || reservation.grow(bytes, length)).await?;
         }
         hashing.write_all(&piece)?;
     }
@@ -104,8 +177,43 @@ pub(crate) async fn input_put(
         if app.store.bytes(&key)?.is_none() {
             app.store.put_file(&key, &mut file, 0..bytes)?;
         }
-        app.db.add_input(&sha256, user.id, bytes)?;
+        reservation.keep(&sha256, bytes)?;
         Ok(StatusCode::CREATED)
+    })
+    .await
+}
+
+/// Contents that this user has sent, the largest first; at most 200. They go with the last run that names them.
+#[utoipa::path(get, path = "/api/v1/inputs", responses((status = 200, body = Vec<InputRow>)))]
+pub(crate) async fn input_list(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+) -> Answer<Vec<InputRow>> {
+    if user.share.is_some() {
+        return Err(ApiError::not_found());
+    }
+    blocking(move || Ok(Json(app.db.inputs(user.id)?))).await
+}
+
+/// Removes a content that this user has sent, and that no run names.
+#[utoipa::path(delete, path = "/api/v1/inputs/{sha256}", params(("sha256" = String, Path)), responses((status = 204)))]
+pub(crate) async fn input_remove(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Path(sha256): Path<String>,
+) -> Result<StatusCode, ApiError> {
+    blocking(move || match app.db.remove_input(&sha256, user.id)? {
+        Forgotten::Missing => Err(ApiError::not_found()),
+        Forgotten::Named => Err(ApiError::new(
+            StatusCode::CONFLICT,
+            "the input is in use",
+            "A run names it. It goes with the last of them.",
+        )),
+        Forgotten::Row => Ok(StatusCode::NO_CONTENT),
+        Forgotten::Content => {
+            app.store.delete(&format!("inputs/{sha256}"))?;
+            Ok(StatusCode::NO_CONTENT)
+        }
     })
     .await
 }
