@@ -659,7 +659,7 @@ fn fast_sheets_meet_resting_particles() {
     sheet.masses.fill(f64::INFINITY);
     let plan = Setup::default().plan(balls, vec![sheet]);
     let mut engine = Engine::new(plan, 1).unwrap();
-    for velocity in &mut engine.surfaces[0].velocities {
+    for velocity in &mut engine.domain.surfaces[0].velocities {
         *velocity = dvec3(0.0, 0.0, 10.0);
     }
     engine.steps_at_once(700, None).unwrap();
@@ -688,7 +688,9 @@ fn a_sheet_far_away_wears_no_list_out() {
             ..Setup::default()
         };
         let mut engine = Engine::new(setup.plan(balls.clone(), vec![sheet]), 1).unwrap();
-        engine.surfaces[0].velocities.fill(dvec3(0.0, 0.0, 10.0));
+        engine.domain.surfaces[0]
+            .velocities
+            .fill(dvec3(0.0, 0.0, 10.0));
         let start = engine.list_statistics().0;
         // It goes 0.1 m; the skin of balls at rest is a few hundredths of their millimetre.
         engine.steps_at_once(1000, None).unwrap();
@@ -736,7 +738,9 @@ fn vertices_touch_walls() {
     let plan = setup.plan(Vec::new(), vec![sheet]);
     let start = |threads| {
         let mut engine = Engine::new(Arc::clone(&plan), threads).unwrap();
-        engine.surfaces[0].velocities.fill(dvec3(0.0, 0.0, -1.0));
+        engine.domain.surfaces[0]
+            .velocities
+            .fill(dvec3(0.0, 0.0, -1.0));
         engine
     };
     let (mut engine, mut resumed) = (start(1), start(1));
@@ -812,7 +816,9 @@ fn walls_with_two_sides_hold_vertices() {
         let plan = setup.plan(Vec::new(), vec![sheet]);
         let start = || {
             let mut engine = Engine::new(Arc::clone(&plan), 1).unwrap();
-            engine.surfaces[0].velocities.fill(dvec3(0.0, 0.0, -1.0));
+            engine.domain.surfaces[0]
+                .velocities
+                .fill(dvec3(0.0, 0.0, -1.0));
             engine
         };
         let (mut engine, mut resumed) = (start(), start());
@@ -931,7 +937,9 @@ fn a_sheet_takes_a_bridge_apart() {
         });
     });
     let mut engine = Engine::new(plan, 1).unwrap();
-    engine.surfaces[0].velocities.fill(dvec3(-2.0, 0.0, 0.0));
+    engine.domain.surfaces[0]
+        .velocities
+        .fill(dvec3(-2.0, 0.0, 0.0));
     let films = |engine: &Engine| -> f64 {
         let films = engine.particles.columns.get(FILM_VOLUME.name).unwrap();
         films.iter().sum()
@@ -1021,7 +1029,7 @@ fn threads_share_large_sheets() {
     let plan = setup.plan(balls, vec![sheet]);
     let start = |threads| {
         let mut engine = Engine::new(Arc::clone(&plan), threads).unwrap();
-        let velocities = &mut engine.surfaces[0].velocities;
+        let velocities = &mut engine.domain.surfaces[0].velocities;
         velocities.fill(dvec3(0.3, 0.1, -1.0));
         engine
     };
