@@ -9,6 +9,8 @@ mod evaporation;
 mod migration;
 mod part;
 mod sum;
+#[cfg(test)]
+mod tests;
 mod weight;
 
 pub use balance::{LiquidBalance, LiquidRow};

@@ -90,7 +90,7 @@ impl Core {
 
     /// Particles were placed anew from outside: the next step makes new lists.
     #[cfg(test)]
-    pub(super) fn lists_are_stale(&mut self) {
+    pub(crate) fn lists_are_stale(&mut self) {
         self.lists.rows_changed = true;
     }
 

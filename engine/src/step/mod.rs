@@ -27,8 +27,6 @@ mod parts;
 mod snapshot;
 mod start;
 mod surfaces;
-#[cfg(test)]
-mod tests;
 mod walls;
 
 pub use self::core::{Core, Domain};

@@ -173,11 +173,6 @@ impl Core {
         &self.domain.surfaces
     }
 
-    /// Sheets, to give their vertices other velocities.
-    pub fn surfaces_mut(&mut self) -> &mut [Surface] {
-        &mut self.domain.surfaces
-    }
-
     pub(super) fn saved_surfaces(&self) -> Vec<SavedSurface> {
         self.domain.surfaces.iter().map(Surface::save).collect()
     }

@@ -1,6 +1,5 @@
 //! The plan: the meaning of a scene. Everything is resolved, checked and decided here, so that the kernels can trust it.
 
-mod bridges;
 mod checkpoint_identity;
 mod checks;
 mod closing;
@@ -16,6 +15,7 @@ mod fluxes;
 mod insertions;
 mod largest;
 mod levels;
+mod liquid;
 mod magnitudes;
 mod membranes;
 mod memory;
@@ -42,7 +42,6 @@ mod start_from_run;
 mod tests;
 mod time_step;
 mod usage;
-mod wall_films;
 mod walls;
 mod wear;
 mod workload;

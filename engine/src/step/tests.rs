@@ -1,3 +1,0 @@
-//! The engine with what no scene can name.
-
-mod liquid;
