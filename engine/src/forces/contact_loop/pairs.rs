@@ -19,7 +19,7 @@ use super::contact_batch::{BatchColumns, CHUNK, ContactBatch, ROOM};
 use super::contact_point::mobility;
 use super::pass::{ContactSite, Pass, Rows};
 use super::prefetch::{PORTION, prefetch_ahead};
-use super::slot_events::SlotEvent;
+use super::slot_events::{SlotEvent, SlotEvents};
 use super::slots::{FREE, IMAGE, Slot, TOUCHING, WITH_HISTORY, with_history};
 use crate::cell::NO_SHIFT;
 use crate::contact::{
@@ -268,7 +268,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         (first_row, first_slot): (usize, usize),
         found: &mut ContactBatch<'_>,
         some: Range<usize>,
-        (observation, events): (&mut Observation, &mut Vec<SlotEvent<Histories<N, T, R, A>>>),
+        (observation, events): (&mut Observation, &mut SlotEvents<Histories<N, T, R, A>>),
     ) {
         let dt = self.context.spring_time;
         let mut base = some.start;

@@ -13,6 +13,9 @@ use crate::lanes::Task;
 use crate::state::{Bodies, Id, Load, Particle};
 use crate::surface::SurfacePoint;
 
+/// Thickness (m) and volume (m^3) of the film on each row, where films are measured.
+type Films<'a> = Option<&'a [[f64; 2]]>;
+
 /// The data that all blocks of one force evaluation share.
 pub(super) struct Pass<'a, N, T, R, A> {
     pub(super) laws: &'a [PairLaw<N, T, R, A>],
@@ -25,7 +28,7 @@ pub(super) struct Pass<'a, N, T, R, A> {
     /// The bodies, in scenes that damp contacts of clumps by the mass at the contact point.
     pub(super) bodies: Option<&'a Bodies>,
     /// The liquid film on each row, where bridges form as films meet: thickness, m, and volume, m^3.
-    pub(super) films: Option<&'a [[f64; 2]]>,
+    pub(super) films: Films<'a>,
     /// The sheet whose vertices the rows are, if they are no particles.
     pub(super) sheet: Option<u16>,
     pub(super) context: &'a StepContext<'a>,
@@ -36,7 +39,7 @@ impl<'a, N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'a,
     pub(super) fn new(
         (laws, materials): (&'a [PairLaw<N, T, R, A>], usize),
         (memory, block_size): (&'a Memory, usize),
-        (ids, bodies, films): (&'a [Id], Option<&'a Bodies>, Option<&'a [[f64; 2]]>),
+        (ids, bodies, films): (&'a [Id], Option<&'a Bodies>, Films<'a>),
         context: &'a StepContext<'a>,
     ) -> Self {
         Self {

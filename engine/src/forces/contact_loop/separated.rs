@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::contact_batch::ContactBatch;
 use super::pass::{Pass, Rows};
-use super::slot_events::SlotEvent;
+use super::slot_events::SlotEvents;
 use super::slots::{Slot, WITH_HISTORY};
 use crate::contact::{AdhesionLaw, Histories, NormalLaw, RollingLaw, TangentialLaw};
 use crate::walls::{Scratch, Shape};
@@ -23,7 +23,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         slots: &mut [Slot<Histories<N, T, R, A>>],
         (first_row, rows): (usize, &Rows<'_>),
         (found, count): (&mut ContactBatch<'_>, usize),
-        events: &mut Vec<SlotEvent<Histories<N, T, R, A>>>,
+        events: &mut SlotEvents<Histories<N, T, R, A>>,
     ) -> usize {
         let is_beside = |row: usize| beside.get(row).copied().unwrap_or(true);
         let mut scratch = Scratch::default();

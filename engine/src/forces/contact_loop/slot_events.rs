@@ -27,6 +27,9 @@ pub(super) enum SlotEvent<H> {
     },
 }
 
+/// Events of a block.
+pub(super) type SlotEvents<H> = Vec<SlotEvent<H>>;
+
 impl<H: History> SlotEvent<H> {
     /// The event of a slot at a wall that is about to be cleared.
     fn gone_from_wall(near: &NearWall, slot: &WallSlot<H>) -> Self {
@@ -59,7 +62,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         slot: &Slot<Histories<N, T, R, A>>,
     ) -> Option<SlotEvent<Histories<N, T, R, A>>> {
         let ends = A::Events::end(&slot.history.3).is_some();
-        ends.then(|| SlotEvent::Gone {
+        ends.then_some(SlotEvent::Gone {
             row: row as u32,
             partner: Partner::Particle {
                 row: slot.partner,

@@ -8,7 +8,7 @@ use super::block::Block;
 use super::pass::{Pass, Rows};
 use super::sheets::AtSheet;
 use super::sides::{self, from_behind};
-use super::slot_events::SlotEvent;
+use super::slot_events::SlotEvents;
 use super::slots::{BEHIND, FREE, JOINED, THROUGH, WallSlot};
 use super::touch_wall::{Reported, WallReports, WallTouch};
 use crate::contact::{
@@ -58,7 +58,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                     &side,
                     &mut block.wall_slots,
                     first,
-                    (index, &mut block.near_meshes, &mut block.events),
+                    (index, &mut block.near_meshes),
+                    &mut block.events,
                     &mut memory,
                     load,
                     &mut block.reports,
@@ -111,11 +112,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         side: &WallSide<'_>,
         wall_slots: &mut Vec<WallSlot<Histories<N, T, R, A>>>,
         first: usize,
-        (index, near_meshes, events): (
-            usize,
-            &mut NearMeshes,
-            &mut Vec<SlotEvent<Histories<N, T, R, A>>>,
-        ),
+        (index, near_meshes): (usize, &mut NearMeshes),
+        events: &mut SlotEvents<Histories<N, T, R, A>>,
         (touches, scratch): &mut (Touches, Scratch),
         load: &mut Load,
         reports: &mut Reports,
