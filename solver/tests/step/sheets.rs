@@ -270,7 +270,7 @@ fn error_of_bounce(step: f64, laws: &str, normal: &str, spot: usize) -> f64 {
         let seen = engine.take_observation();
         engine.complete_step().unwrap();
         let touching = at_sheets(&seen);
-        // What a friction spring stores when a contact ends is lost.
+        // The energy of a friction spring is lost when its contact ends.
         if touched && touching == 0 && !laws.is_empty() {
             break;
         }
@@ -292,8 +292,8 @@ fn elastic_bounces_close_the_energy_with_order_two() {
     for spot in 0..3 {
         let errors = [4e-6, 2e-6, 1e-6].map(|step| error_of_bounce(step, "", LINEAR, spot));
         assert!(errors[0] < 1e-5, "{spot}: {errors:?}");
-        // Begin and end of a contact fall somewhere within a step: one pair of steps says little. At the corner forces turn at once
-        // where contacts change their order.
+        // Begin and end of a contact fall somewhere within a step: one pair of steps proves little. At the corner forces turn at
+        // once where contacts change their order.
         let order = (errors[0] / errors[2]).log2() / 2.0;
         let least = if spot == 2 { 1.2 } else { 1.7 };
         assert!(order > least, "{spot}: {errors:?}");
@@ -398,7 +398,7 @@ fn a_sheet_bends_around_a_large_ball() {
 }
 
 /// Laws whose contacts count by a part where they join: momenta of a ball in a sheet that bends around it are kept in every step, and the audit lacks
-/// no more than what the theory page says.
+/// no more than by the theory page.
 #[test]
 fn plastic_and_wet_contacts_join() {
     const PLASTIC: &str = r#"{ law = "plastic", loading_stiffness = 200.0, unloading_stiffness = 800.0, cohesion_stiffness = 50.0, penetration_depth = 0.05, dissipation = 1e-3 }"#;
@@ -946,9 +946,9 @@ fn a_sheet_takes_a_bridge_apart() {
     };
     let bridges = |engine: &Engine, of_pairs: bool| -> f64 {
         let is_pair = |partner: &Partner| matches!(partner, Partner::Particle { .. });
-        let bonds = engine.bonds().into_iter();
-        let own = bonds.filter(|bond| is_pair(&bond.partner) == of_pairs);
-        own.map(|bond| bond.bridge.volume).sum()
+        let bridges = engine.bridges().into_iter();
+        let own = bridges.filter(|bridge| is_pair(&bridge.partner) == of_pairs);
+        own.map(|bridge| bridge.memory.volume).sum()
     };
     assert!(bridges(&engine, true) > 0.1 * film);
     for _ in 0..200 {
@@ -1050,7 +1050,7 @@ fn threads_share_large_sheets() {
     assert!(at_sheets(&one.observation()) > 0);
 }
 
-/// What a sheet cannot be together with is refused by name.
+/// Settings that a sheet cannot be combined with are refused by name.
 #[test]
 fn scenes_that_sheets_do_not_know_are_refused() {
     let plan = Setup::default().plan(thrown(1), vec![square(2, 0.1, 0.0, 0)]);
