@@ -12,7 +12,7 @@ pub(crate) use part::Auditor;
 
 use crate::forces::{Exchange, FIRST_VERTEX, Observation, Partner, SpringEnergy};
 
-/// What happened to the energy since the start, J; filled only in audited runs.
+/// Changes of the energy since the start, J; filled only in audited runs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Audit {
     /// Dissipated, by what took it.
@@ -27,7 +27,7 @@ pub struct Audit {
     pub vanished: SpringEnergy,
 }
 
-/// What contacts did since the start, J.
+/// Work of the contacts since the start, J.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Sums {
     /// By viscous and plastic normal forces.
@@ -48,7 +48,7 @@ pub(super) struct Sums {
     pub(super) vanished: SpringEnergy,
     /// Power of each at the time of the last forces.
     pub(super) last: Powers,
-    /// What is stored then of the energy that each takes, J.
+    /// Energy stored at the time of the last forces, by the mechanism that takes it, J.
     pub(super) stored: SpringEnergy,
 }
 
@@ -91,7 +91,7 @@ impl AuditedContact {
     }
 }
 
-/// What contacts do at one time, W.
+/// Powers of the contacts at one time, W.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Powers {
     /// Taken by viscous normal forces, and by those that are not elastic.

@@ -71,7 +71,7 @@ pub fn dispatching_loop(table: &LawTable) -> Box<dyn ContactForces> {
     }
 }
 
-/// The same with liquid bridges of which contacts keep `M` numbers.
+/// Loop with liquid bridges of which contacts keep `M` numbers.
 #[cfg(not(test))]
 fn wet_loop_of<N, T, R, const M: usize>(table: &LawTable) -> Option<Box<dyn ContactForces>>
 where

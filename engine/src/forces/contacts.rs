@@ -1,4 +1,4 @@
-//! What the step knows of a contact loop, whatever its laws.
+//! Interface of a contact loop to the step, whatever its laws.
 
 use std::any::Any;
 
@@ -70,7 +70,7 @@ pub trait ContactForces: Send {
     /// Reports of blocks that lists have replaced, then of each block in the order of the rows, then of the vertices of sheets.
     fn reports(&self) -> Vec<&Reports>;
 
-    /// The same, to be taken from.
+    /// Mutable reports, to be taken from.
     fn reports_mut(&mut self) -> Vec<&mut Reports>;
 
     /// Appends a section of the state, with the threads of a pool.

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::forces::{Alarm, AlarmKind, Alarms, Other, Subject};
 use crate::state::{Id, WallIndex};
 
-/// What happened.
+/// Kind of an event beyond a limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum What {
     Contact(AlarmKind, Alarm),

@@ -127,7 +127,7 @@ fn with_avx2<T: Task>(task: T) -> T::Output {
     task.run::<Four>()
 }
 
-// The same operations, in twice as many registers.
+// Same operations, in twice as many registers.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,avx512f,avx512vl,avx512dq,bmi1,bmi2,popcnt")]
 fn with_avx512<T: Task>(task: T) -> T::Output {

@@ -30,7 +30,7 @@ pub use mercury_common::scene::{BridgesForm, LiquidNeighbours};
 /// A contact with its liquid bridge.
 pub type BridgeSite = ContactMemory<Bridge>;
 
-/// What a plan says of liquid beside the laws of contacts and the films of particles, which are a property of theirs.
+/// Plan of the liquid beside the laws of contacts and the films of particles, which are a property of theirs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LiquidPlan {
     /// Which bridges take the liquid of one that breaks.
@@ -53,7 +53,7 @@ pub struct Liquids {
     /// Volume lost per area and second, m/s.
     evaporation: f64,
     weight: Option<Weight>,
-    /// What came and went since the start.
+    /// Liquid that came and went since the start.
     pub balance: LiquidBalance,
 }
 

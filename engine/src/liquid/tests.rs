@@ -10,9 +10,10 @@ use crate::contact::adhesion::liquid::{Fit, Rupture};
 use crate::contact::adhesion::young_laplace::Table;
 use crate::contact::registry::AnyPairLaw;
 use crate::contact::{
-    AdhesionLaw, AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, Liquid,
+    AdhesionLaw, AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Bridge, BridgeEvent, Linear,
+    Liquid,
 };
-use crate::forces::Partner;
+use crate::forces::{ContactMemory, Partner};
 use crate::lanes::Width;
 use crate::liquid::{BridgesForm, LiquidPlan};
 use crate::physics::Inputs;
@@ -91,6 +92,36 @@ fn pairs_are_listed_as_far_as_their_materials_reach() {
         }
         assert_eq!(start(draft).list_statistics().1, listed, "{materials:?}");
     }
+}
+
+/// Each reader names the events and memories that it reads. The log of an evaluation lasts until the next one.
+#[test]
+fn a_log_of_events_has_any_number_of_readers() {
+    let wet = law(liquid(1e3, 0.0, 1.0));
+    let mut engine = start(row(wet, &[0.0, 2.0 * RADIUS + TOUCH], &[1.0, 2.0]));
+    let of_bridges = |engine: &Engine| -> Vec<_> {
+        let events = engine.contacts.events_of::<BridgeEvent, Bridge>().iter();
+        events
+            .map(|event| (event.event, event.contact.touches, event.contact.memory.wet))
+            .collect()
+    };
+    // The touch of the start was answered after it was logged.
+    let expected = [(BridgeEvent::Touch, true, 0.0)];
+    assert_eq!(of_bridges(&engine), expected);
+    assert_eq!(of_bridges(&engine), expected);
+    assert!(engine.contacts.events_of::<(), ()>().is_empty());
+    let volumes = |held: Vec<ContactMemory<Bridge>>| -> Vec<f64> {
+        held.iter().map(|held| held.memory.volume / UNIT).collect()
+    };
+    close(&volumes(engine.contacts.memories_of(&|_| true)), &[3.0]);
+    close(
+        &volumes(engine.contacts.memories_of(&|row| row == 0)),
+        &[3.0],
+    );
+    close(&volumes(engine.contacts.memories_of(&|_| false)), &[]);
+    assert!(engine.contacts.memories_of::<()>(&|_| true).is_empty());
+    engine.step(None).unwrap();
+    assert_eq!(of_bridges(&engine), []);
 }
 
 /// Places a sphere anew between two steps.

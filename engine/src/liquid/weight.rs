@@ -169,7 +169,7 @@ impl Liquids {
         }
     }
 
-    /// The same for bridges that were there before the run.
+    /// Weighs bridges that were there before the run.
     pub fn weigh_bridges(&mut self, bridges: &[BridgeSite], particles: &mut Particles) {
         for site in bridges {
             for (end, volume) in shares(site, &site.memory) {
@@ -191,7 +191,7 @@ impl Liquids {
     }
 }
 
-/// What the two ends of a bridge weigh of one, m^3: half each, a particle at a wall all of it.
+/// Volumes of a bridge that its two ends weigh, m^3: half each, a particle at a wall all of it.
 pub(super) fn shares(site: &BridgeSite, bridge: &Bridge) -> [(End, f64); 2] {
     match site.partner {
         Partner::Particle { row, .. } => {

@@ -393,3 +393,37 @@ crate::state::plain!(Prescribed {
     velocity,
     angular_velocity
 });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::state::{Material, MaterialIndex, NewParticle, Plain};
+
+    /// A derived column goes along with the rows and is left out of what is saved.
+    #[test]
+    fn derived_columns_follow_rows_and_are_not_saved() {
+        let material = Material {
+            name: "m".to_owned(),
+            density: 1.0,
+        };
+        let mut particles = Particles::new(true);
+        let push = |particles: &mut Particles, x: f64| {
+            let new = NewParticle::at(DVec3::X * x, 1.0, MaterialIndex::new(0));
+            let (record, mass, _) = new.build(std::slice::from_ref(&material), 3);
+            particles.push(record, mass, None);
+        };
+        for x in [0.0, 3.0, 6.0] {
+            push(&mut particles, x);
+        }
+        particles.films = Some(vec![[1.0; 2], [2.0; 2], [3.0; 2]]);
+        particles.keep(&[2, 0]);
+        push(&mut particles, 9.0);
+        assert_eq!(particles.films, Some(vec![[3.0; 2], [1.0; 2], [0.0; 2]]));
+        assert!(particles.is_consistent());
+        let mut bytes = Vec::new();
+        particles.put(&mut bytes);
+        let saved = Particles::take(&mut &bytes[..]).unwrap();
+        particles.films = None;
+        assert_eq!(saved, particles);
+    }
+}

@@ -18,7 +18,7 @@ use super::Lists;
 /// Clock, particles, contacts, walls, sheets and lists: lent to each [`Part`](super::Part) of the step.
 pub struct Core {
     pub(super) physics: Arc<Physics>,
-    /// What outputs need to be watched in every step.
+    /// Quantities that outputs need to be watched in every step.
     pub(super) watched: Watched,
     pub(super) clock: Clock,
     /// Domain, walls and sheets.
@@ -78,7 +78,7 @@ pub(super) struct Clock {
 
 /// Values that never change in a run.
 pub(super) struct Constants {
-    /// What contacts and parts need together.
+    /// Needs of contacts and parts together.
     pub(super) needs: Needs,
     /// How far beyond contact forces of each material reach, m; empty if none does.
     pub(super) ranges: Vec<f64>,
@@ -131,13 +131,13 @@ impl Core {
         &self.physics
     }
 
-    /// What outputs need to be watched in every step.
+    /// Quantities that outputs need to be watched in every step.
     #[must_use]
     pub fn watched(&self) -> &Watched {
         &self.watched
     }
 
-    /// What contacts and parts need together.
+    /// Needs of contacts and parts together.
     #[must_use]
     pub fn needs(&self) -> Needs {
         self.constants.needs
@@ -167,7 +167,7 @@ impl Core {
         self.constants.width
     }
 
-    /// What the engine started from.
+    /// Setup that the engine started from.
     #[must_use]
     pub fn setup(&self) -> Setup {
         Setup {

@@ -54,7 +54,7 @@ pub trait Part: Any + Send {
         None
     }
 
-    /// What it needs of the step; the same during a whole run.
+    /// Needs of the part; they stay the same during a whole run.
     fn needs(&self) -> Needs {
         Needs::default()
     }

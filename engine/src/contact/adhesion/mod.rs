@@ -120,7 +120,7 @@ impl<H> LawEvents<H> for NoEvents {
 /// parts of the pair's law are silent: friction and rolling springs end with the touch. The memory of adhesion lasts while the
 /// gap is below its range, through sorts of the particles and new lists, and is forgotten there.
 pub trait AdhesionLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
-    /// What it remembers. A history that differs from its default holds the pair together across a gap.
+    /// Memory of the law. A history that differs from its default holds the pair together across a gap.
     type History<L: Real>: History<L, One = Self::History<f64>>;
     /// Its events and what it shares of its memory; [`NoEvents`] for a law that needs no part of the step.
     type Events: LawEvents<Self::History<f64>>;
@@ -166,7 +166,7 @@ pub trait AdhesionLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// Energy of the adhesion, J: 0 for two that are free of each other, negative for two that must be torn apart.
     fn energy<L: Real>(&self, contact: &Contact<L>, history: &Self::History<L>) -> L;
 
-    /// What it has dissipated since the geometry was `last`, J; `elastic` is its elastic force now, N. Histories: before and after the
+    /// Energy dissipated since the geometry was `last`, J; `elastic` is its elastic force now, N. Histories: before and after the
     /// step. The elastic work, by the trapezoidal rule over the overlaps, which is exact for straight branches, less what its energy
     /// has gained. Adhesion that forms on contact sets its energy free at once.
     fn loss(
