@@ -161,7 +161,7 @@ fn negative_numbers_are_refused_for_what_they_are() {
         ),
         (
             ["vtu", "run", "--frames", "-1"],
-            "error: invalid value '-1' for '--frames <FRAMES>': expected all, last, a number, A..B (without B), A.., ..B, or \"every N\"\n\nFor more information, try '--help'.\n",
+            "error: invalid value '-1' for '--frames <FRAMES>': expected all, last, a number, A..B (without B), A.., ..B, \"every N\", or a range with a stride, A..B/N\n\nFor more information, try '--help'.\n",
         ),
         (
             ["png", "run", "--strip", "-1"],
