@@ -167,7 +167,7 @@ pub struct HistoryLayout {
     /// The length of [`SavedSlot::history`](super::SavedSlot::history). A loop that chooses the law at each contact saves more
     /// than it shows.
     pub numbers: usize,
-    /// Unit and meaning of the numbers in [`ContactRecord::history`].
+    /// Unit and meaning of the numbers in [`ContactRecord::history`](super::ContactRecord::history).
     pub columns: Vec<HistoryNumber>,
     /// Bytes of the slot of a listed pair.
     pub slot: usize,

@@ -91,7 +91,7 @@ impl dyn ContactForces + '_ {
             .collect()
     }
 
-    /// Restores what [`feature_loads`](Self::feature_loads) returned; called when pairs are restored.
+    /// Restores what `feature_loads` returned; called when pairs are restored.
     pub fn restore_feature_loads(&mut self, saved: &[SavedLoads]) {
         let mut reports = self.reports_mut();
         for (block, loads) in saved {
