@@ -15,13 +15,15 @@ pub struct Cell<'a> {
     pub start: usize,
     /// Whether the cell has no quotes around it, or both.
     pub is_closed: bool,
+    /// Whether it has both.
+    pub is_quoted: bool,
 }
 
 impl<'a> Cell<'a> {
-    /// The text with single quotes in place of doubled ones.
+    /// The text; of a cell in quotes with single ones in place of doubled ones.
     #[must_use]
     pub fn value(self) -> Cow<'a, str> {
-        match self.text.contains("\"\"") {
+        match self.is_quoted && self.text.contains("\"\"") {
             true => self.text.replace("\"\"", "\"").into(),
             false => self.text.into(),
         }
@@ -100,19 +102,21 @@ impl<'a> Iterator for Cells<'a> {
                 text: &rest[blanks + 1..blanks + 1 + length],
                 start: start + 1,
                 is_closed: true,
+                is_quoted: true,
             },
             _ => Cell {
                 text,
                 start,
                 is_closed: quoted.is_none(),
+                is_quoted: false,
             },
         })
     }
 }
 
-/// Appends a cell, in quotes if it holds a comma, a quote or an end of line.
+/// Appends a cell, in quotes if it holds a comma, a quote or an end of line, or begins or ends with a blank.
 pub fn push_cell(out: &mut Vec<u8>, text: &str) {
-    if text.contains([',', '"', '\n', '\r']) {
+    if text.contains([',', '"', '\n', '\r']) || text.trim() != text {
         out.push(b'"');
         out.extend_from_slice(text.replace('"', "\"\"").as_bytes());
         out.push(b'"');
@@ -223,6 +227,8 @@ mod tests {
         assert_eq!(texts("\"\",x", b','), ["", "x"]);
         assert_eq!(texts("a;\"b;\"\"c\"\"\" ;d", b';'), ["a", "b;\"c\"", "d"]);
         assert_eq!(texts("\"\"\t5\" pipe", b'\t'), ["", "5\" pipe"]);
+        // Quotes are doubled only where there are some around the cell.
+        assert_eq!(texts("7\"\",\"7\"\"\"", b','), ["7\"\"", "7\""]);
     }
 
     #[test]

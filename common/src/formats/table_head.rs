@@ -26,7 +26,7 @@ pub fn name(cell: &str) -> &str {
     let cell = cell.trim();
     match cell
         .strip_suffix(']')
-        .and_then(|cell| cell.split_once(" ["))
+        .and_then(|cell| cell.rsplit_once(" ["))
     {
         Some((name, _)) => name,
         None => cell,

@@ -95,7 +95,7 @@ impl Width {
             LaneKind::One => task.run::<f64>(),
             LaneKind::Two => task.run::<Two>(),
             #[cfg(target_arch = "x86_64")]
-            // SAFETY: only `of` makes a `Width` of this kind, and it has checked that the processor has the features.
+            // SAFETY: only `of` and `all` make a `Width` of this kind, and they have checked that the processor has the features.
             LaneKind::Four => unsafe { with_avx2(task) },
             #[cfg(target_arch = "x86_64")]
             // SAFETY: as above.

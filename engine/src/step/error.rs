@@ -103,6 +103,16 @@ pub enum RunError {
     /// Threads could not be started.
     #[error("the threads cannot be started: {0}")]
     Threads(String),
+    /// A part from outside declares a column that particles have already.
+    #[error(
+        "the part `{part}` declares the column `{column}`, which particles have already: choose another name"
+    )]
+    Column {
+        /// Name of the part.
+        part: String,
+        /// Name of the column.
+        column: &'static str,
+    },
 }
 
 /// In a few digits: a number of the size of what is lost has hundreds.

@@ -60,7 +60,7 @@ pub trait Part: Any + Send {
     }
 
     /// Columns of particles that it needs, each by its name, with the value of new particles. They are sorted, removed and saved with the
-    /// particles.
+    /// particles. No other column may have that name.
     fn columns(&self) -> Vec<(&'static str, f64)> {
         Vec::new()
     }

@@ -276,22 +276,33 @@ impl Engine {
     }
 
     /// Goes to the state of `snapshot`, which must come from a run of the same setup with the same contact laws and parts. Threads,
-    /// lanes, and the laws and parts from outside of the plan stay. It takes the memory of two states until it returns.
+    /// lanes, and the laws and parts from outside of the plan stay. It takes the memory of two states until it returns, and of three
+    /// with laws or parts from outside.
     ///
     /// # Errors
-    /// If the snapshot cannot have come from this setup. The engine stays as it was then, but parts and laws from outside may
-    /// have taken their sections.
+    /// If the snapshot cannot have come from this setup. The engine stays as it was then.
     pub fn restore_in_place(&mut self, snapshot: &Snapshot) -> Result<(), RunError> {
+        let has_others = self.has_own_laws || self.parts.len() > self.planned_parts;
+        // What is from outside takes its sections one by one, and may have taken some when one is refused.
+        let before = has_others.then(|| self.snapshot());
+        let taken = self.go_to(snapshot);
+        if let (Err(_), Some(before)) = (&taken, before) {
+            self.go_to(&before)?;
+        }
+        taken
+    }
+
+    fn go_to(&mut self, snapshot: &Snapshot) -> Result<(), RunError> {
         let options = StartOptions::threads(1).task_progress(self.threads.task_progress.clone());
         // All that is of the plan begins anew, so that nothing of the present state is left.
         let mut next = Self::unstarted(self.setup(), options)?;
         let outside = self.parts.split_off(self.planned_parts);
-        outside
+        let columns = outside
             .iter()
-            .for_each(|part| next.core.add_columns(part.as_ref()));
+            .try_for_each(|part| next.core.add_columns(part.as_ref()));
         next.parts.extend(outside);
         self.exchange_options(&mut next);
-        let taken = take_state(&mut next.core, &mut next.parts, snapshot);
+        let taken = columns.and_then(|()| take_state(&mut next.core, &mut next.parts, snapshot));
         if taken.is_ok() {
             std::mem::swap(self, &mut next);
         } else {

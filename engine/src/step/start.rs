@@ -231,9 +231,9 @@ impl Engine {
         let mut parts = parts::all(&mut core);
         let planned_parts = parts.len();
         parts.extend(options.parts);
-        parts
-            .iter()
-            .for_each(|part| core.add_columns(part.as_ref()));
+        for part in &parts {
+            core.add_columns(part.as_ref())?;
+        }
         let of_parts = parts.iter().map(|part| part.needs());
         let of_parts = of_parts.fold(Needs::default(), Needs::and);
         core.constants.needs = core.constants.needs.and(of_parts);
@@ -257,11 +257,16 @@ impl Engine {
 }
 
 impl Core {
-    /// Adds the columns that a part needs to the particles.
-    pub(super) fn add_columns(&mut self, part: &dyn Part) {
+    /// Adds the columns that a part needs to the particles; an error if one of that name is there.
+    pub(super) fn add_columns(&mut self, part: &dyn Part) -> Result<(), RunError> {
         let rows = self.particles.len();
-        for (name, default) in part.columns() {
-            self.particles.columns.add(name, default, rows);
+        for (column, default) in part.columns() {
+            if self.particles.columns.get(column).is_some() {
+                let part = part.name().to_owned();
+                return Err(RunError::Column { part, column });
+            }
+            self.particles.columns.add(column, default, rows);
         }
+        Ok(())
     }
 }

@@ -140,6 +140,20 @@ mod tests {
     }
 
     #[test]
+    fn its_rows_are_times_and_values_in_whatever_order_the_columns_have() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("force.csv");
+        for text in ["t,force\n0,5\n2,7\n", "force, t\n5, 0\n7, 2\n"] {
+            std::fs::write(&path, text).unwrap();
+            let ramp = Ramp::read(&path, "force").unwrap();
+            assert_eq!(ramp.rows(), [[0.0, 5.0], [2.0, 7.0]], "{text}");
+        }
+        std::fs::write(&path, "t,pressure\n0,5\n").unwrap();
+        let error = Ramp::read(&path, "force").unwrap_err().to_string();
+        assert!(error.contains("force"), "{error}");
+    }
+
+    #[test]
     fn what_is_no_course_is_refused() {
         assert_eq!(Ramp::new(Vec::new()), Err(WallError::NoRows));
         assert!(Ramp::new(vec![[0.0, f64::NAN]]).is_err());

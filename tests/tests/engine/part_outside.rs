@@ -155,3 +155,16 @@ fn a_state_that_does_not_fit_leaves_the_engine_as_it_was() {
     engine.steps_at_once(300, None).unwrap();
     assert!(engine.snapshot() == undisturbed.snapshot());
 }
+
+/// Columns go by their names: a second one of the same name would never be found.
+#[test]
+fn a_column_that_is_there_is_refused() {
+    let parts: Vec<Box<dyn Part>> = vec![
+        Box::new(WallClock::default()),
+        Box::new(WallClock::default()),
+    ];
+    let Err(error) = Engine::start(falling(), StartOptions::threads(1).parts(parts)) else {
+        panic!("two columns have one name");
+    };
+    assert!(error.to_string().contains(TOUCHED), "{error}");
+}

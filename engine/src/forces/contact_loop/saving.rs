@@ -7,7 +7,7 @@ use crate::contact::{
     AdhesionLaw, FrictionNow, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
 };
 use crate::forces::saved::{MOST_AT_WALL, Stretch, most_bytes_of_pairs, put_stretches};
-use crate::forces::{ContactSection, SavedContacts, SavedSlot, SavedSlots, SlotState};
+use crate::forces::{ContactSection, Reports, SavedContacts, SavedSlot, SavedSlots, SlotState};
 use crate::parallel::each_part_by;
 use crate::state::{Pieces, Plain};
 
@@ -115,7 +115,14 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
 
     pub(super) fn restore_saved(&mut self, saved: &SavedContacts<'_>) {
         match *saved {
-            SavedContacts::Pairs(rows, pairs) => self.restore_pairs(rows, pairs),
+            SavedContacts::Pairs(rows, pairs) => {
+                // Of the state before nothing is left: a loop from outside may have made steps.
+                self.blocks.clear();
+                self.of_sheets.clear();
+                self.log.clear();
+                self.earlier = Reports::default();
+                self.restore_pairs(rows, pairs);
+            }
             SavedContacts::NearWalls(walls) => self.restore_near_walls(walls),
             SavedContacts::Friction(friction) => self.restore_friction_at_walls(friction),
             SavedContacts::Vertices(vertices) => self.restored_vertices(vertices),

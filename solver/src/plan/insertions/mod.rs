@@ -286,3 +286,23 @@ fn of_file(psd: &Located<Psd>, mut error: FormatError) -> SceneError {
         None => error,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn amounts_of_a_rate_table_do_not_decrease_from_0_on() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rate.csv");
+        std::fs::write(&path, "t,cumulative\n0,0\n1,2\n3,2\n").unwrap();
+        let rows = rate_table(&path).unwrap();
+        assert_eq!(rows, [[0.0, 0.0], [1.0, 2.0], [3.0, 2.0]]);
+        for (text, line, least) in [("0,-1\n", 2, 0), ("0,1\n1,0.5\n", 3, 1)] {
+            std::fs::write(&path, format!("t,cumulative\n{text}")).unwrap();
+            let error = rate_table(&path).unwrap_err().to_string();
+            assert!(error.contains(&format!("rate.csv:{line}")), "{error}");
+            assert!(error.contains(&format!("at least {least}")), "{error}");
+        }
+    }
+}
