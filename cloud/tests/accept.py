@@ -1351,10 +1351,11 @@ def check_quota():
     with server("--cores", "4") as served:
         def limits(**more):
             mine, served.cookie = served.cookie, admin
-            served.request("POST", "/users", {"name": "ada", "password": "correct horse"} | more, expect=204)
+            served.request("POST", "/users", {"name": "ada"} | more, expect=204)
             served.cookie = mine
         admin = served.cookie
-        limits(cores=1)
+        # A new password would end the session.
+        limits(cores=1, password="correct horse")
         served.cookie = None
         answer = served.request("POST", "/session", {"name": "ada", "password": "correct horse"}, expect=200)
         served.cookie = answer.headers["set-cookie"].split(";")[0]
@@ -1429,11 +1430,12 @@ def check_previews():
 def check_limits():
     """Parallel uploads, parallel runs and extensions never exceed a limit of disk; a run beyond it stops, says why, and can be resumed."""
     with server("--cores", "2") as served:
-        def limit(disk):
+        def limit(disk, **more):
             mine, served.cookie = served.cookie, served.admin
-            served.request("POST", "/users", {"name": "ada", "password": "correct horse", "disk": disk}, expect=204)
+            served.request("POST", "/users", {"name": "ada", "disk": disk} | more, expect=204)
             served.cookie = mine
-        limit(20_000_000)
+        # A new password would end the session.
+        limit(20_000_000, password="correct horse")
         answer = served.request("POST", "/session", {"name": "ada", "password": "correct horse"}, expect=200)
         served.cookie = answer.headers["set-cookie"].split(";")[0]
         def at_once(one, count):
