@@ -169,6 +169,15 @@ impl FromRequestParts<Arc<App>> for Client {
     }
 }
 
+/// An answer that a request has no secret that is good.
+pub(crate) fn not_logged_in() -> ApiError {
+    ApiError::new(
+        StatusCode::UNAUTHORIZED,
+        "not logged in",
+        "Open the link that `mercury-cloud serve` prints, log in, or send a token.",
+    )
+}
+
 fn bearer(headers: &HeaderMap) -> Option<&str> {
     headers
         .get(header::AUTHORIZATION)?
@@ -203,15 +212,7 @@ impl FromRequestParts<Arc<App>> for LoggedIn {
         let user = user.or_else(|| {
             (app.options.no_auth && bearer(&parts.headers).is_none()).then(secrets::local)
         });
-        let Some(user) = user else {
-            let detail =
-                "Open the link that `mercury-cloud serve` prints, log in, or send a token.";
-            return Err(ApiError::new(
-                StatusCode::UNAUTHORIZED,
-                "not logged in",
-                detail,
-            ));
-        };
+        let user = user.ok_or_else(not_logged_in)?;
         // By the route that matched: the end of a path may be a name that a user has chosen.
         let route = parts.extensions.get::<MatchedPath>();
         let logs_out = route.is_some_and(|route| route.as_str() == "/api/v1/session");

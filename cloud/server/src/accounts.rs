@@ -14,11 +14,11 @@ use cloud_api::requests::{LogIn, NewLink, NewToken, NewUser};
 use rusqlite::OptionalExtension;
 use tokio::sync::OwnedSemaphorePermit;
 
-use crate::access::{ApiError, Client, LoggedIn, cookie, cookie_name};
-use crate::db::{self, Applied};
+use crate::access::{ApiError, Client, LoggedIn, cookie, cookie_name, not_logged_in};
+use crate::db::Applied;
 use crate::routes::{Answer, JsonBody, Shared, days};
 use crate::runs::{self, blocking};
-use crate::secrets::{self, SecretKind};
+use crate::secrets::{self, NewSecret, Right, SecretKind};
 use crate::state::App;
 
 fn session_of(app: &App, user: &secrets::User) -> Session {
@@ -100,18 +100,23 @@ pub(crate) async fn session_begin(
     let shared = Arc::clone(&app);
     let (user, secret) = blocking(move || {
         let _turn = turn;
-        let user = match (&body.token, &body.name, &body.password) {
-            (Some(token), ..) => match secrets::recognise(&shared.db, SecretKind::Link, token)? {
-                // Good once: of two requests at the same time one gets a session.
-                Some(user) => match user.secret {
-                    Some(link) if secrets::use_link(&shared.db, link)? => Some(user),
-                    _ => None,
-                },
-                None => [SecretKind::Share, SecretKind::Token]
-                    .into_iter()
-                    .find_map(|kind| secrets::recognise(&shared.db, kind, token).transpose())
-                    .transpose()?,
-            },
+        let hash;
+        let found = match (&body.token, &body.name, &body.password) {
+            (Some(token), ..) => [SecretKind::Link, SecretKind::Share, SecretKind::Token]
+                .into_iter()
+                .find_map(|kind| {
+                    let user = secrets::recognise(&shared.db, kind, token).transpose()?;
+                    Some(user.map(|user| (user, kind)))
+                })
+                .transpose()?
+                .map(|(user, kind)| {
+                    let right = match (kind, user.secret) {
+                        // Good once: of two requests at the same time one gets a session.
+                        (SecretKind::Link, Some(link)) => Right::Link(link),
+                        _ => user.right(),
+                    };
+                    (user, right)
+                }),
             (None, Some(name), Some(password)) => {
                 let long = name.len() > LONGEST_NAME || password.len() > secrets::LONGEST_PASSWORD;
                 if long {
@@ -121,11 +126,17 @@ pub(crate) async fn session_begin(
                     let detail = format!("Several tries were wrong. Try again in {seconds} s.");
                     return Err(ApiError::too_many("too many tries", detail, seconds));
                 }
-                let user = secrets::log_in(&shared.db, name, password)?;
-                if user.is_some() {
+                let found = secrets::log_in(&shared.db, name, password)?;
+                if found.is_some() {
                     shared.tries.forget(address, name);
                 }
-                user
+                match found {
+                    Some((user, found)) => {
+                        hash = found;
+                        Some((user, Right::Password(&hash)))
+                    }
+                    None => None,
+                }
             }
             _ => {
                 return Err(ApiError::bad_request(
@@ -134,21 +145,21 @@ pub(crate) async fn session_begin(
                 ));
             }
         };
-        let Some(user) = user else {
+        let Some((user, right)) = found else {
             return Err(not_known());
         };
-        let run = user.share.as_deref();
-        let (_, secret, _) = secrets::issue(
-            &shared.db,
-            SecretKind::Session,
-            user.id,
-            user.root,
-            "",
-            run,
-            30.0,
-            user.read_only,
-        )?;
-        Ok((user, secret))
+        let session = NewSecret {
+            kind: SecretKind::Session,
+            user: user.id,
+            right,
+            root: user.root,
+            name: "",
+            run: user.share.as_deref(),
+            days: 30.0,
+            read_only: user.read_only,
+        };
+        let issued = secrets::issue(&shared.db, &session)?.ok_or_else(not_known)?;
+        Ok((user, issued.secret))
     })
     .await?;
     let secure = if app.options.behind_proxy {
@@ -256,18 +267,18 @@ pub(crate) async fn user_set(
     let turn = hash_turn(&app).await?;
     blocking(move || {
         let _turn = turn;
-        secrets::set_user(&app.db, &body)?.map_err(refused)?;
+        secrets::set_user(&app.db, (user.id, user.right()), &body)?.map_err(refused)?;
         Ok(StatusCode::NO_CONTENT)
     })
     .await
 }
 
 fn refused(why: secrets::BadUser) -> ApiError {
-    ApiError::new(
-        StatusCode::CONFLICT,
-        "the user was not changed",
-        why.to_string(),
-    )
+    let status = match why {
+        secrets::BadUser::NotAdmin => StatusCode::FORBIDDEN,
+        _ => StatusCode::CONFLICT,
+    };
+    ApiError::new(status, "the user was not changed", why.to_string())
 }
 
 /// Removes a user with all secrets, runs and inputs; for administrators. While the user has live runs they are ended, and the answer is 409.
@@ -284,9 +295,8 @@ pub(crate) async fn user_remove(
             .query_row(id, [&name], |row| row.get(0))
             .optional()?;
         let id = id.ok_or_else(ApiError::not_found)?;
-        if id == secrets::LOCAL_ID {
-            return Err(refused(secrets::BadUser::Local));
-        }
+        // Before runs are ended and removed.
+        secrets::may_be_removed(&app.db.lock(), id)?.map_err(refused)?;
         let runs = app.db.runs_of(id)?;
         let live = runs.iter().filter(|(_, state)| state.is_live()).count();
         for (run, _) in runs.iter().filter(|(_, state)| state.is_live()) {
@@ -307,7 +317,11 @@ pub(crate) async fn user_remove(
         for (run, _) in &runs {
             runs::forget(&app, run)?;
         }
-        secrets::remove_user(&app.db, id)?.map_err(refused)?;
+        for sha256 in
+            secrets::remove_user(&app.db, (user.id, user.right()), id)?.map_err(refused)?
+        {
+            app.store.delete(&format!("inputs/{sha256}"))?;
+        }
         Ok(StatusCode::NO_CONTENT)
     })
     .await
@@ -439,17 +453,21 @@ pub(crate) async fn link_add(
         return Err(ApiError::new(StatusCode::FORBIDDEN, "not allowed", detail));
     }
     blocking(move || {
-        if body.rotate {
+        let link = if body.rotate {
+            // The secret of the request may be one of those that end.
             app.rotate()?;
-        }
-        let link = secrets::link(&app.db)?;
+            secrets::link(&app.db, Right::Server, None)?
+        } else {
+            secrets::link(&app.db, user.right(), None)?
+        };
+        let link = link.ok_or_else(not_logged_in)?;
         let row = TokenRow {
             id: 0,
             name: "link".to_owned(),
             run: None,
-            expires: db::now() + secrets::DAY,
+            expires: link.expires,
             read_only: false,
-            secret: Some(link),
+            secret: Some(link.secret),
         };
         Ok((StatusCode::CREATED, Json(row)).into_response())
     })
@@ -476,25 +494,29 @@ pub(crate) async fn token_add(
 ) -> Result<Response, ApiError> {
     let days = days(body.days)?;
     runs::checked_text("name", &body.name)?;
-    let (id, secret, expires) = secrets::issue(
-        &app.db,
-        SecretKind::Token,
-        user.id,
-        user.root,
-        &body.name,
-        None,
-        days,
-        body.read_only,
-    )?;
-    let row = TokenRow {
-        id,
-        name: body.name,
-        run: None,
-        expires,
-        read_only: body.read_only,
-        secret: Some(secret),
-    };
-    Ok((StatusCode::CREATED, Json(row)).into_response())
+    blocking(move || {
+        let token = NewSecret {
+            kind: SecretKind::Token,
+            user: user.id,
+            right: user.right(),
+            root: user.root,
+            name: &body.name,
+            run: None,
+            days,
+            read_only: body.read_only,
+        };
+        let issued = secrets::issue(&app.db, &token)?.ok_or_else(not_logged_in)?;
+        let row = TokenRow {
+            id: issued.id,
+            name: body.name,
+            run: None,
+            expires: issued.expires,
+            read_only: body.read_only,
+            secret: Some(issued.secret),
+        };
+        Ok((StatusCode::CREATED, Json(row)).into_response())
+    })
+    .await
 }
 
 /// Takes an API token back.

@@ -43,6 +43,7 @@ CREATE INDEX IF NOT EXISTS events_run ON events(run, id);
 CREATE TABLE IF NOT EXISTS projects(id TEXT PRIMARY KEY, name TEXT NOT NULL, created REAL NOT NULL);
 CREATE TABLE IF NOT EXISTS members(project TEXT NOT NULL, user INTEGER NOT NULL, role TEXT NOT NULL, PRIMARY KEY(project, user));
 CREATE INDEX IF NOT EXISTS members_user ON members(user);
+CREATE TABLE IF NOT EXISTS counters(name TEXT PRIMARY KEY, last INTEGER NOT NULL);
 CREATE TABLE IF NOT EXISTS inputs(sha256 TEXT NOT NULL, owner INTEGER NOT NULL, bytes INTEGER NOT NULL, PRIMARY KEY(sha256, owner));
 ";
 
@@ -128,6 +129,8 @@ pub(crate) enum Reserved<T> {
     Done(T),
     /// Nothing was changed: the user would have more than the limit, with the usage that is given.
     Full(Usage),
+    /// Nothing was changed: the user does not exist any more.
+    NoUser,
 }
 
 /// A study that is new.
@@ -251,6 +254,11 @@ impl Db {
     ) -> Result<Reserved<Vec<EventRow>>> {
         let mut connection = self.lock();
         let transaction = connection.transaction()?;
+        if let Some(run) = runs.first()
+            && !has_user(&transaction, run.owner)?
+        {
+            return Ok(Reserved::NoUser);
+        }
         if let Some(study) = study {
             let (key, body) = study.key.unzip();
             transaction.execute(
@@ -526,6 +534,9 @@ impl Db {
     /// Reserves bytes for an upload that is on its way.
     pub(crate) fn reserve_upload(&self, user: i64, bytes: u64) -> Result<Reserved<()>> {
         let connection = self.lock();
+        if !has_user(&connection, user)? {
+            return Ok(Reserved::NoUser);
+        }
         *self.uploads().entry(user).or_default() += bytes;
         let beyond = self.beyond(&connection, user);
         if !matches!(beyond, Ok(None)) {
@@ -850,12 +861,46 @@ fn forget_input(transaction: &Transaction, sha256: &str, owner: i64) -> Result<F
     })
 }
 
+/// Forgets all inputs of a user who has no run. Returns the contents that nothing needs any more.
+pub(crate) fn forget_inputs(transaction: &Transaction, owner: i64) -> Result<Vec<String>> {
+    let inputs = {
+        let mut query = transaction.prepare("SELECT sha256 FROM inputs WHERE owner = ?1")?;
+        let rows = query.query_map([owner], |row| row.get(0))?;
+        rows.collect::<Result<Vec<String>>>()?
+    };
+    let mut gone = Vec::new();
+    for sha256 in inputs {
+        if forget_input(transaction, &sha256, owner)? == Forgotten::Content {
+            gone.push(sha256);
+        }
+    }
+    Ok(gone)
+}
+
 fn insert_input(connection: &Connection, sha256: &str, owner: i64, bytes: u64) -> Result<()> {
     connection.execute(
         "INSERT OR IGNORE INTO inputs VALUES (?1, ?2, ?3)",
         params![sha256, owner, bytes as i64],
     )?;
     Ok(())
+}
+
+fn has_user(connection: &Connection, user: i64) -> Result<bool> {
+    let known = "SELECT EXISTS (SELECT 1 FROM users WHERE id = ?1)";
+    connection.query_row(known, [user], |row| row.get(0))
+}
+
+/// A number that no row of a table has or had. `table`: `users` or `secrets`.
+pub(crate) fn next_id(transaction: &Transaction, table: &str) -> Result<i64> {
+    let most = format!("(SELECT coalesce(max(id), 0) FROM {table})");
+    transaction.query_row(
+        &format!(
+            "INSERT INTO counters VALUES (?1, {most} + 1)
+             ON CONFLICT(name) DO UPDATE SET last = max(last, {most}) + 1 RETURNING last"
+        ),
+        [table],
+        |row| row.get(0),
+    )
 }
 
 fn add_event(transaction: &Transaction, run: &str, kind: &str, data: Value) -> Result<EventRow> {
@@ -962,6 +1007,8 @@ mod tests {
     fn db() -> (tempfile::TempDir, Db) {
         let folder = tempfile::tempdir().unwrap();
         let db = Db::open(&folder.path().join("db"), Policy::default(), None).unwrap();
+        let add = "INSERT INTO users(id, name, admin) VALUES (1, 'ada', 0), (2, 'bob', 0)";
+        db.lock().execute(add, []).unwrap();
         (folder, db)
     }
 
@@ -986,8 +1033,8 @@ mod tests {
     #[test]
     fn what_is_reserved_never_exceeds_a_limit() {
         let (_folder, db) = db();
-        let add = "INSERT INTO users(id, name, hash, admin, disk) VALUES (1, 'ada', NULL, 0, 100)";
-        db.lock().execute(add, []).unwrap();
+        let limit = "UPDATE users SET disk = 100 WHERE id = 1";
+        db.lock().execute(limit, []).unwrap();
         let run = |id, reserved| NewRun {
             reserved,
             ..new(id, None)
@@ -1007,6 +1054,33 @@ mod tests {
         assert!(db.over_limit().unwrap().is_empty());
         db.set_bytes("a", 81).unwrap();
         assert_eq!(db.over_limit().unwrap(), [1]);
+    }
+
+    /// Nothing is made for a user who is gone, and no other user gets the number.
+    #[test]
+    fn a_user_who_is_gone_gets_no_run_and_no_upload() {
+        let (_folder, db) = db();
+        let gone = NewRun {
+            owner: 3,
+            ..new("a", None)
+        };
+        assert!(matches!(
+            db.insert(&[gone], None).unwrap(),
+            Reserved::NoUser
+        ));
+        assert!(db.run("a").unwrap().is_none());
+        assert!(matches!(db.reserve_upload(3, 1).unwrap(), Reserved::NoUser));
+        let next = || {
+            let mut connection = db.lock();
+            let transaction = connection.transaction().unwrap();
+            let id = next_id(&transaction, "users").unwrap();
+            transaction.commit().unwrap();
+            id
+        };
+        assert_eq!(next(), 3);
+        let remove = "DELETE FROM users WHERE id = 2";
+        db.lock().execute(remove, []).unwrap();
+        assert_eq!(next(), 4);
     }
 
     /// An input goes with the last run of its owner that names it; its content when no user has it any more.

@@ -12,7 +12,7 @@ use cloud_api::{Head, InputFile, RunId, Spec};
 use cloud_store::sha256;
 use serde_json::Value;
 
-use crate::access::ApiError;
+use crate::access::{ApiError, not_logged_in};
 use crate::check::{check, inspect};
 use crate::db::{Applied, Extension, NewRun, Reserved};
 use crate::secrets::{self, User};
@@ -266,6 +266,10 @@ pub(crate) async fn submit(
                 app.store.delete_all(&format!("runs/{id}/"))?;
                 return Err(full(&usage, reserved));
             }
+            Ok(Reserved::NoUser) => {
+                app.store.delete_all(&format!("runs/{id}/"))?;
+                return Err(not_logged_in());
+            }
             // Two requests with one key at once: the other one was faster.
             Err(error) => {
                 app.store.delete_all(&format!("runs/{id}/"))?;
@@ -449,6 +453,7 @@ pub(crate) async fn extend(
             Reserved::Done(Some(applied)) => after(&app, applied),
             Reserved::Done(None) => Err(other()),
             Reserved::Full(usage) => Err(full(&usage, reserved)),
+            Reserved::NoUser => Err(not_logged_in()),
         }
     })
     .await

@@ -14,7 +14,7 @@ use argon2::Argon2;
 use argon2::password_hash::{PasswordHasher, PasswordVerifier, phc::PasswordHash};
 use cloud_api::requests::NewUser;
 use cloud_store::{hex, sha256};
-use rusqlite::{OptionalExtension, params};
+use rusqlite::{Connection, OptionalExtension, Transaction, params};
 
 use crate::db::{self, Db, now};
 
@@ -66,6 +66,42 @@ impl SecretKind {
     }
 }
 
+/// What allows a new secret. It still has to hold when the secret is written.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Right<'a> {
+    /// The server itself needs the secret.
+    Server,
+    /// The secret with this number: that of the request.
+    Secret(i64),
+    /// The link with this number, which is used up.
+    Link(i64),
+    /// The password of the user, with this hash.
+    Password(&'a str),
+}
+
+/// A secret that is to be made.
+pub(crate) struct NewSecret<'a> {
+    pub(crate) kind: SecretKind,
+    pub(crate) user: i64,
+    pub(crate) right: Right<'a>,
+    /// As in [`User`]: the new one ends with that one, and not later.
+    pub(crate) root: Option<(i64, f64)>,
+    pub(crate) name: &'a str,
+    pub(crate) run: Option<&'a str>,
+    pub(crate) days: f64,
+    pub(crate) read_only: bool,
+}
+
+/// A secret that was made.
+#[derive(Debug)]
+pub(crate) struct Issued {
+    pub(crate) id: i64,
+    /// Kept nowhere else.
+    pub(crate) secret: String,
+    /// Unix time, in s.
+    pub(crate) expires: f64,
+}
+
 /// A recognised user.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct User {
@@ -92,6 +128,12 @@ impl User {
             secret: None,
             root: None,
         }
+    }
+
+    /// What allows this user's request to make a secret.
+    pub(crate) fn right(&self) -> Right<'static> {
+        // Without a secret: the user of `--no-auth`.
+        self.secret.map_or(Right::Server, Right::Secret)
     }
 }
 
@@ -152,13 +194,33 @@ pub(crate) enum BadUser {
     LastAdmin,
     #[error("The user `{LOCAL}` belongs to this machine, and cannot be removed.")]
     Local,
+    #[error("The user has submitted a run meanwhile. Send the request again.")]
+    Runs,
+    #[error("You are no administrator any more.")]
+    NotAdmin,
+}
+
+/// Whether a user is an administrator, and what allows the request still holds.
+fn is_admin(connection: &Connection, user: i64, right: Right) -> db::Result<bool> {
+    let admin = "SELECT EXISTS (SELECT 1 FROM users WHERE id = ?1 AND admin)";
+    Ok(holds(connection, user, right)?
+        && (matches!(right, Right::Server)
+            || connection.query_row(admin, [user], |row| row.get(0))?))
 }
 
 /// Adds a user, or changes what is given of a user: password, rights, limits. A new password ends the sessions that the old one has begun.
-pub(crate) fn set_user(db: &Db, user: &NewUser) -> Result<std::result::Result<(), BadUser>> {
+/// `by`: the administrator, and what allows the request.
+pub(crate) fn set_user(
+    db: &Db,
+    by: (i64, Right),
+    user: &NewUser,
+) -> Result<std::result::Result<(), BadUser>> {
     let hash = user.password.as_deref().map(password_hash).transpose()?;
     let mut connection = db.lock();
     let transaction = connection.transaction()?;
+    if !is_admin(&transaction, by.0, by.1)? {
+        return Ok(Err(BadUser::NotAdmin));
+    }
     let known = transaction
         .query_row(
             "SELECT id FROM users WHERE name = ?1",
@@ -169,9 +231,10 @@ pub(crate) fn set_user(db: &Db, user: &NewUser) -> Result<std::result::Result<()
     let id = match (known, &hash) {
         (Some(id), _) => id,
         (None, Some(_)) => {
-            let add = "INSERT INTO users(name, admin) VALUES (?1, 0)";
-            transaction.execute(add, [&user.name])?;
-            transaction.last_insert_rowid()
+            let id = db::next_id(&transaction, "users")?;
+            let add = "INSERT INTO users(id, name, admin) VALUES (?1, ?2, 0)";
+            transaction.execute(add, params![id, user.name])?;
+            id
         }
         (None, None) => return Ok(Err(BadUser::NoPassword)),
     };
@@ -203,25 +266,56 @@ pub(crate) fn set_user(db: &Db, user: &NewUser) -> Result<std::result::Result<()
             params![id, disk],
         )?;
     }
-    let admins = "SELECT count(*) FROM users WHERE admin";
-    if transaction.query_row(admins, [], |row| row.get::<_, i64>(0))? == 0 {
+    if !has_other_admin(&transaction, 0)? {
         return Ok(Err(BadUser::LastAdmin));
     }
     transaction.commit()?;
     Ok(Ok(()))
 }
 
-/// Removes a user who has no run, with all secrets.
-pub(crate) fn remove_user(db: &Db, id: i64) -> Result<std::result::Result<(), BadUser>> {
-    if id == LOCAL_ID {
-        return Ok(Err(BadUser::Local));
-    }
+/// Whether there is an administrator besides this user.
+fn has_other_admin(connection: &Connection, user: i64) -> db::Result<bool> {
+    let other = "SELECT EXISTS (SELECT 1 FROM users WHERE admin AND id <> ?1)";
+    connection.query_row(other, [user], |row| row.get(0))
+}
+
+/// Refuses to remove the user of the machine, and the last administrator.
+pub(crate) fn may_be_removed(
+    connection: &Connection,
+    id: i64,
+) -> db::Result<std::result::Result<(), BadUser>> {
+    Ok(if id == LOCAL_ID {
+        Err(BadUser::Local)
+    } else if !has_other_admin(connection, id)? {
+        Err(BadUser::LastAdmin)
+    } else {
+        Ok(())
+    })
+}
+
+/// Removes a user who has no run, with all secrets and inputs. Returns the contents that nothing needs any more.
+/// `by`: the administrator, and what allows the request.
+pub(crate) fn remove_user(
+    db: &Db,
+    by: (i64, Right),
+    id: i64,
+) -> Result<std::result::Result<Vec<String>, BadUser>> {
     let mut connection = db.lock();
     let transaction = connection.transaction()?;
+    if !is_admin(&transaction, by.0, by.1)? {
+        return Ok(Err(BadUser::NotAdmin));
+    }
+    if let Err(why) = may_be_removed(&transaction, id)? {
+        return Ok(Err(why));
+    }
+    let runs = "SELECT EXISTS (SELECT 1 FROM runs WHERE owner = ?1)";
+    if transaction.query_row(runs, [id], |row| row.get(0))? {
+        return Ok(Err(BadUser::Runs));
+    }
+    let gone = db::forget_inputs(&transaction, id)?;
     for (table, column) in [
         ("secrets", "user"),
         ("members", "user"),
-        ("inputs", "owner"),
         ("studies", "owner"),
         ("users", "id"),
     ] {
@@ -229,36 +323,76 @@ pub(crate) fn remove_user(db: &Db, id: i64) -> Result<std::result::Result<(), Ba
         transaction.execute(&remove, [id])?;
     }
     transaction.commit()?;
-    Ok(Ok(()))
+    Ok(Ok(gone))
 }
 
-/// A new secret. It is returned, and only its hash is kept. One that is made with a token or a share ends with that one, and not later.
-pub(crate) fn issue(
-    db: &Db,
-    kind: SecretKind,
-    user: i64,
-    root: Option<(i64, f64)>,
-    name: &str,
-    run: Option<&str>,
-    days: f64,
-    read_only: bool,
-) -> Result<(i64, String, f64)> {
-    let secret = match kind {
+/// Whether the user is still there, and what allows a secret of this user still holds.
+fn holds(connection: &Connection, user: i64, right: Right) -> db::Result<bool> {
+    let hash = match right {
+        Right::Password(hash) => Some(hash),
+        _ => None,
+    };
+    let secret = match right {
+        Right::Secret(id) | Right::Link(id) => Some(id),
+        _ => None,
+    };
+    connection.query_row(
+        "SELECT EXISTS (SELECT 1 FROM users WHERE id = ?1 AND (?2 IS NULL OR hash = ?2))
+           AND (?3 IS NULL OR EXISTS (SELECT 1 FROM secrets WHERE id = ?3 AND expires > ?4))",
+        params![user, hash, secret, now()],
+        |row| row.get(0),
+    )
+}
+
+/// A new secret: only its hash is kept. `None`: what allowed it does not hold any more.
+pub(crate) fn issue(db: &Db, new: &NewSecret) -> Result<Option<Issued>> {
+    let mut connection = db.lock();
+    let transaction = connection.transaction()?;
+    let issued = issue_in(&transaction, new)?;
+    if issued.is_some() {
+        transaction.commit()?;
+    }
+    Ok(issued)
+}
+
+fn issue_in(transaction: &Transaction, new: &NewSecret) -> Result<Option<Issued>> {
+    let secret = match new.kind {
         SecretKind::Token => format!("mc_{}", random()?),
         _ => random()?,
     };
-    let wanted = now() + days * DAY;
-    let (parent, expires) = match root {
+    let wanted = now() + new.days * DAY;
+    let (parent, expires) = match new.root {
         Some((parent, end)) => (Some(parent), wanted.min(end)),
         None => (None, wanted),
     };
-    let connection = db.lock();
-    connection.execute("DELETE FROM secrets WHERE expires < ?1", [now()])?;
-    connection.execute(
-        "INSERT INTO secrets(hash, kind, user, name, run, expires, read_only, parent, created) VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9)",
-        params![sha256(secret.as_bytes()), kind.word(), user, name, run, expires, read_only, parent, now()],
+    transaction.execute("DELETE FROM secrets WHERE expires < ?1", [now()])?;
+    if !holds(transaction, new.user, new.right)? {
+        return Ok(None);
+    }
+    if let Right::Link(link) = new.right {
+        transaction.execute("DELETE FROM secrets WHERE id = ?1", [link])?;
+    }
+    let id = db::next_id(transaction, "secrets")?;
+    transaction.execute(
+        "INSERT INTO secrets(id, hash, kind, user, name, run, expires, read_only, parent, created) VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10)",
+        params![
+            id,
+            sha256(secret.as_bytes()),
+            new.kind.word(),
+            new.user,
+            new.name,
+            new.run,
+            expires,
+            new.read_only,
+            parent,
+            now()
+        ],
     )?;
-    Ok((connection.last_insert_rowid(), secret, expires))
+    Ok(Some(Issued {
+        id,
+        secret,
+        expires,
+    }))
 }
 
 /// The user whose secret of this kind it is. The comparison is by hash, so its time tells nothing of the secret.
@@ -312,12 +446,6 @@ pub(crate) fn remove(db: &Db, secret: i64) -> db::Result<()> {
     Ok(())
 }
 
-/// Uses a link up. `false`: another request was faster.
-pub(crate) fn use_link(db: &Db, link: i64) -> db::Result<bool> {
-    let removed = "DELETE FROM secrets WHERE id = ?1";
-    Ok(db.lock().execute(removed, [link])? == 1)
-}
-
 /// A secret as lists show it, with its kind.
 pub(crate) struct Listed {
     pub(crate) id: i64,
@@ -356,8 +484,8 @@ pub(crate) fn list(
     rows.collect()
 }
 
-/// The user with this password. Takes as long where there is no such user.
-pub(crate) fn log_in(db: &Db, name: &str, password: &str) -> Result<Option<User>> {
+/// The user with this password, and its hash. Takes as long where there is no such user.
+pub(crate) fn log_in(db: &Db, name: &str, password: &str) -> Result<Option<(User, String)>> {
     let found = db
         .lock()
         .query_row(
@@ -374,7 +502,7 @@ pub(crate) fn log_in(db: &Db, name: &str, password: &str) -> Result<Option<User>
         .optional()?;
     match found {
         Some((id, admin, Some(hash))) if is_password(password, &hash) => {
-            Ok(Some(User::new(id, name, admin)))
+            Ok(Some((User::new(id, name, admin), hash)))
         }
         Some((_, _, Some(_))) => Ok(None),
         _ => {
@@ -397,20 +525,25 @@ pub(crate) fn revoke(db: &Db, kind: SecretKind, secret: &str) -> db::Result<()> 
 const COMMAND_LINE: &str = "command line of this machine";
 
 /// A link that logs in the user of this machine: good once, within a day. The one before is good no more.
-pub(crate) fn link(db: &Db) -> Result<String> {
-    db.lock()
-        .execute("DELETE FROM secrets WHERE kind = 'link'", [])?;
-    let (_, link, _) = issue(
-        db,
-        SecretKind::Link,
-        LOCAL_ID,
-        None,
-        "link",
-        None,
-        1.0,
-        false,
-    )?;
-    Ok(link)
+pub(crate) fn link(db: &Db, right: Right, root: Option<(i64, f64)>) -> Result<Option<Issued>> {
+    let mut connection = db.lock();
+    let transaction = connection.transaction()?;
+    transaction.execute("DELETE FROM secrets WHERE kind = 'link'", [])?;
+    let link = NewSecret {
+        kind: SecretKind::Link,
+        user: LOCAL_ID,
+        right,
+        root,
+        name: "link",
+        run: None,
+        days: 1.0,
+        read_only: false,
+    };
+    let issued = issue_in(&transaction, &link)?;
+    if issued.is_some() {
+        transaction.commit()?;
+    }
+    Ok(issued)
 }
 
 /// The token of the command line of this machine: kept in the data folder, readable by its owner alone. `rotate`: a new one, and all
@@ -430,18 +563,19 @@ pub(crate) fn machine_token(db: &Db, data: &Path, rotate: bool) -> Result<String
     if rotate {
         end_sessions(db, LOCAL_ID)?;
     }
-    let (_, token, _) = issue(
-        db,
-        SecretKind::Token,
-        LOCAL_ID,
-        None,
-        COMMAND_LINE,
-        None,
-        3650.0,
-        false,
-    )?;
-    write_secret(&path, &token)?;
-    Ok(token)
+    let token = NewSecret {
+        kind: SecretKind::Token,
+        user: LOCAL_ID,
+        right: Right::Server,
+        root: None,
+        name: COMMAND_LINE,
+        run: None,
+        days: 3650.0,
+        read_only: false,
+    };
+    let token = issue(db, &token)?.context("the user of this machine is not in the database")?;
+    write_secret(&path, &token.secret)?;
+    Ok(token.secret)
 }
 
 /// Logs a user out everywhere.
@@ -533,12 +667,39 @@ mod tests {
 
     use super::*;
 
+    /// A secret of the server's own making.
+    fn made(
+        db: &Db,
+        kind: SecretKind,
+        user: i64,
+        root: Option<(i64, f64)>,
+        days: f64,
+    ) -> (i64, String, f64) {
+        let new = NewSecret {
+            kind,
+            user,
+            right: Right::Server,
+            root,
+            name: "x",
+            run: None,
+            days,
+            read_only: true,
+        };
+        let issued = issue(db, &new).unwrap().unwrap();
+        (issued.id, issued.secret, issued.expires)
+    }
+
+    /// The user of the machine changes a user.
+    fn changed(db: &Db, user: &NewUser) -> std::result::Result<(), BadUser> {
+        set_user(db, (LOCAL_ID, Right::Server), user).unwrap()
+    }
+
     #[test]
     fn secrets_are_good_for_one_thing_and_one_time() {
         let folder = tempfile::tempdir().unwrap();
         let db = Db::open(&folder.path().join("db"), Policy::default(), None).unwrap();
         first_user(&db).unwrap();
-        let (_, token, _) = issue(&db, SecretKind::Token, 1, None, "x", None, 1.0, true).unwrap();
+        let (_, token, _) = made(&db, SecretKind::Token, 1, None, 1.0);
         assert!(
             recognise(&db, SecretKind::Token, &token)
                 .unwrap()
@@ -547,7 +708,7 @@ mod tests {
         );
         assert_eq!(recognise(&db, SecretKind::Session, &token).unwrap(), None);
         assert_eq!(recognise(&db, SecretKind::Token, "mc_0").unwrap(), None);
-        let (_, old, _) = issue(&db, SecretKind::Token, 1, None, "x", None, -1.0, false).unwrap();
+        let (_, old, _) = made(&db, SecretKind::Token, 1, None, -1.0);
         assert_eq!(recognise(&db, SecretKind::Token, &old).unwrap(), None);
         revoke(&db, SecretKind::Token, &token).unwrap();
         assert_eq!(recognise(&db, SecretKind::Token, &token).unwrap(), None);
@@ -578,7 +739,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let db = Db::open(&folder.path().join("db"), Policy::default(), None).unwrap();
         first_user(&db).unwrap();
-        let make = |kind, root, days| issue(&db, kind, 1, root, "x", None, days, false).unwrap();
+        let make = |kind, root, days| made(&db, kind, 1, root, days);
         let (id, token, end) = make(SecretKind::Token, None, 1.0);
         let user = recognise(&db, SecretKind::Token, &token).unwrap().unwrap();
         assert_eq!(user.root, Some((id, end)));
@@ -597,12 +758,84 @@ mod tests {
         assert!(!is_good(&db, last).unwrap());
     }
 
+    /// What allows a request is looked at again when it writes.
+    #[test]
+    fn what_is_taken_back_makes_nothing_any_more() {
+        let folder = tempfile::tempdir().unwrap();
+        let db = Db::open(&folder.path().join("db"), Policy::default(), None).unwrap();
+        first_user(&db).unwrap();
+        let ada = NewUser {
+            admin: Some(true),
+            ..new_user("ada", Some("correct horse"))
+        };
+        changed(&db, &ada).unwrap();
+        let (user, hash) = log_in(&db, "ada", "correct horse").unwrap().unwrap();
+        let ada = user.id;
+        let makes = |right| {
+            let new = NewSecret {
+                kind: SecretKind::Token,
+                user: ada,
+                right,
+                root: None,
+                name: "x",
+                run: None,
+                days: 1.0,
+                read_only: false,
+            };
+            issue(&db, &new).unwrap().is_some()
+        };
+        let sets =
+            |right| set_user(&db, (ada, right), &new_user("bob", Some("correct horse"))).unwrap();
+        // By a secret, until it is taken back.
+        let (id, secret, _) = made(&db, SecretKind::Session, ada, None, 1.0);
+        assert!(makes(Right::Secret(id)));
+        assert_eq!(sets(Right::Secret(id)), Ok(()));
+        revoke(&db, SecretKind::Session, &secret).unwrap();
+        assert!(!makes(Right::Secret(id)));
+        assert_eq!(sets(Right::Secret(id)), Err(BadUser::NotAdmin));
+        // By an administrator, while it is one.
+        let (id, _, _) = made(&db, SecretKind::Session, ada, None, 1.0);
+        let demoted = NewUser {
+            admin: Some(false),
+            ..new_user("ada", None)
+        };
+        changed(&db, &demoted).unwrap();
+        assert_eq!(sets(Right::Secret(id)), Err(BadUser::NotAdmin));
+        let removed = remove_user(&db, (ada, Right::Secret(id)), ada).unwrap();
+        assert_eq!(removed, Err(BadUser::NotAdmin));
+        // By a link, once; by a password, until it is another one.
+        let (link, _, _) = made(&db, SecretKind::Link, ada, None, 1.0);
+        assert!(makes(Right::Link(link)));
+        assert!(!makes(Right::Link(link)));
+        assert!(makes(Right::Password(&hash)));
+        changed(&db, &new_user("ada", Some("another horse"))).unwrap();
+        assert!(!makes(Right::Password(&hash)));
+        // For a user, while the user exists; the next user has another number.
+        let by = (LOCAL_ID, Right::Server);
+        remove_user(
+            &db,
+            by,
+            log_in(&db, "bob", "correct horse").unwrap().unwrap().0.id,
+        )
+        .unwrap()
+        .unwrap();
+        remove_user(&db, by, ada).unwrap().unwrap();
+        assert!(!makes(Right::Server));
+        changed(&db, &new_user("eve", Some("correct horse"))).unwrap();
+        let (eve, _) = log_in(&db, "eve", "correct horse").unwrap().unwrap();
+        assert_eq!(eve.id, 4);
+        // A secret has no number of one that was taken back.
+        let (last, _, _) = made(&db, SecretKind::Token, LOCAL_ID, None, 1.0);
+        remove(&db, last).unwrap();
+        assert!(made(&db, SecretKind::Token, LOCAL_ID, None, 1.0).0 > last);
+    }
+
     #[test]
     fn a_change_of_a_user_changes_what_is_given() {
         let folder = tempfile::tempdir().unwrap();
         let db = Db::open(&folder.path().join("db"), Policy::default(), None).unwrap();
         first_user(&db).unwrap();
-        let set = |user: &NewUser| set_user(&db, user).unwrap();
+        let set = |user: &NewUser| changed(&db, user);
         assert_eq!(set(&new_user("ada", None)), Err(BadUser::NoPassword));
         let ada = NewUser {
             admin: Some(true),
@@ -611,22 +844,17 @@ mod tests {
             ..new_user("ada", Some("correct horse"))
         };
         assert_eq!(set(&ada), Ok(()));
-        let user = log_in(&db, "ada", "correct horse").unwrap().unwrap();
-        let (_, session, _) = issue(
-            &db,
-            SecretKind::Session,
-            user.id,
-            None,
-            "",
-            None,
-            1.0,
-            false,
-        )
-        .unwrap();
-        let (_, token, _) =
-            issue(&db, SecretKind::Token, user.id, None, "", None, 1.0, false).unwrap();
+        let (user, _) = log_in(&db, "ada", "correct horse").unwrap().unwrap();
+        let (_, session, _) = made(&db, SecretKind::Session, user.id, None, 1.0);
+        let (_, token, _) = made(&db, SecretKind::Token, user.id, None, 1.0);
         assert_eq!(set(&new_user("ada", Some("another horse"))), Ok(()));
-        assert!(log_in(&db, "ada", "another horse").unwrap().unwrap().admin);
+        assert!(
+            log_in(&db, "ada", "another horse")
+                .unwrap()
+                .unwrap()
+                .0
+                .admin
+        );
         let usage = db.usage(user.id).unwrap();
         assert_eq!((usage.most_cores, usage.most_disk), (Some(3), Some(5)));
         assert_eq!(recognise(&db, SecretKind::Session, &session).unwrap(), None);
@@ -643,9 +871,30 @@ mod tests {
         };
         assert_eq!(set(&demoted(LOCAL)), Ok(()));
         assert_eq!(set(&demoted("ada")), Err(BadUser::LastAdmin));
-        assert!(log_in(&db, "ada", "another horse").unwrap().unwrap().admin);
-        assert_eq!(remove_user(&db, LOCAL_ID).unwrap(), Err(BadUser::Local));
-        assert_eq!(remove_user(&db, user.id).unwrap(), Ok(()));
+        assert!(
+            log_in(&db, "ada", "another horse")
+                .unwrap()
+                .unwrap()
+                .0
+                .admin
+        );
+        let by = (LOCAL_ID, Right::Server);
+        assert_eq!(remove_user(&db, by, LOCAL_ID).unwrap(), Err(BadUser::Local));
+        assert_eq!(
+            remove_user(&db, by, user.id).unwrap(),
+            Err(BadUser::LastAdmin)
+        );
+        let bob = NewUser {
+            admin: Some(true),
+            ..new_user("bob", Some("correct horse"))
+        };
+        assert_eq!(set(&bob), Ok(()));
+        // The contents of inputs go, but those that others have.
+        for (content, owner) in [("a", user.id), ("b", user.id), ("b", LOCAL_ID)] {
+            db.add_input(content, owner, 1).unwrap();
+        }
+        let gone = remove_user(&db, by, user.id).unwrap();
+        assert_eq!(gone, Ok(vec!["a".to_owned()]));
         assert!(log_in(&db, "ada", "another horse").unwrap().is_none());
         assert_eq!(recognise(&db, SecretKind::Token, &token).unwrap(), None);
     }
@@ -656,7 +905,7 @@ mod tests {
         let db = Db::open(&folder.path().join("db"), Policy::default(), None).unwrap();
         first_user(&db).unwrap();
         let ada = new_user("ada", Some("correct horse"));
-        set_user(&db, &ada).unwrap().unwrap();
+        changed(&db, &ada).unwrap();
         assert!(log_in(&db, "ada", "correct horse").unwrap().is_some());
         assert!(log_in(&db, "ada", "wrong horse").unwrap().is_none());
         assert!(log_in(&db, "local", "").unwrap().is_none());

@@ -199,8 +199,10 @@ impl App {
             });
         }
         self.write_link(false)?;
+        let link = secrets::link(&self.db, secrets::Right::Server, None)?
+            .context("the user of this machine is not in the database")?;
         Ok(Links {
-            once: format!("{address}#token={}", secrets::link(&self.db)?),
+            once: format!("{address}#token={}", link.secret),
             address,
         })
     }

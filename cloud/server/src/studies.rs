@@ -21,7 +21,7 @@ use rusqlite::{OptionalExtension, params};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use crate::access::ApiError;
+use crate::access::{ApiError, not_logged_in};
 use crate::check::{LARGEST_SCENE, inspect, lay_out, solve};
 use crate::content::Content;
 use crate::db::{ListScope, MOST_ROWS, NewRun, NewStudy, Reserved};
@@ -323,6 +323,12 @@ pub(crate) async fn submit(
                     app.store.delete_all(&format!("runs/{name}/"))?;
                 }
                 return Err(full(&usage, bytes));
+            }
+            Ok(Reserved::NoUser) => {
+                for name in &ids {
+                    app.store.delete_all(&format!("runs/{name}/"))?;
+                }
+                return Err(not_logged_in());
             }
             // Two requests with one key at once: the other one was faster.
             Err(error) => {

@@ -15,10 +15,10 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::{Answer, JsonBody, QueryParams, Shared};
-use crate::access::{ApiError, LoggedIn};
+use crate::access::{ApiError, LoggedIn, not_logged_in};
 use crate::db::MOST_ROWS;
 use crate::runs::{blocking, visible_run, with_life};
-use crate::secrets::SecretKind;
+use crate::secrets::{NewSecret, SecretKind};
 use crate::state::App;
 use crate::{projects, runs, secrets};
 
@@ -289,17 +289,20 @@ pub(crate) async fn run_share(
     blocking(move || {
         let (id, owner, _, row, _) = visible_run(&app, &user, &id)?;
         runs::may_change(&app, &user, owner, &row)?;
-        let (_, secret, expires) = secrets::issue(
-            &app.db,
-            SecretKind::Share,
-            owner,
-            user.root.filter(|_| user.id == owner),
-            "share",
-            Some(id.as_str()),
+        let share = NewSecret {
+            kind: SecretKind::Share,
+            user: owner,
+            right: user.right(),
+            root: user.root.filter(|_| user.id == owner),
+            name: "share",
+            run: Some(id.as_str()),
             days,
-            true,
-        )?;
-        Ok(Json(json!({"token": secret, "expires": expires})))
+            read_only: true,
+        };
+        let issued = secrets::issue(&app.db, &share)?.ok_or_else(not_logged_in)?;
+        Ok(Json(
+            json!({"token": issued.secret, "expires": issued.expires}),
+        ))
     })
     .await
 }

@@ -15,7 +15,7 @@ use cloud_store::Hashing;
 use tokio_stream::StreamExt;
 
 use super::{Answer, JsonBody, Shared};
-use crate::access::{ApiError, LoggedIn};
+use crate::access::{ApiError, LoggedIn, not_logged_in};
 use crate::check;
 use crate::db::{Forgotten, Reserved};
 use crate::runs::{blocking, full};
@@ -86,6 +86,7 @@ impl Reservation {
                     return Err(full(&usage, more));
                 }
                 Reserved::Full(_) => {}
+                Reserved::NoUser => return Err(not_logged_in()),
             }
         }
         Ok(self)
