@@ -9,6 +9,9 @@ const browser = await Browser.start();
 const began = Date.now();
 const said = (text) => console.log(`${((Date.now() - began) / 1000).toFixed(1)} s  ${text}`);
 
+// The form of a study: there are other details on the page.
+const form = `document.querySelector("[aria-label='Keys and their values']").closest("details")`;
+
 /** Types into a field. */
 const type = (label, text) => browser.run(`(() => { const field = document.querySelector(${JSON.stringify(`[aria-label="${label}"]`)}); field.value = ${text}; field.dispatchEvent(new Event("input")); })()`);
 
@@ -20,14 +23,14 @@ try {
   await browser.until(`document.body.innerText.includes("can run")`, "not checked");
   await browser.run(`window.before = document.querySelector("[aria-label=Scene]").value`);
   await type("Scene", `window.before.replace(/end +=.*/, "end  = ${end}").replace(/interval *= *[0-9.]+/, "interval = 0.01")`);
-  await browser.run(`document.querySelector("details summary").click()`);
+  await browser.run(`${form}.querySelector("summary").click()`);
   await type("Keys and their values", `"walls.drum.motion.0.angular_velocity = 1, nothing"`);
-  await browser.until(`document.querySelector("details .bad-text")`, "the mistake in the grid is not reported", 15);
-  said(`a mistake is reported: ${await browser.run(`document.querySelector("details .bad-text").innerText.slice(0, 100)`)}`);
+  await browser.until(`${form}.querySelector(".bad-text")`, "the mistake in the grid is not reported", 15);
+  said(`a mistake is reported: ${await browser.run(`${form}.querySelector(".bad-text").innerText.slice(0, 100)`)}`);
   await type("Keys and their values", `"materials.0.tangential.friction = 0.1..0.5/3\\nseed = 1, 2"`);
   await type("Results", `"height = max(particles.z)"`);
   await browser.until(`document.body.innerText.includes("Submit 6 runs")`, "the grid has no six runs", 15);
-  await browser.run(`document.querySelector("details").scrollIntoView({ block: "center" })`);
+  await browser.run(`${form}.scrollIntoView({ block: "center" })`);
   await browser.picture("study-new.png");
   // This grid as a file, and back.
   await browser.click("From a file instead");
