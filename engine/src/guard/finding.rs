@@ -7,7 +7,7 @@ use crate::state::{Id, WallIndex};
 
 /// Kind of an event beyond a limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum What {
+pub(super) enum FindingKind {
     Contact(AlarmKind, Alarm),
     Way {
         id: Id,
@@ -31,7 +31,7 @@ pub(super) enum What {
 pub(super) struct Finding {
     pub(super) step: u64,
     pub(super) time: f64,
-    pub(super) what: What,
+    pub(super) what: FindingKind,
 }
 
 /// How often something happened, and the worst of it.
@@ -45,17 +45,17 @@ impl Finding {
     /// How bad it is.
     pub(super) fn part(&self) -> f64 {
         match self.what {
-            What::Contact(_, alarm) => alarm.part(),
-            What::Way { part, .. } => part,
-            What::Left { way, .. } => way,
+            FindingKind::Contact(_, alarm) => alarm.part(),
+            FindingKind::Way { part, .. } => part,
+            FindingKind::Left { way, .. } => way,
         }
     }
 
     pub(super) fn index(&self) -> usize {
         match self.what {
-            What::Contact(kind, _) => kind as usize,
-            What::Way { .. } => 3,
-            What::Left { .. } => 4,
+            FindingKind::Contact(kind, _) => kind as usize,
+            FindingKind::Way { .. } => 3,
+            FindingKind::Left { .. } => 4,
         }
     }
 }
@@ -64,7 +64,7 @@ impl Finding {
     /// All of it but the kind; whole numbers are exact.
     pub(super) fn numbers(&self) -> Vec<f64> {
         let (of, position, others) = match self.what {
-            What::Contact(_, alarm) => {
+            FindingKind::Contact(_, alarm) => {
                 let other = match alarm.other {
                     Other::Particle(id) => [0.0, f64::from(id.number())],
                     Other::Wall(wall) => [1.0, f64::from(wall.number())],
@@ -73,7 +73,7 @@ impl Finding {
                 let others = [is_wall, index, alarm.radius, alarm.overlap, alarm.speed];
                 (alarm.of, alarm.position, others)
             }
-            What::Way {
+            FindingKind::Way {
                 id,
                 position,
                 part,
@@ -83,7 +83,7 @@ impl Finding {
                 position,
                 [0.0, 0.0, 1.0, part, speed],
             ),
-            What::Left { of, position, way } => (of, position, [0.0, 0.0, 1.0, way, 0.0]),
+            FindingKind::Left { of, position, way } => (of, position, [0.0, 0.0, 1.0, way, 0.0]),
         };
         let [sheet, number] = match of {
             Subject::Particle(id) => [-1.0, f64::from(id.number())],
@@ -137,15 +137,15 @@ impl Finding {
                     overlap,
                     speed,
                 };
-                What::Contact(kind, alarm)
+                FindingKind::Contact(kind, alarm)
             }
-            None if kind == Alarms::KINDS.len() => What::Way {
+            None if kind == Alarms::KINDS.len() => FindingKind::Way {
                 id,
                 position,
                 part: overlap,
                 speed,
             },
-            None => What::Left {
+            None => FindingKind::Left {
                 of,
                 position,
                 way: overlap,

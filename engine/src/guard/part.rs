@@ -4,7 +4,7 @@ mod crossings;
 
 use glam::DVec3;
 
-use super::finding::{Count, Finding, What};
+use super::finding::{Count, Finding, FindingKind};
 use super::{GuardPolicy, SEEN};
 use crate::contact::parameter::short;
 use crate::forces::{AlarmKind, Alarms, Other, StepContext, Subject, Watch};
@@ -130,7 +130,7 @@ impl GuardPart {
         }
         if let Some((row, part)) = worst {
             let record = &core.particles.records[row];
-            let what = What::Way {
+            let what = FindingKind::Way {
                 id: core.particles.ids[row],
                 position: record.position,
                 part,
@@ -163,7 +163,7 @@ impl GuardPart {
             }
         }
         if let Some((of, position, way)) = worst {
-            self.note(core, What::Left { of, position, way });
+            self.note(core, FindingKind::Left { of, position, way });
         }
     }
 
@@ -174,13 +174,13 @@ impl GuardPart {
         if alarms != Alarms::default() {
             for kind in Alarms::KINDS {
                 if let Some(alarm) = alarms.worst(kind) {
-                    self.note(core, What::Contact(kind, alarm));
+                    self.note(core, FindingKind::Contact(kind, alarm));
                 }
             }
         }
     }
 
-    fn note(&mut self, core: &Core, what: What) {
+    fn note(&mut self, core: &Core, what: FindingKind) {
         let (step, time) = (core.steps(), core.time());
         let event = Finding { step, time, what };
         let count = &mut self.counts[event.index()];
@@ -189,7 +189,7 @@ impl GuardPart {
             count.worst = Some(event);
         }
         // A particle that touches a wall from behind is where it should not be, but nothing is wrong with its motion.
-        let stops = !matches!(what, What::Contact(AlarmKind::Behind, _));
+        let stops = !matches!(what, FindingKind::Contact(AlarmKind::Behind, _));
         let is_strict = core.physics().guard.policy == GuardPolicy::Strict;
         if stops && is_strict && !self.off && self.stop.is_none() {
             self.stop = Some(event);
@@ -258,7 +258,7 @@ fn reported(core: &Core, event: &Finding) -> String {
     let limits = core.physics().guard;
     let place = |x: DVec3| format!("({}, {}, {}) m", short(x.x), short(x.y), short(x.z));
     let (kind, alarm) = match event.what {
-        What::Way {
+        FindingKind::Way {
             id,
             position,
             part,
@@ -272,7 +272,7 @@ fn reported(core: &Core, event: &Finding) -> String {
                 short(limits.way)
             );
         }
-        What::Left { of, position, way } => {
+        FindingKind::Left { of, position, way } => {
             return format!(
                 "{} at {} has left the domain by {} m",
                 subject(core, of),
@@ -280,7 +280,7 @@ fn reported(core: &Core, event: &Finding) -> String {
                 short(way)
             );
         }
-        What::Contact(kind, alarm) => (kind, alarm),
+        FindingKind::Contact(kind, alarm) => (kind, alarm),
     };
     let (other, radius) = match alarm.other {
         Other::Particle(id) => (format!("particle {id}"), "the smaller radius"),
@@ -345,21 +345,21 @@ fn help(core: &Core, event: &Finding) -> String {
     let dt = core.physics().time_step;
     let go_on = "guard.policy = \"warn\" goes on and counts";
     match event.what {
-        What::Way { part, .. } => {
+        FindingKind::Way { part, .. } => {
             let limit = core.physics().guard.way;
             format!(
                 "the time step is too large for this speed (below {} s it is not), or the particle was thrown by a contact that was too deep; {go_on}",
                 short(dt * limit / part)
             )
         }
-        What::Left { .. } => format!(
+        FindingKind::Left { .. } => format!(
             "hold the sheet (`fixed`, `holds`), let its vertices touch the walls (`walls = true`), or widen domain.min and domain.max; {go_on}"
         ),
         // In a few steps it came as far as it is.
-        What::Contact(_, alarm) if 4.0 * alarm.speed * dt > alarm.overlap => format!(
+        FindingKind::Contact(_, alarm) if 4.0 * alarm.speed * dt > alarm.overlap => format!(
             "it came so far in less than 4 steps: the time step is too large for this speed; {go_on}"
         ),
-        What::Contact(..) => format!(
+        FindingKind::Contact(..) => format!(
             "the contact is too soft for what presses on it (a larger stiffness or Young's modulus, with the smaller time step that it needs), or something was placed, or a wall has come, inside of it; {go_on}"
         ),
     }

@@ -125,7 +125,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
             }
             SavedContacts::NearWalls(walls) => self.restore_near_walls(walls),
             SavedContacts::Friction(friction) => self.restore_friction_at_walls(friction),
-            SavedContacts::Vertices(vertices) => self.restored_vertices(vertices),
+            SavedContacts::Vertices(vertices) => self.restore_vertices(vertices),
         }
     }
 

@@ -111,7 +111,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
     }
 
     /// As saved.
-    pub(super) fn restored_vertices(&mut self, saved: &[SavedSlots]) {
+    pub(super) fn restore_vertices(&mut self, saved: &[SavedSlots]) {
         let restored = |slots: &SavedSlots| {
             let mut blocks = VertexBlocks::new();
             for saved in slots.iter() {
