@@ -49,7 +49,7 @@ pub fn draw_clump(clump: &ClumpScene, options: &Options) -> Result<Image, Pictur
 pub fn draw_clump_svg(clump: &ClumpScene, options: &Options) -> Result<String, PictureError> {
     options.check()?;
     let frame = frame(clump);
-    sheet(clump, &frame, options).svg(options)
+    Ok(sheet(clump, &frame, options).image_and_svg(options)?.1)
 }
 
 fn frame(clump: &ClumpScene) -> Frame {

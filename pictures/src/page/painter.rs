@@ -118,7 +118,15 @@ impl Painter {
     /// # Errors
     /// If the encoder refuses, which it has no reason to.
     pub fn svg(&self, frame: &Frame) -> Result<String, PictureError> {
-        self.sheet(&[frame]).svg(&self.options)
+        Ok(self.image_and_svg(frame)?.1)
+    }
+
+    /// A frame as pixels and as an SVG document, for about the time of one: the scene is painted once.
+    ///
+    /// # Errors
+    /// If the encoder refuses, which it has no reason to.
+    pub fn image_and_svg(&self, frame: &Frame) -> Result<(Image, String), PictureError> {
+        self.sheet(&[frame]).image_and_svg(&self.options)
     }
 
     /// Several frames side by side in one picture, each under its time.

@@ -90,14 +90,17 @@ impl Sheet<'_> {
         image
     }
 
-    /// Picture of the sheet as SVG: the scenes as pixels, texts and drawings about them as text and shapes.
-    pub(crate) fn svg(&self, options: &Options) -> Result<String, PictureError> {
+    /// Picture of the sheet as pixels and as SVG, the scenes painted once. In SVG these are pixels, texts and drawings about them are text
+    /// and shapes.
+    pub(crate) fn image_and_svg(&self, options: &Options) -> Result<(Image, String), PictureError> {
         let (layout, lenses) = self.laid_out(options);
+        let mut image = self.scenes(options, &lenses);
         let size = (f64::from(options.width), f64::from(options.height));
         let mut svg = Svg::sized(size, self.theme.paper, &self.title, &self.numbers);
-        svg.picture(size, &self.scenes(options, &lenses).png()?);
+        svg.picture(size, &image.png()?);
         self.annotate(&layout, &lenses, &mut svg);
-        Ok(svg.finish())
+        self.annotate(&layout, &lenses, &mut image);
+        Ok((image, svg.finish()))
     }
 
     fn annotate(&self, layout: &Layout, lenses: &[Lens], canvas: &mut dyn Canvas) {

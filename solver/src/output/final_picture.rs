@@ -38,8 +38,9 @@ pub fn draw_final(
     };
     let painter = Painter::new(&options, Overview::of(&frame, &options))?;
     let path = |ending: &str| folder.join(format!("{}.final.{ending}", plan.outputs().prefix()));
-    if put(&path("png"), &painter.image(&frame).png()?)? {
-        put(&path("svg"), painter.svg(&frame)?.as_bytes())?;
+    let (image, svg) = painter.image_and_svg(&frame)?;
+    if put(&path("png"), &image.png()?)? {
+        put(&path("svg"), svg.as_bytes())?;
     }
     Ok(())
 }
