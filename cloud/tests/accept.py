@@ -1221,6 +1221,7 @@ def check_log_in():
         wait_for(waited, 30, "the user is locked out")
         must(log_in("x" * 2000)[0] == 401, "a long password")
         served.request("POST", "/session", {"name": "x" * 1000, "password": "correct horse"}, expect=401)
+        served.request("POST", "/session", {"name": "ada", "password": "x" * 100_000}, expect=413)
 
 
 def check_archives():

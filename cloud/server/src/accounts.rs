@@ -93,10 +93,18 @@ pub(crate) async fn session_begin(
     Client(address): Client,
     JsonBody(body): JsonBody<LogIn>,
 ) -> Result<Response, ApiError> {
-    let turn = match &body.password {
-        Some(_) => Some(hash_turn(&app).await?),
-        None => None,
-    };
+    let mut turn = None;
+    if let (None, Some(name), Some(password)) = (&body.token, &body.name, &body.password) {
+        if name.len() > LONGEST_NAME || password.len() > secrets::LONGEST_PASSWORD {
+            return Err(not_known());
+        }
+        if let Err(seconds) = app.tries.begin(address, name) {
+            let detail = format!("Several tries were wrong. Try again in {seconds} s.");
+            return Err(ApiError::too_many("too many tries", detail, seconds));
+        }
+        // Only a try that is allowed waits for its turn.
+        turn = Some(hash_turn(&app).await?);
+    }
     let shared = Arc::clone(&app);
     let (user, secret) = blocking(move || {
         let _turn = turn;
@@ -118,14 +126,6 @@ pub(crate) async fn session_begin(
                     (user, right)
                 }),
             (None, Some(name), Some(password)) => {
-                let long = name.len() > LONGEST_NAME || password.len() > secrets::LONGEST_PASSWORD;
-                if long {
-                    return Err(not_known());
-                }
-                if let Err(seconds) = shared.tries.begin(address, name) {
-                    let detail = format!("Several tries were wrong. Try again in {seconds} s.");
-                    return Err(ApiError::too_many("too many tries", detail, seconds));
-                }
                 let found = secrets::log_in(&shared.db, name, password)?;
                 if found.is_some() {
                     shared.tries.forget(address, name);
@@ -264,7 +264,10 @@ pub(crate) async fn user_set(
             "A password has at least 10 characters, and at most 1,000 bytes.",
         ));
     }
-    let turn = hash_turn(&app).await?;
+    let turn = match &body.password {
+        Some(_) => Some(hash_turn(&app).await?),
+        None => None,
+    };
     blocking(move || {
         let _turn = turn;
         secrets::set_user(&app.db, (user.id, user.right()), &body)?.map_err(refused)?;

@@ -29,6 +29,9 @@ pub(crate) use studies::*;
 /// The largest body that is taken as JSON, in bytes: a scene of 1 MB, with its escapes.
 const LARGEST_BODY: usize = 4 << 20;
 
+/// The most bytes of a body that logs in, or that makes a user, a token or a link.
+const SMALL_BODY: usize = 16 << 10;
+
 /// How long a body of JSON may take.
 const BODY: Duration = Duration::from_secs(60);
 
@@ -104,6 +107,21 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route("/files", get(downloads::run_files))
         .route("/files/{*name}", get(downloads::run_file))
         .route("/archive", get(downloads::run_archive));
+    // Their bodies are small, and one of them comes before the login.
+    let secrets = Router::new()
+        .route(
+            "/session",
+            get(accounts::session_get)
+                .post(accounts::session_begin)
+                .delete(accounts::session_end),
+        )
+        .route("/users", get(accounts::user_list).post(accounts::user_set))
+        .route("/links", post(accounts::link_add))
+        .route(
+            "/tokens",
+            get(accounts::token_list).post(accounts::token_add),
+        )
+        .layer(DefaultBodyLimit::max(SMALL_BODY));
     let api = Router::new()
         .route("/check", post(check_scene))
         .route("/preview", post(preview_scene))
@@ -125,13 +143,6 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route("/inputs", get(input_list))
         .route("/templates", get(template_list))
         .route("/events", get(events))
-        .route(
-            "/session",
-            get(accounts::session_get)
-                .post(accounts::session_begin)
-                .delete(accounts::session_end),
-        )
-        .route("/users", get(accounts::user_list).post(accounts::user_set))
         .route("/users/{name}", delete(accounts::user_remove))
         .route(
             "/sessions",
@@ -140,14 +151,10 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route("/sessions/{id}", delete(accounts::session_remove))
         .route("/shares", get(accounts::share_list))
         .route("/shares/{id}", delete(accounts::share_remove))
-        .route("/links", post(accounts::link_add))
-        .route(
-            "/tokens",
-            get(accounts::token_list).post(accounts::token_add),
-        )
         .route("/tokens/{id}", delete(accounts::token_remove))
         .route("/openapi.json", get(|| async { Json(openapi::document()) }))
         .layer(DefaultBodyLimit::max(LARGEST_BODY))
+        .merge(secrets)
         // Streams its body to the disk and counts what comes, whatever the header says.
         .route(
             "/inputs/{sha256}",
