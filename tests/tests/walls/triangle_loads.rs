@@ -16,9 +16,9 @@ use mercury_engine::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Hertz, Linear,
     LinearFriction, Mindlin, PairLaw, SpringRotation,
 };
-use mercury_engine::forces::{LoadSums, Watch, block_size};
-use mercury_engine::state::{MaterialIndex, volume};
-use mercury_engine::step::Engine;
+use mercury_engine::forces::{LoadSums, Watch, block_size, contact_loop};
+use mercury_engine::state::{Decoder, Encoder, MaterialIndex, volume};
+use mercury_engine::step::{Engine, Snapshot, StartOptions};
 use mercury_engine::walls::{Component, Mesh, Motion, Shape, Wall};
 use mercury_solver::plan::{Draft, NewBody, NewParticle, PrescribedMotion};
 use mercury_solver::run::{RunOptions, run};
@@ -538,6 +538,41 @@ fn sums_survive_a_snapshot() {
     let sums = take(&mut whole);
     assert_eq!(sums.evaluations, 251);
     assert_eq!(sums, take(&mut again));
+}
+
+/// Loads that wait in the contacts belong to their state: a loop that stays, as one from outside does, forgets them when another state is
+/// restored, and has them again when that one is refused.
+#[test]
+fn sums_survive_a_state_restored_in_place() {
+    let plan = Arc::new(thrown(false, vec![turning()]).plan().unwrap());
+    for outside in [false, true] {
+        let mut options = StartOptions::threads(1);
+        if outside {
+            options = options.contacts(contact_loop(&plan.physics().laws));
+        }
+        let mut engine = Engine::start(Arc::clone(&plan), options).unwrap();
+        advance(&mut engine, 150);
+        let snapshot = engine.snapshot();
+        advance(&mut engine, 50);
+        let later = engine.snapshot();
+        // All is there and right up to the loads, which come behind the contacts.
+        let sections = snapshot.sections().iter();
+        let cut = sections.filter(|(name, _)| *name != "feature loads");
+        let mut encoder = Encoder::new();
+        for (name, bytes) in cut {
+            encoder.section_by(name, |pieces| pieces.end().extend_from_slice(bytes));
+        }
+        encoder.section("stop", &0u32);
+        let bytes = encoder.finish();
+        let mut decoder = Decoder::new(&bytes).unwrap();
+        let without = Snapshot::take_from(&mut decoder, "stop").unwrap();
+        assert!(engine.restore_in_place(&without).is_err());
+        assert!(engine.snapshot() == later, "outside: {outside}");
+        engine.restore_in_place(&snapshot).unwrap();
+        assert!(engine.snapshot() == snapshot, "outside: {outside}");
+        advance(&mut engine, 50);
+        assert!(engine.snapshot() == later, "outside: {outside}");
+    }
 }
 
 /// Off is off: nothing is summed up, nothing is written.
