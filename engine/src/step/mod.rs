@@ -13,7 +13,6 @@
 //! | forces; loads of pebbles gathered; fused with them the kicks and the drift that follow | `forces` |
 //! | everything else | the parts, by their list in `parts` |
 
-mod awake;
 mod core;
 mod error;
 mod exchange;
@@ -39,7 +38,6 @@ pub use start::StartOptions;
 
 use std::ops::{Deref, DerefMut};
 
-use awake::awake;
 
 use crate::forces::{Observation, Watch};
 
@@ -101,7 +99,7 @@ impl Engine {
             Ok(())
         };
         match pool {
-            Some(pool) => pool.install(|| awake(run)),
+            Some(pool) => pool.install(run),
             None => run(),
         }
     }
