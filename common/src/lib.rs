@@ -25,6 +25,7 @@ pub mod run_files;
 pub mod run_tables;
 pub mod scene;
 pub mod sizes;
+pub mod statistics;
 pub mod surfaces;
 pub mod turns;
 pub mod units;

@@ -38,7 +38,6 @@ pub use start::StartOptions;
 
 use std::ops::{Deref, DerefMut};
 
-
 use crate::forces::{Observation, Watch};
 
 /// The engine: the whole state of a run and the way from one step to the next. The part to see and to change between steps
