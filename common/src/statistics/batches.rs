@@ -102,7 +102,7 @@ pub(super) mod tests {
     use crate::statistics::{Record, start_up};
 
     /// 3,000 rows of an autoregressive process with a start-up of so much, in a record.
-    pub fn series(start: f64) -> Record {
+    pub(in crate::statistics) fn series(start: f64) -> Record {
         let (mut state, mut y, mut record) = (1u64, 0.0, Record::default());
         let mut left = start;
         for _ in 0..3000 {

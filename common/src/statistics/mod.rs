@@ -5,11 +5,13 @@
 //! have one order, so that the results have the same bits on every machine.
 
 mod batches;
+mod enough;
 mod record;
 mod student;
 mod warm_up;
 
 pub use batches::{Batches, FEWEST_BATCHES};
+pub use enough::{FIRST_LOOK, Look, Looks};
 pub use record::{MOST_BINS, Record};
 pub use student::student_t_975;
 pub use warm_up::{StartUp, start_up};

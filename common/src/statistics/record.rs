@@ -77,7 +77,9 @@ impl Record {
     #[must_use]
     pub fn from_numbers(numbers: &[f64]) -> Option<Self> {
         let (&[width, waiting, sum], bins) = numbers.split_first_chunk::<3>()?;
-        let is_count = |value: f64| value >= 0.0 && value < 2f64.powi(53) && value.fract() == 0.0;
+        // Whole numbers that a float holds exactly.
+        let is_count =
+            |value: f64| (0.0..9_007_199_254_740_992.0).contains(&value) && value.fract() == 0.0;
         let valid = is_count(width) && is_count(waiting) && bins.len() <= MOST_BINS;
         let width = valid.then_some(width as u64)?;
         let possible = width.is_power_of_two()

@@ -174,7 +174,8 @@ fn kept_summary(folder: &Path, prefix: &str, results: &[NamedResult]) -> Result<
     let mut summary: Value =
         serde_json::from_str(&text).map_err(|error| failed(error.to_string()))?;
     for result in results {
-        let value = serde_json::to_value(result.read(folder, prefix)).map_err(Failure::run)?;
+        let value =
+            serde_json::to_value(result.read(folder, prefix, None)).map_err(Failure::run)?;
         summary["results"][&result.name] = value;
     }
     let text = serde_json::to_string_pretty(&summary).map_err(Failure::run)? + "\n";

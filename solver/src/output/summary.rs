@@ -58,6 +58,8 @@ pub struct Summary {
     /// Elastic sheets, in scenes that have any.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub membranes: Vec<MembraneSummary>,
+    /// Time behind which the scene schedules nothing, s: from it on `steady` windows count.
+    pub settled: f64,
     /// Warnings for the user.
     pub warnings: Vec<String>,
     /// Requested numbers, by their names.
@@ -82,6 +84,34 @@ pub struct ResultValue {
     /// Remark on the value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
+    /// How well it is known; none without a value.
+    #[serde(flatten)]
+    pub estimate: Option<ResultEstimate>,
+}
+
+/// How well a requested number is known from one run.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct ResultEstimate {
+    /// One standard error, in the unit of the value.
+    pub error: Option<f64>,
+    /// Why there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub why_no_error: Option<String>,
+    /// The 95 % interval.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub interval: Option<[f64; 2]>,
+    /// Number of independent batches.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub batches: Option<f64>,
+    /// Times of the first and the last row that count, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub window: Option<[f64; 2]>,
+    /// Start-up that was cut, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub warm_up: Option<f64>,
+    /// Whether the rows are steady behind the start-up; in a window given in numbers, from its beginning.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steady: Option<bool>,
 }
 
 /// A list as an object whose members are in the order of the list.

@@ -1,8 +1,9 @@
 //! Numbers of a run by name: `torque = "mean(walls.drum.ty, 1..2)"`.
 //!
 //! The requested results are checked against the plan before a run ([`NamedResult::check`]), and read from the files of the run
-//! when it is over.
+//! when it is over, with their errors where one run has them.
 
+mod estimate;
 mod values;
 
 use std::fs;
@@ -12,11 +13,12 @@ use std::path::Path;
 use crate::output::summary::ResultValue;
 use crate::output::{counted_materials, particle_columns};
 use crate::plan::Plan;
+use estimate::{Course, Measured};
 use mercury_common::frames::{ParticleColumns, ParticleFrame, Table as _};
 use mercury_common::particle_properties::{LIQUID_VOLUME, PARTICLE_PROPERTIES};
 use mercury_common::run_tables::{ENERGIES, FLUX, REGIONS, Role, TRACK, TableSpec, WALLS};
 use mercury_common::scene::{listed, nearest};
-use values::{Row, energies, particles, rows, slope, slope_note};
+use values::{Row, energies, gravity, particles, rows, slope, slope_note, turning};
 
 /// Function of the values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,10 +31,12 @@ enum Function {
     Last,
     Sum,
     Rate,
+    Ratio,
+    Tilt,
     Slope,
 }
 
-const FUNCTIONS: [(&str, Function); 9] = [
+const FUNCTIONS: [(&str, Function); 11] = [
     ("mean", Function::Mean),
     ("std", Function::Std),
     ("min", Function::Min),
@@ -41,6 +45,8 @@ const FUNCTIONS: [(&str, Function); 9] = [
     ("last", Function::Last),
     ("sum", Function::Sum),
     ("rate", Function::Rate),
+    ("ratio", Function::Ratio),
+    ("tilt", Function::Tilt),
     ("slope", Function::Slope),
 ];
 
@@ -75,6 +81,22 @@ enum Source {
     Particles { column: String },
 }
 
+/// Times whose rows count.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Window {
+    /// From and until, s.
+    times: (f64, f64),
+    /// From the time behind which the scene schedules nothing any more, less the start-up that the rows show.
+    is_steady: bool,
+}
+
+impl Window {
+    const ALL: Self = Self {
+        times: (f64::NEG_INFINITY, f64::INFINITY),
+        is_steady: false,
+    };
+}
+
 /// A number to report of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NamedResult {
@@ -83,8 +105,9 @@ pub struct NamedResult {
     text: String,
     function: Function,
     source: Source,
-    /// From and until, s.
-    window: (f64, f64),
+    /// Denominator of a ratio.
+    over: Option<Source>,
+    window: Window,
 }
 
 /// Why a file of a finished run cannot be read, and what to do.
@@ -123,21 +146,32 @@ impl NamedResult {
             &FUNCTIONS.map(|(name, _)| name),
         )?;
         let function = FUNCTIONS[function].1;
-        let steps = steps(inside);
-        let (path, window) = match steps {
-            (path, None) => (path, (f64::NEG_INFINITY, f64::INFINITY)),
-            (path, Some(window)) => (path, self::window(window)?),
+        let (path, mut rest) = steps(inside);
+        let read = |path: &[String]| {
+            source(path, function).map_err(|problem| match in_quotes(path) {
+                Some(quoted) => format!(
+                    "{problem}\nhelp: write names with dots in quotes: '{name}={}'",
+                    text.trim().replace(&path.join("."), &quoted)
+                ),
+                None => problem,
+            })
         };
-        let source = source(&path, function).map_err(|problem| match in_quotes(&path) {
-            Some(quoted) => format!(
-                "{problem}\nhelp: write names with dots in quotes: '{name}={}'",
-                text.trim().replace(&path.join("."), &quoted)
-            ),
-            None => problem,
-        })?;
-        if matches!(source, Source::Particles { .. })
-            && window != (f64::NEG_INFINITY, f64::INFINITY)
-        {
+        let source = read(&path)?;
+        let mut over = None;
+        if function == Function::Ratio {
+            // Times where the second column should be.
+            let both = rest.filter(|rest| self::window(rest).is_err()).ok_or(
+                "a ratio is that of two columns of one table: ratio(walls.lid.fx, walls.lid.fz, 1..)",
+            )?;
+            let (path, window) = steps(both);
+            let below = read(&path)?;
+            if !is_one_table(&source, &below) {
+                return Err("a ratio is that of two columns of one table".to_owned());
+            }
+            (over, rest) = (Some(below), window);
+        }
+        let window = rest.map_or(Ok(Window::ALL), self::window)?;
+        if matches!(source, Source::Particles { .. }) && window != Window::ALL {
             return Err("particles are those of the last frame: no times go with them".to_owned());
         }
         Ok(Self {
@@ -145,6 +179,7 @@ impl NamedResult {
             text: text.trim().to_owned(),
             function,
             source,
+            over,
             window,
         })
     }
@@ -174,7 +209,20 @@ impl NamedResult {
             known.map_or("1", |column| column.unit)
         };
         let unit = match &self.source {
-            _ if self.function == Function::Slope => "deg",
+            _ if matches!(self.function, Function::Slope | Function::Tilt) => "deg",
+            _ if self.function == Function::Ratio => {
+                let units = [Some(&self.source), self.over.as_ref()].map(|source| match source {
+                    Some(Source::Rows { table, column, .. }) => of_column(table, column),
+                    Some(Source::Energy { column }) => of_column(&ENERGIES, column),
+                    _ => "1",
+                });
+                return match units {
+                    [above, below] if above == below => "1".to_owned(),
+                    [above, "1"] => above.to_owned(),
+                    [above, below] if below.contains([' ', '/']) => format!("{above}/({below})"),
+                    [above, below] => format!("{above}/{below}"),
+                };
+            }
             Source::Rows { table, column, .. } => of_column(table, column),
             Source::Energy { column } => of_column(&ENERGIES, column),
             Source::Particles { column } if column == "speed" => "m/s",
@@ -202,6 +250,16 @@ impl NamedResult {
                 self.text
             )
         };
+        if self.function == Function::Tilt {
+            for (key, file, is_there) in [
+                ("ene", ".ene", files.ene),
+                ("frames", ".particles.arrow", files.frames),
+            ] {
+                if !is_there {
+                    return Err(off(key, file));
+                }
+            }
+        }
         match &self.source {
             Source::Rows {
                 table,
@@ -257,15 +315,9 @@ impl NamedResult {
         }
     }
 
-    /// Its value in the run whose files lie in `folder` and begin with `prefix`.
-    ///
-    /// # Errors
-    /// Why there is none.
-    pub fn of_run(&self, folder: &Path, prefix: &str) -> Result<f64, String> {
-        if self.function == Function::Slope {
-            return slope(folder, prefix);
-        }
-        let (rows, amounts) = match &self.source {
+    /// Rows of one of its sources.
+    fn rows(&self, source: &Source, folder: &Path, prefix: &str) -> Result<Vec<Row>, String> {
+        match source {
             Source::Rows {
                 table,
                 name,
@@ -275,87 +327,189 @@ impl NamedResult {
                 let path = folder.join(format!("{prefix}.{}", table.file));
                 let text = fs::read_to_string(&path).map_err(|error| lost(&path, &error))?;
                 let rows = rows(&text, name, material.as_deref(), column);
-                let rows = rows.map_err(|problem| format!("{}: {problem}", path.display()))?;
-                let role = table.column(column).map(|column| column.role);
-                (rows, role == Some(Role::Amount))
+                rows.map_err(|problem| format!("{}: {problem}", path.display()))
             }
-            Source::Energy { column } => (energies(folder, prefix, column)?, false),
-            Source::Particles { column } => {
-                return self.value(&particles(folder, prefix, column)?);
-            }
-        };
-        if self.function == Function::Rate {
-            return self.rate(&rows, amounts);
+            Source::Energy { column } => energies(folder, prefix, column),
+            Source::Particles { .. } => Ok(Vec::new()),
         }
-        let (from, to) = self.window;
-        let inside = rows.iter().filter(|row| (from..=to).contains(&row.time));
-        let values: Vec<f64> = inside.map(|row| row.value).collect();
-        self.value(&values)
     }
 
-    /// Its value in the run whose files are in `folder` and begin with `prefix`, or the reason why it has none.
-    #[must_use]
-    pub fn read(&self, folder: &Path, prefix: &str) -> ResultValue {
-        let read = self.of_run(folder, prefix);
-        let value = read.as_ref().ok().copied();
-        let value = value.filter(|value| value.is_finite());
-        let problem = match (read, value) {
-            (Err(problem), _) => Some(problem),
-            (Ok(value), None) => Some(format!("is {value}")),
-            (Ok(_), Some(_)) => None,
+    /// Whether its values are amounts that came since the row before.
+    fn is_amount(&self) -> bool {
+        let Source::Rows { table, column, .. } = &self.source else {
+            return false;
         };
+        table.column(column).map(|column| column.role) == Some(Role::Amount)
+    }
+
+    /// Its value and error in the run whose files lie in `folder` and begin with `prefix`. `settled`: the time behind which the scene schedules
+    /// nothing (s), for [steady](Self::is_steady) windows.
+    fn measured(
+        &self,
+        folder: &Path,
+        prefix: &str,
+        settled: Result<f64, String>,
+    ) -> Result<Measured, String> {
+        if self.function == Function::Slope {
+            return slope(folder, prefix).map(Measured::of_one_state);
+        }
+        if let Source::Particles { column } = &self.source {
+            let values = particles(folder, prefix, column)?;
+            return self.value(&values).map(Measured::of_one_state);
+        }
+        let (mut from, to) = self.window.times;
+        if self.window.is_steady {
+            from = settled?;
+        }
+        let all = self.rows(&self.source, folder, prefix)?;
+        let inside = |row: &&Row| (from..=to).contains(&row.time);
+        let values: Vec<f64> = all.iter().filter(inside).map(|row| row.value).collect();
+        let course = match self.function {
+            Function::Mean => Course::mean(all.iter().filter(inside)),
+            Function::Std => Course::deviation(all.iter().filter(inside)),
+            Function::Rate => {
+                let flows = self.flows(&all, (from, to));
+                let flows: Vec<Row> = flows.map(|(_, flow)| flow).collect();
+                Course::mean(flows.iter())
+            }
+            Function::Ratio => {
+                let below = self.over.as_ref().unwrap_or(&self.source);
+                let below = self.rows(below, folder, prefix)?;
+                let below: Vec<Row> = below.iter().filter(inside).copied().collect();
+                Course::ratio(all.iter().filter(inside), &below)
+            }
+            Function::Tilt => {
+                let turned = turning(folder, prefix, self.wall(), gravity(folder, prefix)?)?;
+                Course::angle(turned.iter().filter(|(row, _)| inside(&row)))
+            }
+            _ => {
+                let why = "it is one value of the window: no error follows from one run";
+                return Ok(Measured::without_error(self.value(&values)?, why));
+            }
+        };
+        let measured = course.measured(self.window.is_steady);
+        if self.window.is_steady || matches!(self.function, Function::Ratio | Function::Tilt) {
+            return measured.ok_or_else(|| self.no_rows((from, to)));
+        }
+        // Windows given in numbers: the function of all of their rows.
+        let value = match self.function {
+            Function::Rate => self.rate(&all, self.is_amount())?,
+            _ => self.value(&values)?,
+        };
+        Ok(match measured {
+            Some(measured) => measured.with_value(value),
+            None => Measured::without_error(value, "it has one row"),
+        })
+    }
+
+    /// The name of the wall of its source.
+    fn wall(&self) -> &str {
+        match &self.source {
+            Source::Rows { name, .. } => name,
+            _ => "",
+        }
+    }
+
+    /// Its value in the run whose files are in `folder` and begin with `prefix`, or the reason why it has none. `settled` is the time behind which
+    /// its scene schedules nothing, s; left out, it is read from the summary of the run.
+    #[must_use]
+    pub fn read(&self, folder: &Path, prefix: &str, settled: Option<f64>) -> ResultValue {
+        let settled = match settled {
+            Some(time) => Ok(time),
+            None if self.window.is_steady => values::settled(folder),
+            None => Ok(0.0),
+        };
+        let unit = self.unit();
+        let read = self.measured(folder, prefix, settled);
+        let is_finite = |measured: &Measured| measured.value.is_finite();
+        let problem = match &read {
+            Err(problem) => Some(problem.clone()),
+            Ok(measured) if !is_finite(measured) => Some(format!("is {}", measured.value)),
+            Ok(_) => None,
+        };
+        let read = read.ok().filter(is_finite);
+        let note = read.as_ref().and_then(|measured| {
+            let notes = [self.note(folder, prefix), measured.note.clone()];
+            let notes: Vec<String> = notes.into_iter().flatten().collect();
+            (!notes.is_empty()).then(|| notes.join("; "))
+        });
         ResultValue {
             of: self.text.clone(),
-            value,
-            unit: self.unit(),
+            value: read.as_ref().map(|measured| measured.value),
+            unit,
             problem,
-            note: value.and_then(|_| self.note(folder, prefix)),
+            note,
+            estimate: read.map(|measured| measured.estimate),
         }
     }
 
     /// Remark on its value in a run.
-    #[must_use]
-    pub fn note(&self, folder: &Path, prefix: &str) -> Option<String> {
+    fn note(&self, folder: &Path, prefix: &str) -> Option<String> {
         match self.function {
             Function::Slope => slope_note(folder, prefix),
             _ => None,
         }
     }
 
-    /// Change per time: of `amounts` the sum over the time in which they came, of rows whose time lies in the window as a whole; else the
-    /// difference of the last and the first.
-    fn rate(&self, rows: &[Row], amounts: bool) -> Result<f64, String> {
-        let (from, to) = self.window;
-        let pairs = rows.windows(2).map(|pair| (pair[0], pair[1]));
-        let inside = |(before, row): &(Row, Row)| {
+    /// The intervals between rows that lie in a window as a whole, and the change per time in each.
+    fn flows<'a>(
+        &self,
+        rows: &'a [Row],
+        (from, to): (f64, f64),
+    ) -> impl Iterator<Item = ([Row; 2], Row)> + 'a {
+        let is_amount = self.is_amount();
+        let pairs = rows.windows(2).map(|pair| [pair[0], pair[1]]);
+        let inside = move |[before, row]: &[Row; 2]| {
             // Times are multiples of the step but for round-off.
             let slack = 1e-6 * (row.time - before.time);
             before.time >= from - slack && row.time <= to + slack
         };
-        let inside: Vec<(Row, Row)> = pairs.filter(inside).collect();
-        let (Some((first, _)), Some((_, last))) = (inside.first(), inside.last()) else {
+        pairs.filter(inside).map(move |[before, row]| {
+            let change = row.value - if is_amount { 0.0 } else { before.value };
+            let flow = Row {
+                time: row.time,
+                value: change / (row.time - before.time),
+            };
+            ([before, row], flow)
+        })
+    }
+
+    /// Change per time: of `amounts` the sum over the time in which they came, of rows whose time lies in the window as a whole; else the
+    /// difference of the last and the first.
+    fn rate(&self, rows: &[Row], amounts: bool) -> Result<f64, String> {
+        let (from, to) = self.window.times;
+        let inside = self.flows(rows, (from, to)).map(|(rows, _)| rows);
+        let inside: Vec<[Row; 2]> = inside.collect();
+        let (Some([first, _]), Some([_, last])) = (inside.first(), inside.last()) else {
             return Err(format!("a rate needs two rows between {from} and {to} s"));
         };
         let change = match amounts {
-            true => inside.iter().map(|(_, row)| row.value).sum(),
+            true => inside.iter().map(|[_, row]| row.value).sum(),
             false => last.value - first.value,
         };
         Ok(change / (last.time - first.time))
     }
 
+    /// The message that no row lies in a window.
+    fn no_rows(&self, (from, to): (f64, f64)) -> String {
+        match from.is_finite() || to.is_finite() {
+            true => format!("no rows between {from} and {to} s"),
+            false => "there are no values".to_owned(),
+        }
+    }
+
     fn value(&self, values: &[f64]) -> Result<f64, String> {
         let (Some(first), Some(last)) = (values.first(), values.last()) else {
-            return Err(match self.window {
-                (from, to) if from.is_finite() || to.is_finite() => {
-                    format!("no rows between {from} and {to} s")
-                }
-                _ => "there are no values".to_owned(),
-            });
+            return Err(self.no_rows(self.window.times));
         };
         let count = values.len() as f64;
         let mean = values.iter().sum::<f64>() / count;
         Ok(match self.function {
-            Function::Mean | Function::Rate | Function::Slope => mean,
+            Function::Mean
+            | Function::Rate
+            | Function::Ratio
+            | Function::Tilt
+            | Function::Slope => mean,
             Function::Std if values.len() < 2 => f64::NAN,
             Function::Std => {
                 (values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / (count - 1.0)).sqrt()
@@ -426,11 +580,11 @@ fn steps(text: &str) -> (Vec<String>, Option<&str>) {
     (steps, None)
 }
 
-/// `FROM..TO`, each of which may be left out.
-fn window(text: &str) -> Result<(f64, f64), String> {
+/// `FROM..TO`, each of which may be left out; FROM may be `steady`.
+fn window(text: &str) -> Result<Window, String> {
     let wrong = || {
         format!(
-            "`{}` are no times: expected FROM..TO in s, as in 1..2 or 1..",
+            "`{}` are no times: expected FROM..TO in s, as in 1..2, 1.. or steady..",
             text.trim()
         )
     };
@@ -443,11 +597,38 @@ fn window(text: &str) -> Result<(f64, f64), String> {
             .filter(|t| t.is_finite())
             .ok_or_else(wrong),
     };
-    let (from, to) = (time(from, f64::NEG_INFINITY)?, time(to, f64::INFINITY)?);
-    if from <= to {
-        Ok((from, to))
+    let is_steady = from.trim() == "steady";
+    let from = match is_steady {
+        true => f64::NEG_INFINITY,
+        false => time(from, f64::NEG_INFINITY)?,
+    };
+    let times = (from, time(to, f64::INFINITY)?);
+    if times.0 <= times.1 {
+        Ok(Window { times, is_steady })
     } else {
         Err(wrong())
+    }
+}
+
+/// Whether two sources are columns of the same rows.
+fn is_one_table(a: &Source, b: &Source) -> bool {
+    match (a, b) {
+        (
+            Source::Rows {
+                table,
+                name,
+                material,
+                ..
+            },
+            Source::Rows {
+                table: of_b,
+                name: name_of_b,
+                material: material_of_b,
+                ..
+            },
+        ) => (table.name(), name, material) == (of_b.name(), name_of_b, material_of_b),
+        (Source::Energy { .. }, Source::Energy { .. }) => true,
+        _ => false,
     }
 }
 
@@ -468,6 +649,17 @@ fn source(path: &[String], function: Function) -> Result<Source, String> {
                 column: "z".to_owned(),
             }),
             _ => Err("slope is that of a heap: slope(particles)".to_owned()),
+        };
+    }
+    if function == Function::Tilt {
+        return match words[..] {
+            ["walls", name] => Ok(Source::Rows {
+                table: &WALLS,
+                name: name.to_owned(),
+                material: None,
+                column: "wx".to_owned(),
+            }),
+            _ => Err("tilt is that about the axis of a wall: tilt(walls.NAME)".to_owned()),
         };
     }
     let rows = |table: &'static TableSpec, name: &str, material: Option<&str>, column: &str| {
@@ -501,6 +693,9 @@ fn source(path: &[String], function: Function) -> Result<Source, String> {
         }
         (_, ["particles", _]) if function == Function::Rate => {
             Err("particles are those of the last frame: they have no rate".to_owned())
+        }
+        (_, ["particles", _]) if function == Function::Ratio => {
+            Err("a ratio is that of two columns of one table of rows over time".to_owned())
         }
         (_, ["particles", column]) if !column.is_empty() => Ok(Source::Particles {
             column: (*column).to_owned(),
@@ -561,6 +756,9 @@ mod tests {
             ("max(particles.volume)", "m3"),
             ("mean(particles.speed)", "m/s"),
             ("slope(particles)", "deg"),
+            ("tilt(walls.drum, steady..)", "deg"),
+            ("ratio(walls.lid.fx, walls.lid.fz, 1..)", "1"),
+            ("ratio(walls.lid.power, walls.lid.vx)", "W/(m/s)"),
         ] {
             assert_eq!(NamedResult::new("x", text).unwrap().unit(), unit, "{text}");
         }
@@ -608,12 +806,22 @@ mod tests {
             ("a=mean()", "there is no source"),
             ("a=rate(flux.out.d10)", "has no rate"),
             ("a=rate(particles.z)", "no rate"),
+            ("a=ratio(walls.lid.fx)", "two columns of one table"),
+            ("a=ratio(walls.lid.fx, 1..2)", "two columns of one table"),
+            (
+                "a=ratio(walls.lid.fx, walls.base.fz)",
+                "two columns of one table",
+            ),
+            ("a=ratio(particles.x, particles.z)", "rows over time"),
+            ("a=tilt(walls.drum.ty)", "tilt(walls.NAME)"),
+            ("a=mean(walls.lid.fx, ..steady)", "are no times"),
+            ("a=mean(walls.lid.fx, stead..)", "are no times"),
         ] {
             let error = NamedResult::parse(text).unwrap_err();
             assert!(error.contains(part), "{text}: {error}");
         }
         let named = NamedResult::parse("t = mean(walls.\"my wall.2\".ty, 1..)").unwrap();
-        assert_eq!(named.window, (1.0, f64::INFINITY));
+        assert_eq!(named.window.times, (1.0, f64::INFINITY));
         assert!(matches!(named.source, Source::Rows { name, .. } if name == "my wall.2"));
     }
 }

@@ -100,6 +100,76 @@ pub(super) fn energies(folder: &Path, prefix: &str, column: &str) -> Result<Vec<
     Ok(values)
 }
 
+/// The time behind which the scene of a run schedules nothing, from its summary, s.
+pub(super) fn settled(folder: &Path) -> Result<f64, String> {
+    let path = folder.join("summary.json");
+    let text = std::fs::read_to_string(&path).map_err(|error| super::lost(&path, &error))?;
+    let summary: Option<serde_json::Value> = serde_json::from_str(&text).ok();
+    let time = summary.and_then(|summary| summary["settled"].as_f64());
+    time.ok_or_else(|| {
+        format!(
+            "{}: no number `settled`, the time from which `steady` counts: the run was made by an earlier version; give the time in numbers",
+            path.display()
+        )
+    })
+}
+
+/// Gravity of a run, m/s^2.
+pub(super) fn gravity(folder: &Path, prefix: &str) -> Result<DVec3, String> {
+    let path = folder.join(format!("{prefix}.particles.arrow"));
+    let reader = FrameReader::open(&path).map_err(|error| error.to_string())?;
+    let header = FramesHeader::of(reader.schema()).map_err(|problem| problem.join(": "))?;
+    let gravity = header.gravity.filter(|gravity| gravity.length() > 0.0);
+    gravity.ok_or_else(|| "a tilt is that against gravity, and the scene has none".to_owned())
+}
+
+/// Vectors over time, from columns of their components.
+fn vectors(columns: [Vec<Row>; 3]) -> Vec<(f64, DVec3)> {
+    let [x, y, z] = columns;
+    let all = x.into_iter().zip(y).zip(z);
+    all.map(|((x, y), z)| (x.time, DVec3::new(x.value, y.value, z.value)))
+        .collect()
+}
+
+/// Where the centre of mass of all that moves is, as seen along the axis about which a wall turns: in each row the distance from the wall's reference
+/// point along gravity, and that at right angles to it, positive where the turning wall would carry it, m.
+pub(super) fn turning(
+    folder: &Path,
+    prefix: &str,
+    wall: &str,
+    gravity: DVec3,
+) -> Result<Vec<(Row, f64)>, String> {
+    let path = folder.join(format!("{prefix}.walls.csv"));
+    let text = std::fs::read_to_string(&path).map_err(|error| super::lost(&path, &error))?;
+    let of_wall = |columns: [&str; 3]| {
+        let [x, y, z] = columns.map(|column| rows(&text, wall, None, column));
+        let read = || Ok([x?, y?, z?]);
+        read()
+            .map(vectors)
+            .map_err(|problem: String| format!("{}: {problem}", path.display()))
+    };
+    let spins = of_wall(["wx", "wy", "wz"])?;
+    let axis = spins.iter().find_map(|(_, spin)| spin.try_normalize());
+    let axis =
+        axis.ok_or_else(|| format!("wall `{wall}` never turns: a tilt is about its axis"))?;
+    let down = (gravity - axis * gravity.dot(axis)).try_normalize();
+    let down = down.ok_or_else(|| {
+        format!("gravity lies along the axis of wall `{wall}`: there is no tilt about it")
+    })?;
+    let across = axis.cross(down);
+    let [x, y, z] = ["centerOfMassX", "centerOfMassY", "centerOfMassZ"]
+        .map(|column| energies(folder, prefix, column));
+    let centres = vectors([x?, y?, z?]);
+    let both = of_wall(["x", "y", "z"])?.into_iter().zip(centres);
+    let seen = both.map(|((time, reference), (_, centre))| {
+        let way = centre - reference;
+        let value = way.dot(down);
+        (Row { time, value }, way.dot(across))
+    });
+    // While nothing can move there is no centre of mass.
+    Ok(seen.filter(|(along, _)| along.value.is_finite()).collect())
+}
+
 /// Columns of the last frame, rows of what is fixed left out.
 fn last_frame(folder: &Path, prefix: &str, columns: &[&str]) -> Result<Vec<Vec<f64>>, String> {
     let path = folder.join(format!("{prefix}.particles.arrow"));
@@ -386,6 +456,33 @@ mod tests {
             note.starts_with("not at rest: the kinetic energy of the grains is "),
             "{note}"
         );
+    }
+
+    /// A drum about the y axis that turns by its rule carries its grains by 30 degrees from gravity: turned about y, -z goes to (-sin, 0, -cos).
+    #[test]
+    fn a_tilt_is_positive_where_the_wall_carries_the_grains() {
+        let folder = tempfile::tempdir().unwrap();
+        let (sine, cosine) = (0.5, 0.75f64.sqrt());
+        for (spin, sign) in [(2.0, 1.0), (-2.0, -1.0)] {
+            let walls = format!(
+                "time,name,x,y,z,wx,wy,wz\n0,drum,1,2,3,0,0,0\n0.5,drum,1,2,3,0,{spin},0\n"
+            );
+            std::fs::write(folder.path().join("a.walls.csv"), walls).unwrap();
+            let (x, z) = (1.0 - 0.1 * sine, 3.0 - 0.1 * cosine);
+            let energies = format!(
+                "time gravitEnergy traKineticEnergy rotKineticEnergy elasticEnergy centerOfMassX centerOfMassY centerOfMassZ\n0 0 0 0 0 {x} 7 {z}\n0.5 0 0 0 0 {x} 7 {z}\n"
+            );
+            std::fs::write(folder.path().join("a.ene"), energies).unwrap();
+            let turned = turning(folder.path(), "a", "drum", DVec3::new(0.0, 0.0, -9.81)).unwrap();
+            assert_eq!(turned.len(), 2);
+            for (along, across) in turned {
+                // Round-off of differences of numbers up to 3, over a way of 0.1.
+                assert!((along.value - 0.1 * cosine).abs() < 1e-14);
+                assert!((across - sign * 0.1 * sine).abs() < 1e-14);
+            }
+        }
+        let along_axis = turning(folder.path(), "a", "drum", DVec3::Y).unwrap_err();
+        assert!(along_axis.contains("gravity lies along"), "{along_axis}");
     }
 
     #[test]

@@ -774,7 +774,11 @@ impl Run {
         }
         if report.summary.status == Status::Finished {
             let prefix = plan.outputs().prefix();
-            let read = |result: &NamedResult| (result.name.clone(), result.read(folder, prefix));
+            let settled = Some(report.summary.settled);
+            let read = |result: &NamedResult| {
+                let value = result.read(folder, prefix, settled);
+                (result.name.clone(), value)
+            };
             report.summary.results = self.options.results.iter().map(read).collect();
         }
         let json = serde_json::to_string_pretty(&report.summary).map_err(OutputError::Json)?;

@@ -8,7 +8,9 @@ use super::budget::{Budget, energy_summary};
 use super::shortfall::{all_left, shortfalls};
 use super::{Ending, RunOptions, StopReason, exit_report, insertions, servos};
 use crate::output::Written;
-use crate::output::summary::{LiquidSummary, MembraneSummary, Status, Summary, WearSummary};
+use crate::output::summary::{
+    LiquidSummary, MembraneSummary, ResultValue, Status, Summary, WearSummary,
+};
 use crate::plan::Plan;
 use mercury_engine::step::Engine;
 
@@ -186,29 +188,54 @@ impl fmt::Display for Report {
             writeln!(f, "  servo      {line}")?;
         }
         for (name, result) in &s.results {
-            match (result.value, &result.problem) {
-                (Some(value), _) => {
-                    let unit = match result.unit.as_str() {
-                        "1" => "",
-                        unit => unit,
-                    };
-                    let value = significant(value, 6);
-                    let value = format!("{name} = {value} {unit}");
-                    let note = result.note.iter().map(|note| format!(" ({note})"));
-                    let note: String = note.collect();
-                    writeln!(f, "  result     {}{note}", value.trim_end())?;
-                }
-                (None, problem) => {
-                    let problem = problem.as_deref().unwrap_or_default();
-                    writeln!(f, "  result     {name}: {problem}")?;
-                }
-            }
+            writeln!(f, "  result     {name}{}", reported_result(result))?;
         }
         for warning in &s.warnings {
             writeln!(f, "  warning    {warning}")?;
         }
         write!(f, "  files      {}: {}", self.folder, self.files.join(" "))
     }
+}
+
+/// A result in words, behind its name.
+fn reported_result(result: &ResultValue) -> String {
+    let Some(value) = result.value else {
+        let problem = result.problem.as_deref().unwrap_or_default();
+        return format!(": {problem}");
+    };
+    let unit = match result.unit.as_str() {
+        "1" => String::new(),
+        unit => format!(" {unit}"),
+    };
+    let note = result.note.iter().map(|note| format!(" ({note})"));
+    let note: String = note.collect();
+    let estimate = result.estimate.as_ref();
+    let known = estimate.and_then(|known| Some((known, known.error?, known.interval?)));
+    let Some((known, error, [low, high])) = known.filter(|(_, error, _)| *error > 0.0) else {
+        return format!(" = {}{unit}{note}", significant(value, 6));
+    };
+    // The error to two digits, the value to as many places.
+    let digits = 2 + libm::log10((value / error).abs()).floor().clamp(0.0, 12.0) as usize;
+    let share = match value == 0.0 {
+        true => String::new(),
+        false => format!(" ({} %)", significant(100.0 * (error / value).abs(), 2)),
+    };
+    let [low, high] = [low, high].map(|end| significant(end, digits.max(3)));
+    let times = known.window.map(|times| {
+        let [from, to] = times.map(|time| significant(time, 4));
+        format!("; {from} to {to} s")
+    });
+    let batches = known.batches.map(|batches| {
+        let batches = batches.round();
+        format!(", {batches} independent batches")
+    });
+    format!(
+        " = {} ± {}{unit}{share}, 95 %: {low} to {high}{unit}{}{}{note}",
+        significant(value, digits.max(3)),
+        significant(error, 2),
+        times.unwrap_or_default(),
+        batches.unwrap_or_default(),
+    )
 }
 
 /// The messages of the time loop.
@@ -277,6 +304,7 @@ pub(super) fn report(
             liquid: engine.liquid().map(LiquidSummary::from),
             wear: wear(engine),
             membranes: membranes(engine),
+            settled: plan.settled().time,
             warnings,
             results: Vec::new(),
             status: match looped.ending {

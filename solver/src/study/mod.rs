@@ -161,7 +161,10 @@ impl Study {
         if let Some(k) = self.keys.iter().position(|key| key == column) {
             return self.units.get(k).cloned().unwrap_or_default();
         }
-        if let Some(result) = self.results.iter().find(|result| result.name == column) {
+        let is_of = |result: &&NamedResult| {
+            result.name == column || table::error_column(&result.name) == column
+        };
+        if let Some(result) = self.results.iter().find(is_of) {
             let unit = result.unit();
             return if unit == "1" { String::new() } else { unit };
         }

@@ -16,6 +16,12 @@ use crate::results::lost;
 /// Name of the file in the study's folder.
 pub const FILE: &str = "study.csv";
 
+/// The column with the standard error of a result, where one run has one.
+#[must_use]
+pub(super) fn error_column(result: &str) -> String {
+    format!("{result}_error")
+}
+
 /// How far a run has come.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum State {
@@ -94,19 +100,18 @@ impl StudyTable {
                         problems.push(format!("{}: the table has another column `{name}`: call the result something else", run.name));
                         continue;
                     }
-                    let value = result.of_run(&folder, prefix).unwrap_or_else(|problem| {
+                    let read = result.read(&folder, prefix, None);
+                    if let Some(problem) = &read.problem {
                         problems.push(format!("{}: {}: {problem}", run.name, result.name));
-                        f64::NAN
-                    });
-                    let text = if value.is_nan() {
-                        String::new()
-                    } else {
-                        format!("{value:?}")
+                    }
+                    let number = |value: Option<f64>| {
+                        value.map_or_else(String::new, |value| format!("{value:?}"))
                     };
-                    row.push((result.name.clone(), text));
-                    let note = result.note(&folder, prefix);
-                    let note = note.filter(|_| !value.is_nan());
-                    let note = note.map(|note| format!("{}: {note}", result.name));
+                    row.push((result.name.clone(), number(read.value)));
+                    if let Some(error) = read.estimate.and_then(|known| known.error) {
+                        row.push((error_column(&result.name), number(Some(error))));
+                    }
+                    let note = read.note.map(|note| format!("{}: {note}", result.name));
                     say(&mut row, note.as_slice());
                 }
             }

@@ -582,14 +582,25 @@ fn one_run_has_results_too() {
     assert!((flow / (mass / 0.2) - 1.0).abs() < 1e-12, "{flow}");
     assert_eq!(results["flow"]["unit"], "kg/s");
     assert_eq!(results["flow"]["of"], "rate(flux.gate.mass)");
-    assert_eq!(
-        results["behind"],
-        json!({ "of": "rate(flux.gate.mass, 0.12..)", "value": 0.0, "unit": "kg/s" })
-    );
-    assert_eq!(
-        results["speed"],
-        json!({ "of": "mean(particles.vx)", "value": 0.1, "unit": "m/s" })
-    );
+    for (name, of, value, unit, why) in [
+        (
+            "behind",
+            "rate(flux.gate.mass, 0.12..)",
+            0.0,
+            "kg/s",
+            "2 rows lie in its window",
+        ),
+        ("speed", "mean(particles.vx)", 0.1, "m/s", "of one state"),
+    ] {
+        let result = &results[name];
+        assert_eq!(
+            (&result["of"], &result["value"], &result["unit"]),
+            (&json!(of), &json!(value), &json!(unit))
+        );
+        assert_eq!(result["error"], Value::Null);
+        let said = result["why_no_error"].as_str().unwrap();
+        assert!(said.contains(why), "{said}");
+    }
     assert_eq!(results["never"]["value"], Value::Null);
     assert!(
         results["never"]["problem"]

@@ -6,6 +6,7 @@ mod membranes;
 mod meshes;
 mod mixing;
 mod reports;
+mod settled;
 mod shared;
 mod time_step;
 
