@@ -218,6 +218,7 @@ impl Arguments {
             within: None,
             progress: None,
             results: Vec::new(),
+            until: None,
             earlier: match (self.force, self.resume) {
                 (true, _) => Earlier::Replace,
                 (_, true) => Earlier::Continue,

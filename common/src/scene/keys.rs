@@ -127,6 +127,8 @@ pub enum Kind {
     Table(&'static TableKeys),
     /// Tables with names that the user chooses.
     Named(&'static TableKeys),
+    /// Strings with names that the user chooses.
+    Texts,
     /// A contact law, whole or with some of its keys.
     Law(LawPart, bool),
     /// One of these, which differ in their types.

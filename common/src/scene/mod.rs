@@ -38,6 +38,7 @@ mod properties;
 mod psd;
 mod quantities;
 mod region;
+mod results;
 mod settings;
 mod shapes;
 mod source;
@@ -82,6 +83,7 @@ pub use particles::{
 pub use psd::{MixturePart, Psd, SizeLaw, Weighting, parse_psd, read_psd, read_psd_with};
 pub use quantities::SetValue;
 pub use region::Region;
+pub use results::{ResultRequest, Until};
 pub use settings::{
     ClumpMass, Conventions, CoulombLimits, Dimensions, Domain, Face, RollingLever, SlidingNormal,
     TangentialHistory, Time, TimeStep,
@@ -189,6 +191,8 @@ pub struct Scene {
     pub sprays: Vec<Spray>,
     /// `[[fields]]`
     pub fields: Vec<FieldTable>,
+    /// `[results]`
+    pub results: Vec<ResultRequest>,
     /// `[output]`
     pub output: Output,
 }
@@ -497,6 +501,7 @@ pub static SCENE: TableKeys = TableKeys::new(&[&[
     tables("membranes", &Kind::Table(&MEMBRANE), "[]", "elastic sheets"),
     tables("sprays", &Kind::Table(&SPRAY), "[]", "nozzles whose droplets wet particles"),
     tables("fields", &Kind::Table(&FIELD), "[{ name = \"profile\" }]", "fields of the continuum while the run goes on"),
+    key("results", Kind::Texts, "{ torque = \"mean(walls.drum.ty, steady..)\" }", "[numbers of the run by name](../how-to/results-and-errors.md), in its report and summary").absent(Absent::EmptyTable),
     key("output", Kind::Table(&OUTPUT), "{ interval = 0.01 }   # s", "what is written, and when"),
 ]]);
 
@@ -543,6 +548,8 @@ fn read_document(
     let membranes = read_list(context, &root, "membranes", membranes::read);
     let sprays = read_list(context, &root, "sprays", sprays::read);
     let fields = read_list(context, &root, "fields", fields::read);
+    let results = root.get("results").and_then(|item| item.table());
+    let results = results.map_or_else(Vec::new, |fields| results::read(&fields));
 
     let mut names = tracked_names(&particle_items, &particles);
     let inserted = list(&root, "insertions").into_iter().enumerate();
@@ -579,6 +586,7 @@ fn read_document(
         membranes,
         sprays,
         fields,
+        results,
         output: output?,
     })
 }

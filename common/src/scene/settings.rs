@@ -7,6 +7,7 @@ use super::from_item::{FromItem, FromKey};
 use super::item::Item;
 use super::keys::{Absent, Kind, TableKeys, Word, key, non_negative, positive, vector, word};
 use super::liquid::{LianSevilleVolume, Lubrication};
+use super::results::{self, UNTIL, Until};
 use super::source::{Located, SourceSpan};
 
 /// `[time]`.
@@ -18,6 +19,8 @@ pub struct Time {
     pub step: Located<TimeStep>,
     /// Whether the run ends early once the particles rest; default false.
     pub until_at_rest: Located<bool>,
+    /// Results whose errors end the run; default none.
+    pub until: Vec<Until>,
     /// Reference speed of the automatic time step, m/s; none: estimated.
     pub v_ref: Option<Located<f64>>,
 }
@@ -275,6 +278,7 @@ pub(super) static TIME: TableKeys = TableKeys::new(&[&[
     key("end", positive("s"), "1.0", "simulated time"),
     key("step", Kind::OneOf(&[positive("s"), Kind::Keyword("auto")]), "1e-5", "`\"auto\"`: 1/50 of the shortest contact of the plan").or_word("auto"),
     key("until_at_rest", Kind::Flag, "true", "also ends [at rest](#when-a-run-is-at-rest)").or_flag(false),
+    key("until", Kind::OneOf(&[Kind::Table(&UNTIL), Kind::List("results", &Kind::Table(&UNTIL))]), "{ result = \"torque\", error = \"2 %\" }", "also ends when [results are known](../how-to/results-and-errors.md#end-a-run-when-a-result-is-known) to these errors; a list: all of them").or_open("`end` alone"),
     key("v_ref", positive("m/s"), "1.0", "reference speed of Hertz contacts for the automatic step").or_open("estimated"),
 ]]);
 
@@ -309,6 +313,7 @@ pub(super) fn read_time(fields: &Fields<'_>) -> Time {
         end: fields.read("end"),
         step: fields.read("step"),
         until_at_rest: fields.read("until_at_rest"),
+        until: (fields.get("until")).map_or_else(Vec::new, |item| results::read_until(&item)),
         v_ref: fields.read("v_ref"),
     }
 }

@@ -64,7 +64,7 @@ impl Statement {
 }
 
 /// Differences between two lists of [`Statement::entries`], a line each, but for the keys `allowed`, in which `[]` stands for any
-/// entry of a list.
+/// entry of a list, and `*` at the end for whatever follows.
 #[must_use]
 pub fn differences(
     before: &BTreeMap<String, String>,
@@ -80,7 +80,12 @@ pub fn differences(
             (None, now) => format!("{key}: absent then, {} now", now.map_or("", |now| now)),
         };
         let kind: String = key.chars().filter(|c| !c.is_ascii_digit()).collect();
-        let is_allowed = allowed.contains(&key.as_str()) || allowed.contains(&kind.as_str());
+        let is_allowed = allowed
+            .iter()
+            .any(|allowed| match allowed.strip_suffix('*') {
+                Some(beginning) => key.starts_with(beginning),
+                None => *allowed == key || *allowed == kind,
+            });
         (!is_allowed).then_some(line)
     };
     keys.into_iter().filter_map(difference).collect()

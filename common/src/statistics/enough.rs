@@ -34,10 +34,29 @@ impl Look {
     /// Whether the result is known to `wanted`, one standard error.
     #[must_use]
     pub fn is_known_to(&self, wanted: f64) -> bool {
-        self.is_steady
-            && self.independent >= FEWEST_INDEPENDENT
-            && self.difference.abs() <= MOST_DIFFERENCE * self.error
-            && self.counted_error() <= wanted
+        self.is_trusted().is_ok() && self.counted_error() <= wanted
+    }
+
+    /// Whether the error can be trusted.
+    ///
+    /// # Errors
+    /// The reason why it cannot.
+    pub fn is_trusted(&self) -> Result<(), String> {
+        if !self.is_steady {
+            return Err("it is not steady yet".to_owned());
+        }
+        if self.independent < FEWEST_INDEPENDENT {
+            let batches = self.independent;
+            return Err(format!(
+                "it has {batches:.1} independent batches, and {FEWEST_INDEPENDENT} are needed"
+            ));
+        }
+        if self.difference.abs() > MOST_DIFFERENCE * self.error {
+            return Err(format!(
+                "its halves differ by more than {MOST_DIFFERENCE} standard errors"
+            ));
+        }
+        Ok(())
     }
 }
 

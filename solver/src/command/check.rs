@@ -27,6 +27,7 @@ pub(crate) fn execute(
     plan: Plan,
     memory: &Memory,
     machine: Option<MachineMemory>,
+    results: &str,
 ) -> Outcome {
     let fits = match machine.filter(|_| !arguments.force_memory) {
         Some(limit) => check_fit(scene, &plan, memory, limit)
@@ -50,6 +51,9 @@ pub(crate) fn execute(
             say(&format!("warning: {warning}\n"))?;
         }
         say(&report(&plan, memory, machine))?;
+        if !results.is_empty() {
+            say(results)?;
+        }
     }
     let trial = match limit {
         Some(limit) => {

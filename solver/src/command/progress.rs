@@ -277,6 +277,7 @@ fn ended(outcome: Result<Option<&Report>, &Failure>) -> Value {
         (Ok(_), Some(Ending::Planned)) => (Exit::Done, "finished", Some("planned")),
         (Ok(_), Some(Ending::AtRest)) => (Exit::Done, "finished", Some("at_rest")),
         (Ok(_), Some(Ending::Worn)) => (Exit::Done, "finished", Some("worn")),
+        (Ok(_), Some(Ending::Known)) => (Exit::Done, "finished", Some("known")),
         (Ok(_), Some(Ending::Stopped(reason))) => {
             let cause = match reason {
                 StopReason::Request => "request",

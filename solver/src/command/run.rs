@@ -20,7 +20,7 @@ use mercury_engine::lanes::Width;
 use mercury_engine::task::{RunEvent, TaskProgress};
 use mercury_solver::output::folder::{self, Earlier, FolderError, Found};
 use mercury_solver::plan::{Disk, Memory, Plan, document};
-use mercury_solver::results::NamedResult;
+use mercury_solver::results::{Aims, NamedResult};
 use mercury_solver::run::checkpoint::{self, Checkpoint};
 use mercury_solver::run::{
     Checkpoints, Progress, Report, RunFailure, RunOptions, run_from, useful_threads,
@@ -68,6 +68,8 @@ pub(crate) struct How {
     pub(crate) progress: Option<Arc<ProgressFile>>,
     /// Numbers for the summary.
     pub(crate) results: Vec<NamedResult>,
+    /// Results that end the run when they are known.
+    pub(crate) until: Option<Aims>,
     /// Treatment of an earlier run in the folder.
     pub(crate) earlier: Earlier,
     /// Threads at most; `None`: those of the machine.
@@ -219,6 +221,7 @@ pub(crate) fn run_plan(
         }),
         notes,
         results: how.results.clone(),
+        until: how.until.clone(),
     };
     let result = run_from(from, plan, &options, tell);
     drop(lock);

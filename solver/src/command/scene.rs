@@ -12,7 +12,7 @@ use mercury_common::whole_file::write_whole;
 use mercury_common::within::Within;
 use mercury_engine::task::TaskProgress;
 use mercury_solver::output::summary::Status;
-use mercury_solver::results::NamedResult;
+use mercury_solver::results::{Aims, NamedResult, requested};
 use mercury_solver::run::{Progress, Report, check_fit, plan_within};
 use serde_json::Value;
 
@@ -97,11 +97,17 @@ fn plan_and_run(
     let machine = machine::memory();
     let limit = machine.filter(|_| !arguments.force_memory);
     let (plan, memory) = plan_within(&scene, limit).map_err(|errors| refused(&errors))?;
-    let results = arguments.results()?;
-    study::check_results(&results, &plan)?;
+    let (mut results, until) = requested(&scene, &plan).map_err(|errors| refused(&errors))?;
+    let more = arguments.results()?;
+    study::check_results(&more, &plan)?;
+    // One of the command line replaces that of the scene.
+    results.retain(|result| more.iter().all(|other| other.name != result.name));
+    results.extend(more);
     let Some(requests) = requests else {
         drop(waiting);
-        check::execute(arguments, &input, &scene, plan, &memory, machine)?;
+        let ends = until.as_ref().map(Aims::lines);
+        let named = lines_of(&results, ends.unwrap_or_default());
+        check::execute(arguments, &input, &scene, plan, &memory, machine, &named)?;
         return Ok(None);
     };
     if let Some(limit) = limit {
@@ -119,6 +125,7 @@ fn plan_and_run(
         within,
         progress: progress.clone(),
         results,
+        until,
         ..arguments.how()
     };
     let prefix = plan.outputs().prefix().to_owned();
@@ -159,6 +166,25 @@ fn plan_and_run(
             }
             Ok(None)
         }
+    }
+}
+
+/// The section of the results in the report of a plan; empty where there are none.
+fn lines_of(results: &[NamedResult], ends: Vec<[String; 2]>) -> String {
+    let of = |result: &NamedResult| {
+        let unit = match result.unit().as_str() {
+            "1" => String::new(),
+            unit => format!(", {unit}"),
+        };
+        [result.name.clone(), format!("{}{unit}", result.text())]
+    };
+    let lines: Vec<[String; 2]> = results.iter().map(of).chain(ends).collect();
+    let lines: String = (lines.iter())
+        .map(|[name, text]| format!("\n  {name:<23} {text}"))
+        .collect();
+    match lines.is_empty() {
+        true => lines,
+        false => format!("\nResults{lines}"),
     }
 }
 

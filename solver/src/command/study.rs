@@ -16,7 +16,7 @@ use mercury_engine::task::{Task, TaskProgress};
 use mercury_solver::output::folder::{self, Earlier};
 use mercury_solver::output::summary::Status;
 use mercury_solver::plan::{Disk, Plan};
-use mercury_solver::results::NamedResult;
+use mercury_solver::results::{self, NamedResult};
 use mercury_solver::run::{check_fit, plan_within};
 use mercury_solver::study::table::{FILE, State, StudyTable};
 use mercury_solver::study::{Study, StudyRun, Sweep, earlier, file, grid, plot};
@@ -351,6 +351,7 @@ fn planned(
         limit.total /= jobs as f64;
     }
     let (plan, memory) = plan_within(&scene, limit).map_err(|errors| refused(&errors))?;
+    results::requested(&scene, &plan).map_err(|errors| refused(&errors))?;
     if let Some(limit) = limit {
         check_fit(&scene, &plan, &memory, limit).map_err(|error| {
             let text = format!(
@@ -444,11 +445,14 @@ impl Work<'_> {
     /// Runs it, resumes it, or finds that it has ended.
     fn run(&self, number: usize, run: &StudyRun) -> Result<Option<Status>, Failure> {
         let (plan, memory, scene) = planned(self.asked, run, 1, true)?;
+        let (results, until) =
+            results::requested(&scene, &plan).map_err(|errors| refused(&errors))?;
         let how = How {
             folder: Some(self.study.folder.join(&run.name)),
             within: self.asked.within.clone(),
             progress: None,
-            results: Vec::new(),
+            results,
+            until,
             earlier: match self.arguments.force {
                 true => Earlier::Replace,
                 false => Earlier::Continue,

@@ -65,8 +65,25 @@ pub struct Summary {
     /// Requested numbers, by their names.
     #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "by_name")]
     pub results: Vec<(String, ResultValue)>,
+    /// Results that end the run when they are known, in scenes that have such.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub until: Vec<UntilSummary>,
     /// How it ended.
     pub status: Status,
+}
+
+/// A result that ends a run when it is known.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct UntilSummary {
+    /// Its name.
+    pub result: String,
+    /// Standard error at which it is known, in its unit; none without a value.
+    pub wanted: Option<f64>,
+    /// Whether it ended the run.
+    pub reached: bool,
+    /// Simulated time that is missing, about, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub more: Option<f64>,
 }
 
 /// A requested number.

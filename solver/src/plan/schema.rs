@@ -168,6 +168,9 @@ impl Schema {
                 let table = self.reference(keys, path);
                 json!({ "type": "object", "additionalProperties": table })
             }
+            Kind::Texts => {
+                json!({ "type": "object", "additionalProperties": { "type": "string" } })
+            }
             Kind::Law(part, whole) => {
                 json!({ "$ref": format!("#/$defs/{}", law_name(*part, *whole)) })
             }

@@ -12,6 +12,8 @@ pub(super) struct Measured {
     pub(super) value: f64,
     pub(super) estimate: ResultEstimate,
     pub(super) note: Option<String>,
+    /// Difference of the means of both halves of the batches; not a number without an error.
+    pub(super) difference: f64,
 }
 
 impl Measured {
@@ -32,6 +34,7 @@ impl Measured {
                 ..ResultEstimate::default()
             },
             note: None,
+            difference: f64::NAN,
         }
     }
 
@@ -175,8 +178,10 @@ impl Course {
             )),
             _ => None,
         });
+        let mut difference = f64::NAN;
         match Batches::of(&self.series(kept, kept_rows)) {
             Some(batches) => {
+                difference = batches.difference_of_halves();
                 let known = batches.estimate();
                 estimate.error = Some(known.error);
                 estimate.interval = Some([value - known.half_width, value + known.half_width]);
@@ -196,6 +201,7 @@ impl Course {
             value,
             estimate,
             note,
+            difference,
         })
     }
 }

@@ -4,7 +4,10 @@
 //! when it is over, with their errors where one run has them.
 
 mod estimate;
+mod until;
 mod values;
+
+pub use until::{Aims, requested};
 
 use std::fs;
 use std::io;
@@ -334,6 +337,26 @@ impl NamedResult {
         }
     }
 
+    /// Whether one run gives its error, or why not.
+    fn has_error(&self) -> Result<(), &'static str> {
+        match (self.function, &self.source) {
+            (Function::Slope, _) | (_, Source::Particles { .. }) => Err("it is of one state"),
+            (
+                Function::Min | Function::Max | Function::First | Function::Last | Function::Sum,
+                _,
+            ) => Err("it is one value of the window"),
+            _ => Ok(()),
+        }
+    }
+
+    /// Time from which its rows count, s, in a scene that schedules nothing behind `settled` (s).
+    fn begin(&self, settled: f64) -> f64 {
+        match self.window.is_steady {
+            true => settled,
+            false => self.window.times.0,
+        }
+    }
+
     /// Whether its values are amounts that came since the row before.
     fn is_amount(&self) -> bool {
         let Source::Rows { table, column, .. } = &self.source else {
@@ -343,12 +366,13 @@ impl NamedResult {
     }
 
     /// Its value and error in the run whose files lie in `folder` and begin with `prefix`. `settled`: the time behind which the scene schedules
-    /// nothing (s), for [steady](Self::is_steady) windows.
+    /// nothing (s), for `steady` windows. Rows behind `until` (s) do not count.
     fn measured(
         &self,
         folder: &Path,
         prefix: &str,
         settled: Result<f64, String>,
+        until: f64,
     ) -> Result<Measured, String> {
         if self.function == Function::Slope {
             return slope(folder, prefix).map(Measured::of_one_state);
@@ -357,10 +381,12 @@ impl NamedResult {
             let values = particles(folder, prefix, column)?;
             return self.value(&values).map(Measured::of_one_state);
         }
-        let (mut from, to) = self.window.times;
-        if self.window.is_steady {
-            from = settled?;
-        }
+        let (_, to) = self.window.times;
+        let from = match self.window.is_steady {
+            true => self.begin(settled?),
+            false => self.begin(0.0),
+        };
+        let to = to.min(until);
         let all = self.rows(&self.source, folder, prefix)?;
         let inside = |row: &&Row| (from..=to).contains(&row.time);
         let values: Vec<f64> = all.iter().filter(inside).map(|row| row.value).collect();
@@ -420,7 +446,7 @@ impl NamedResult {
             None => Ok(0.0),
         };
         let unit = self.unit();
-        let read = self.measured(folder, prefix, settled);
+        let read = self.measured(folder, prefix, settled, f64::INFINITY);
         let is_finite = |measured: &Measured| measured.value.is_finite();
         let problem = match &read {
             Err(problem) => Some(problem.clone()),

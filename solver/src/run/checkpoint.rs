@@ -22,9 +22,12 @@ use mercury_engine::state::{DecodeError, Decoder, Encoder};
 use mercury_engine::step::Snapshot;
 
 /// Keys of a scene that may change before its run goes on: they decide when a run ends and when it writes, not the physics.
-pub const MAY_CHANGE: [&str; 9] = [
+pub const MAY_CHANGE: [&str; 12] = [
     "title",
     "time.end",
+    "time.until.*",
+    "time.until[*",
+    "results*",
     "sprays[].max_droplets",
     "output.interval",
     "output.fstat_interval",

@@ -41,7 +41,7 @@ use time_left::Cost;
 use crate::output::summary::Status;
 use crate::output::{Due, Exchanged, FrameCopy, OutputError, Schedule, ToWrite, Writer, folder};
 use crate::plan::{Ahead, Here, POSITIONS, Plan, Workload, checkpoint_paths};
-use crate::results::NamedResult;
+use crate::results::{Aims, NamedResult};
 use mercury_engine::forces::{Watch, block_size};
 use mercury_engine::lanes::Width;
 use mercury_engine::state::{Encoder, FIXED, PEBBLE};
@@ -87,6 +87,8 @@ pub struct RunOptions {
     pub notes: Vec<String>,
     /// Numbers for the summary of a run that reaches its end.
     pub results: Vec<NamedResult>,
+    /// Results that end the run when they are known.
+    pub until: Option<Aims>,
 }
 
 /// When a run writes checkpoints; in addition it writes one when it is stopped, and where the plan requests one.
@@ -273,6 +275,7 @@ pub struct Run {
     writer: Writer,
     schedule: Schedule,
     rest: Option<Rest>,
+    aims: Option<Aims>,
     long_steps: Vec<LongStep>,
     /// Particle-steps made by one thread although there are more.
     alone: u64,
@@ -316,6 +319,8 @@ pub enum Ending {
     AtRest,
     /// A wall is worn to its `until_depth`.
     Worn,
+    /// All results of `time.until` are known.
+    Known,
     /// The run was stopped before.
     Stopped(StopReason),
 }
@@ -433,8 +438,22 @@ impl Run {
                 (engine, writer, from.known)
             }
         };
+        let mut aims = options.until.clone();
+        if let Some(aims) = &mut aims {
+            match resumed_at {
+                // The row of the start.
+                None => {
+                    let _ = aims.is_due_at(0.0);
+                }
+                Some(_) => aims.replay(folder, plan.outputs().prefix(), engine.time()),
+            }
+        }
+        let dt = plan.physics().time_step;
+        let are_known = |aims: &Aims| aims.have_ended(engine.time(), dt);
         let ended = if engine.is_worn() {
             Some(Ending::Worn)
+        } else if aims.as_ref().is_some_and(are_known) {
+            Some(Ending::Known)
         } else {
             (engine.steps() >= plan.physics().steps).then_some(Ending::Planned)
         };
@@ -443,6 +462,7 @@ impl Run {
             writer,
             schedule,
             rest: known.rest,
+            aims,
             long_steps,
             alone: 0,
             at_start: known.at_start,
@@ -565,7 +585,8 @@ impl Run {
         let mut target = (step + most)
             .min(self.schedule.next_step())
             .clamp(step + 1, until);
-        if stopping.is_some() {
+        let is_known = self.aims.as_ref().is_some_and(Aims::is_known);
+        if stopping.is_some() || is_known {
             target = step + 1;
         } else if self.rest.is_some() {
             target = target.min((step / rest_criterion::EVERY + 1) * rest_criterion::EVERY);
@@ -578,7 +599,7 @@ impl Run {
         let is_rest_due = step.is_multiple_of(rest_criterion::EVERY);
         // A step that may be the last one is observed for this case.
         let perhaps_rest = is_rest_due && self.rest.as_ref().is_some_and(Rest::is_near);
-        let perhaps_last = planned_end || stopping.is_some() || perhaps_rest;
+        let perhaps_last = planned_end || stopping.is_some() || is_known || perhaps_rest;
         let everything = self.schedule.everything();
         let watch = (due.beyond_tracks() || perhaps_last).then_some(Watch {
             records: due.needs_records() || (perhaps_last && everything.needs_records()),
@@ -618,13 +639,17 @@ impl Run {
             Some(Ending::Worn)
         } else if at_rest {
             Some(Ending::AtRest)
+        } else if is_known {
+            Some(Ending::Known)
         } else if planned_end {
             Some(Ending::Planned)
         } else {
             stopping.map(Ending::Stopped)
         };
-        if matches!(self.ended, Some(Ending::AtRest | Ending::Worn))
-            && let Err(error) = engine.settle_wear()
+        if matches!(
+            self.ended,
+            Some(Ending::AtRest | Ending::Worn | Ending::Known)
+        ) && let Err(error) = engine.settle_wear()
         {
             self.show(&error);
             return Err(error.into());
@@ -647,6 +672,9 @@ impl Run {
             if !self.writer.send(moment) {
                 return Ok(false);
             }
+            if due.frame && self.ended.is_none() && !self.look_at_results() {
+                return Ok(false);
+            }
         }
         if !self.keep_checkpoints(step) {
             return Ok(false);
@@ -660,6 +688,25 @@ impl Run {
             observation: seen,
             ..moment
         }))
+    }
+
+    /// Looks at the results that end the run, if they are due at the row of now: where they are known, the next step is the last. False if
+    /// the writer has given up.
+    fn look_at_results(&mut self) -> bool {
+        let time = self.engine.time();
+        let Some(aims) = &mut self.aims else {
+            return true;
+        };
+        if !aims.is_due_at(time) {
+            return true;
+        }
+        // Its answer comes when all rows are written.
+        if self.writer.positions().is_none() {
+            return false;
+        }
+        let folder = &self.options.folder;
+        aims.look(folder, self.plan.outputs().prefix(), time);
+        true
     }
 
     /// Writes a checkpoint if one is due at the end of this step. False if the writer has given up.
@@ -684,7 +731,7 @@ impl Run {
         };
         if matches!(
             self.ended,
-            Some(Ending::Planned | Ending::AtRest | Ending::Worn)
+            Some(Ending::Planned | Ending::AtRest | Ending::Worn | Ending::Known)
         ) {
             // It is written last: its presence means that everything is done. The outputs have less now than they will have then.
             let mut state = state;
@@ -780,6 +827,11 @@ impl Run {
                 (result.name.clone(), value)
             };
             report.summary.results = self.options.results.iter().map(read).collect();
+            if let Some(aims) = &self.aims {
+                let (until, warnings) = aims.summary(folder, prefix);
+                report.summary.until = until;
+                report.summary.warnings.extend(warnings);
+            }
         }
         let json = serde_json::to_string_pretty(&report.summary).map_err(OutputError::Json)?;
         write_whole(&folder.join("summary.json"), (json + "\n").as_bytes())

@@ -53,6 +53,7 @@ impl fmt::Display for Report {
         let how = match self.ending {
             Ending::Planned | Ending::AtRest => "finished",
             Ending::Worn => "finished, worn to until_depth,",
+            Ending::Known => "finished, with known results,",
             Ending::Stopped(StopReason::File) => "stopped by the file STOP",
             Ending::Stopped(StopReason::TimeLimit) => "stopped by the time limit",
             Ending::Stopped(StopReason::Request) => "stopped",
@@ -307,9 +308,10 @@ pub(super) fn report(
             settled: plan.settled().time,
             warnings,
             results: Vec::new(),
+            until: Vec::new(),
             status: match looped.ending {
                 Ending::Stopped(_) => Status::Stopped,
-                Ending::Planned | Ending::AtRest | Ending::Worn => Status::Finished,
+                Ending::Planned | Ending::AtRest | Ending::Worn | Ending::Known => Status::Finished,
             },
         },
         ending: looped.ending,

@@ -14,3 +14,4 @@ mod starts_from_runs;
 mod stopping;
 mod study;
 mod trial;
+mod until;

@@ -189,7 +189,9 @@ fn look(
                 }
                 Kind::Word(..) => Some(("\"qqqqqqqq\"".to_owned(), "there is no ")),
                 Kind::Whole(..) => Some(("-1".to_owned(), "must be ")),
-                Kind::Table(_) | Kind::Named(_) => Some(("1".to_owned(), "expected a table")),
+                Kind::Table(_) | Kind::Named(_) | Kind::Texts => {
+                    Some(("1".to_owned(), "expected a table"))
+                }
                 Kind::List(..) => Some(("1".to_owned(), "expected a list")),
                 kind => match kind.unit() {
                     Some("") => with_unit(example(key), "m").map(|text| (text, ", a length")),

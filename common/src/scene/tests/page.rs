@@ -88,6 +88,7 @@ fn range(kind: &Kind) -> String {
             item => format!("list of: {item}"),
         },
         Kind::Table(_) | Kind::Named(_) => "table".to_owned(),
+        Kind::Texts => "table of texts".to_owned(),
         Kind::Law(..) => "a [law](#laws)".to_owned(),
         Kind::OneOf(all) => {
             let all: Vec<String> = all.iter().map(range).collect();
