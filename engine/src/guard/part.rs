@@ -11,6 +11,7 @@ use crate::forces::{AlarmKind, Alarms, Other, StepContext, Subject, Watch};
 use crate::spray::Sprays;
 use crate::state::{Pieces, Plain, WallIndex};
 use crate::step::{Core, Engine, Exchanged, Part, RunError};
+use crate::surface::SurfacePlan;
 
 /// Counts of the guard of a run.
 #[derive(Debug, Clone, Default)]
@@ -320,7 +321,11 @@ fn subject(core: &Core, of: Subject) -> String {
     match of {
         Subject::Particle(id) => format!("particle {id}"),
         Subject::Vertex { surface, vertex } => {
-            let plan = core.physics().surfaces.get(usize::from(surface));
+            let plan = core
+                .physics()
+                .plans
+                .all::<SurfacePlan>()
+                .get(usize::from(surface));
             let name = plan.map_or(surface.to_string(), |plan| plan.name.clone());
             format!("membranes.{name}: vertex {vertex}")
         }
@@ -330,7 +335,8 @@ fn subject(core: &Core, of: Subject) -> String {
 /// The name of a wall, or of the sheet whose shape it borrows.
 fn wall(core: &Core, index: WallIndex) -> String {
     let number = index.index();
-    let (walls, surfaces) = (&core.physics().walls, &core.physics().surfaces);
+    let walls = &core.physics().walls;
+    let surfaces = core.physics().plans.all::<SurfacePlan>();
     match walls.get(number) {
         Some(wall) => format!("wall `{}`", wall.name),
         None => match surfaces.get(number.wrapping_sub(walls.len())) {

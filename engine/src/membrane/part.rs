@@ -6,10 +6,12 @@ use super::{Fault, Gap, HoldCourse, MembraneNow, MembranePlan, Moment, STRETCHES
 use crate::contact::parameter::short;
 use crate::forces::{NewList, Observation, StepContext};
 use crate::guard::{GuardPolicy, SEEN};
-use crate::physics::{Physics, Setup};
+use crate::physics::{
+    FeaturePlan, InputError, Inputs, Physics, Plans, Setup, number, positive, present,
+};
 use crate::state::{Pieces, Plain};
-use crate::step::{BesideContacts, Core, CriticalStep, Engine, Part, RunError, SizeEstimate};
-use crate::surface::Surface;
+use crate::step::{Core, CriticalStep, Engine, Part, RunError, SizeEstimate};
+use crate::surface::{Surface, SurfacePlan};
 
 /// Mechanics of the sheets of a core.
 pub(crate) struct Membranes {
@@ -39,7 +41,44 @@ fn sheets<'a>(
         has_pool,
         width,
     };
-    (&physics.membranes, surfaces, at)
+    (physics.plans.all(), surfaces, at)
+}
+
+impl FeaturePlan for MembranePlan {}
+
+impl FeaturePlan for SurfacePlan {
+    fn check(plans: &[Self], inputs: &Inputs) -> Result<(), InputError> {
+        let count = inputs.materials.len();
+        for (index, surface) in plans.iter().enumerate() {
+            let name = &surface.name;
+            let material = surface.material.number();
+            present("surface", index, "material", material, count)?;
+            positive(&format!("the thickness of {name}"), surface.thickness)?;
+            for &vertex in surface.triangles.iter().flatten() {
+                let vertices = surface.vertices.len();
+                let what = format!("{name}, surface");
+                present(&what, index, "vertex", vertex, vertices)?;
+            }
+            if surface.masses.len() != surface.vertices.len() {
+                let (what, found) = (format!("the masses of {name}"), surface.masses.len());
+                return Err(number(&what, "one for each vertex", found));
+            }
+            // Those that are held have an infinite one.
+            let is_wrong = |mass: &&f64| mass.is_nan() || **mass <= 0.0;
+            if let Some(mass) = surface.masses.iter().find(is_wrong) {
+                return Err(number(
+                    &format!("a mass of {name}"),
+                    "a number above 0",
+                    mass,
+                ));
+            }
+            if surface.touches_walls && inputs.laws.has_liquid() {
+                let what = format!("walls of {name}");
+                return Err(number(&what, "off in scenes with liquid", "on"));
+            }
+        }
+        Ok(())
+    }
 }
 
 impl Part for Membranes {
@@ -68,9 +107,9 @@ impl Part for Membranes {
     }
 
     /// That of the sheet that sets it. Sheets that are held all over have none, as they move by their holds.
-    fn critical_step(plans: &BesideContacts<'_>) -> Option<CriticalStep> {
-        let all = plans.surfaces.iter().zip(plans.membranes);
-        let all = all.filter(|(_, membrane)| !membrane.is_all_held());
+    fn critical_step(plans: &Plans) -> Option<CriticalStep> {
+        let all = plans.all::<SurfacePlan>().iter().zip(plans.all());
+        let all = all.filter(|(_, membrane): &(_, &MembranePlan)| !membrane.is_all_held());
         let steps = all.map(|(surface, membrane)| CriticalStep {
             time: membrane.rates(&surface.vertices).critical_step(),
             of: format!("membranes.{}", surface.name),
@@ -81,10 +120,10 @@ impl Part for Membranes {
 
     /// Sheets, their mechanics and their meshes.
     fn bytes(setup: &Setup, _: &SizeEstimate) -> f64 {
-        let surfaces = setup.physics.surfaces.iter().map(Surface::bytes_of);
-        let membranes = setup
-            .physics
-            .membranes
+        let plans = &setup.physics.plans;
+        let surfaces = plans.all().iter().map(Surface::bytes_of);
+        let membranes = plans
+            .all::<MembranePlan>()
             .iter()
             .map(|plan| plan.sheet.bytes() + MembraneNow::bytes_of(plan));
         surfaces.sum::<f64>() + membranes.sum::<f64>()
@@ -173,14 +212,14 @@ impl Part for Membranes {
     fn end_step(&mut self, core: &mut Core) -> Result<(), RunError> {
         let physics = core.physics();
         let policy = physics.guard.policy;
-        let plans = physics.membranes.iter().zip(&core.domain.surfaces);
+        let plans = physics.plans.all().iter().zip(&core.domain.surfaces);
         for (number, (membrane, (plan, surface))) in self.all.iter_mut().zip(plans).enumerate() {
             let Some(fault) = membrane.fault(plan, surface) else {
                 continue;
             };
             let is_lost = matches!(fault, Fault::NotFinite { .. });
             if policy == GuardPolicy::Strict || is_lost {
-                let name = &physics.surfaces[number].name;
+                let name = &physics.plans.all::<SurfacePlan>()[number].name;
                 return Err(RunError::Guarded {
                     step: core.steps(),
                     time: core.time(),
@@ -197,7 +236,7 @@ impl Part for Membranes {
 
     /// The load of sheets on walls that hold their vertices is part of the loads of these walls, and of what servos meet.
     fn observe(&self, core: &Core, observation: &mut Observation) {
-        let plans = core.physics().membranes.iter().zip(&core.domain.surfaces);
+        let plans = core.physics().plans.all().iter().zip(&core.domain.surfaces);
         for ((plan, surface), membrane) in plans.zip(&self.all) {
             let walls = core.physics().walls.iter().enumerate();
             for (number, wall) in walls.filter(|_| core.has_servos()) {
@@ -220,7 +259,8 @@ impl Part for Membranes {
     }
 
     fn warnings(&self, core: &Core) -> Vec<String> {
-        let names = core.physics().surfaces.iter();
+        let sheets = core.physics().plans.all::<SurfacePlan>();
+        let names = sheets.iter();
         let faults = (names.zip(&self.all))
             .filter(|(_, membrane)| membrane.faults > 0)
             .map(|(surface, membrane)| {
@@ -229,11 +269,7 @@ impl Part for Membranes {
                     surface.name, membrane.faults, STRETCHES[0], STRETCHES[1]
                 )
             });
-        let plans = core
-            .physics()
-            .surfaces
-            .iter()
-            .zip(&core.physics().membranes);
+        let plans = sheets.iter().zip(core.physics().plans.all());
         let gaps = (plans.zip(&self.all)).flat_map(|((surface, plan), membrane)| {
             let words = |gap: &Gap| words_of_gap(core, &surface.name, plan, gap);
             membrane.gaps.iter().map(words)
@@ -254,7 +290,7 @@ impl Part for Membranes {
                 "it has the mechanics of {found} membranes, the plan of {planned}"
             ));
         }
-        let plans = core.physics().membranes.iter().zip(&core.domain.surfaces);
+        let plans = core.physics().plans.all().iter().zip(&core.domain.surfaces);
         for (((plan, surface), membrane), saved) in plans.zip(&mut self.all).zip(&saved) {
             membrane.restore(plan, surface, saved)?;
         }
@@ -292,7 +328,9 @@ impl Membranes {
             None => follow(),
         };
         followed.map_err(|error| RunError::Surface {
-            surface: core.physics().surfaces[number].name.clone(),
+            surface: core.physics().plans.all::<SurfacePlan>()[number]
+                .name
+                .clone(),
             step: core.steps(),
             time: core.time(),
             error,

@@ -32,7 +32,7 @@ mod walls;
 pub use self::core::{Core, Domain};
 pub use error::RunError;
 pub use lists::Lists;
-pub use part::{Arrival, BesideContacts, CriticalStep, Exchanged, Leaving, Part, SizeEstimate};
+pub use part::{Arrival, CriticalStep, Exchanged, Leaving, Part, SizeEstimate};
 pub use parts::{bytes_of_parts, critical_step};
 pub use snapshot::Snapshot;
 pub use start::StartOptions;

@@ -35,7 +35,7 @@ fn has_surfaces(core: &Core) -> bool {
 
 /// Whether sliding at walls is summed up from step to step.
 fn has_sliding(core: &Core) -> bool {
-    !core.physics.wear.is_empty() || core.watched.triangle_loads
+    core.domain.walls.iter().any(WallNow::wears) || core.watched.triangle_loads
 }
 
 const CLOCK: &str = "clock";

@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::{Core, RunError};
 use crate::cell::Cell;
 use crate::forces::{NearWall, near_walls_of_vertices};
+use crate::membrane::MembranePlan;
 use crate::neighbours::Margin;
 use crate::state::{Load, Particle};
 use crate::surface::{SavedSurface, Surface, SurfacePlan};
@@ -75,7 +76,7 @@ impl Core {
         for (surface, loads) in self.domain.surfaces.iter_mut().zip(of_walls) {
             surface.add_vertex_loads(loads.iter().map(|load| load.force));
         }
-        if self.physics.membranes.is_empty() {
+        if self.physics.plans.get::<MembranePlan>().is_none() {
             for surface in &mut self.domain.surfaces {
                 surface.forces.clone_from(&surface.loads);
             }
@@ -84,7 +85,7 @@ impl Core {
 
     /// Whether vertices of some sheet touch walls.
     fn vertices_touch_walls(&self) -> bool {
-        let mut plans = self.physics.surfaces.iter();
+        let mut plans = self.physics.plans.all::<SurfacePlan>().iter();
         plans.any(|plan| plan.touches_walls)
     }
 
@@ -100,7 +101,7 @@ impl Core {
 
     /// The vertices of a sheet as spheres of half its thickness; none if they do not touch walls.
     fn vertex_spheres(&self, number: usize) -> Vec<Particle> {
-        let plan = &self.physics.surfaces[number];
+        let plan = &self.physics.plans.all::<SurfacePlan>()[number];
         let surface = &self.domain.surfaces[number];
         let count = if plan.touches_walls {
             surface.positions.len()
@@ -129,11 +130,12 @@ impl Core {
         let most = periods.fold(cell.diagonal(), |most, axis| {
             most.min(LEAST_PART * cell.size()[axis])
         });
+        let plans = self.physics.plans.all::<SurfacePlan>();
         for (number, surface) in self.domain.surfaces.iter_mut().enumerate() {
             let outer = self.domain.walls[first + number].outer_box();
             let mut room = most;
             // More vertices are near walls where they may go farther.
-            if self.physics.surfaces[number].touches_walls {
+            if plans[number].touches_walls {
                 room = room.min(MOST_BESIDE_WALLS * margin.skin);
             }
             for (row, record) in self.particles.records.iter().enumerate() {
@@ -195,7 +197,7 @@ impl Core {
             surface.restore(saved)?;
             let way = surface.way_since_listed();
             let followed = wall.follow_anew(&surface.corners(), way, &self.domain.cell);
-            let name = &self.physics.surfaces[number].name;
+            let name = &self.physics.plans.all::<SurfacePlan>()[number].name;
             followed.map_err(|error| format!("membranes.{name}: {error}"))?;
         }
         Ok(())

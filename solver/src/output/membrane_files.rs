@@ -14,7 +14,7 @@ use super::{FrameCopy, OutputError};
 use crate::plan::Plan;
 use mercury_engine::membrane::{HoldLoad, MembraneNow, MembranePlan};
 use mercury_engine::step::Engine;
-use mercury_engine::surface::Surface;
+use mercury_engine::surface::{Surface, SurfacePlan};
 
 /// Elastic sheets at one time.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,7 +51,7 @@ fn energies(
 }
 
 fn all(engine: &Engine) -> impl Iterator<Item = (&MembranePlan, &Surface, &MembraneNow)> {
-    let plans = engine.physics().membranes.iter();
+    let plans = engine.physics().plans.all().iter();
     let sheets = plans.zip(engine.surfaces()).zip(engine.membranes());
     sheets.map(|((plan, surface), membrane)| (plan, surface, membrane))
 }
@@ -206,11 +206,11 @@ impl RunTable for MembraneCsv {
     const SPEC: &'static TableSpec = &MEMBRANES;
 
     fn is_wanted(plan: &Plan) -> bool {
-        !plan.physics().membranes.is_empty()
+        plan.physics().plans.get::<MembranePlan>().is_some()
     }
 
     fn new(plan: &Plan) -> Self {
-        let surfaces = plan.physics().surfaces.iter();
+        let surfaces = plan.physics().plans.all::<SurfacePlan>().iter();
         Self {
             names: surfaces.map(|surface| surface.name.clone()).collect(),
         }
@@ -237,14 +237,14 @@ impl RunTable for HoldCsv {
     const SPEC: &'static TableSpec = &HOLDS;
 
     fn is_wanted(plan: &Plan) -> bool {
-        let mut membranes = plan.physics().membranes.iter();
+        let mut membranes = plan.physics().plans.all::<MembranePlan>().iter();
         membranes.any(|membrane| !membrane.holds.is_empty())
     }
 
     fn new(plan: &Plan) -> Self {
-        let sheets = plan.physics().surfaces.iter();
-        let sheets = sheets.zip(&plan.physics().membranes);
-        let names = sheets.map(|(surface, membrane)| {
+        let plans = &plan.physics().plans;
+        let sheets = plans.all::<SurfacePlan>().iter().zip(plans.all());
+        let names = sheets.map(|(surface, membrane): (_, &MembranePlan)| {
             let holds = membrane.holds.iter().map(|hold| hold.name.clone());
             (surface.name.clone(), holds.collect())
         });
@@ -276,7 +276,7 @@ impl StreamKind for MembraneFrames {
     const NAME: &'static str = "membranes.arrow";
 
     fn is_wanted(plan: &Plan) -> bool {
-        plan.outputs().files().frames && !plan.physics().membranes.is_empty()
+        plan.outputs().files().frames && plan.physics().plans.get::<MembranePlan>().is_some()
     }
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
@@ -306,7 +306,7 @@ impl StreamKind for MembraneTriangles {
     const NAME: &'static str = "membrane_triangles.arrow";
 
     fn is_wanted(plan: &Plan) -> bool {
-        plan.outputs().files().frames && !plan.physics().membranes.is_empty()
+        plan.outputs().files().frames && plan.physics().plans.get::<MembranePlan>().is_some()
     }
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {

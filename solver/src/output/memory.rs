@@ -48,7 +48,7 @@ pub fn output_bytes(plan: &Plan, expected: &Expected, history: &[HistoryNumber])
     if output.frames || output.vtk || !output.fields.is_empty() {
         writing = writing.max(2.0 * rows * columns);
     }
-    let sheets: f64 = plan.physics().surfaces.iter().map(sheet_bytes).sum();
+    let sheets: f64 = plan.physics().plans.all().iter().map(sheet_bytes).sum();
     kept += GROWTH * sheets;
     writing += sheets;
     if output.data {

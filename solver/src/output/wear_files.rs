@@ -8,7 +8,7 @@ use super::stream::{Beginning, Sink, Stream, StreamKind};
 use super::table_file::{Rows, RunTable};
 use super::{FrameCopy, OutputError};
 use crate::plan::Plan;
-use mercury_engine::wear::{Wear, WearRow};
+use mercury_engine::wear::{Wear, WearPlan, WearRow};
 
 /// Worn walls at one time.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,7 +70,7 @@ impl RunTable for WearCsv {
     const SPEC: &'static TableSpec = &WEAR;
 
     fn is_wanted(plan: &Plan) -> bool {
-        !plan.physics().wear.is_empty()
+        plan.physics().plans.get::<WearPlan>().is_some()
     }
 
     fn new(plan: &Plan) -> Self {
@@ -99,7 +99,7 @@ impl StreamKind for WearFrames {
     const NAME: &'static str = "wear.arrow";
 
     fn is_wanted(plan: &Plan) -> bool {
-        plan.outputs().files().frames && !plan.physics().wear.is_empty()
+        plan.outputs().files().frames && plan.physics().plans.get::<WearPlan>().is_some()
     }
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
@@ -129,7 +129,7 @@ impl StreamKind for WearTriangles {
     const NAME: &'static str = "wear_triangles.arrow";
 
     fn is_wanted(plan: &Plan) -> bool {
-        plan.outputs().files().frames && !plan.physics().wear.is_empty()
+        plan.outputs().files().frames && plan.physics().plans.get::<WearPlan>().is_some()
     }
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {

@@ -20,6 +20,7 @@ use mercury_engine::membrane::{
     Bending, Elasticity, HoldCourse, HoldPlan, Law, Load, MembranePlan, Sheet, Topology,
     about_triangles, cylinder, disc, rectangle, sphere,
 };
+use mercury_engine::physics::Plans;
 use mercury_engine::state::MaterialIndex;
 use mercury_engine::surface::{Faces, SurfacePlan};
 use mercury_engine::walls::{Motion, Wall};
@@ -33,38 +34,29 @@ const OWN_WEIGHT: f64 = 0.5;
 /// The automatic step is this part of the critical step of a sheet.
 pub(super) const STEPS_PER_CRITICAL: f64 = 10.0;
 
-/// All sheets, in the order of the file.
-#[derive(Debug, Default)]
-pub(super) struct Sheets {
-    pub surfaces: Vec<SurfacePlan>,
-    pub membranes: Vec<MembranePlan>,
-}
-
-impl Sheets {
-    /// Mass of the lightest vertex of the sheets of a material, kg; infinite if these are held all over.
-    pub(super) fn lightest_vertex(&self, material: usize) -> Option<f64> {
-        let all = self.surfaces.iter().zip(&self.membranes);
-        let of_material = all.filter(|(surface, _)| surface.material.index() == material);
-        let masses = of_material.map(|(_, membrane)| {
-            let masses = membrane.sheet.masses().iter().copied();
-            if membrane.is_all_held() {
-                f64::INFINITY
-            } else {
-                masses.fold(f64::INFINITY, f64::min)
-            }
-        });
-        masses.reduce(f64::min)
-    }
+/// Mass of the lightest vertex of the sheets of a material, kg; infinite if these are held all over.
+pub(super) fn lightest_vertex(plans: &Plans, material: usize) -> Option<f64> {
+    let all = plans.all::<SurfacePlan>().iter().zip(plans.all());
+    let of_material = all.filter(|(surface, _)| surface.material.index() == material);
+    let masses = of_material.map(|(_, membrane): (_, &MembranePlan)| {
+        let masses = membrane.sheet.masses().iter().copied();
+        if membrane.is_all_held() {
+            f64::INFINITY
+        } else {
+            masses.fold(f64::INFINITY, f64::min)
+        }
+    });
+    masses.reduce(f64::min)
 }
 
 /// Warnings of liquid bridges, which have no energy where contacts with a sheet join.
 pub(super) fn without_energy(
-    planned: &Sheets,
+    plans: &Plans,
     pairs: &[PairPlan],
     uses: &[MaterialUse],
 ) -> Vec<String> {
     let mut warnings = Vec::new();
-    for surface in &planned.surfaces {
+    for surface in plans.all::<SurfacePlan>() {
         let own = pairs.iter().filter(|pair| {
             let [one, other] = pair.materials;
             let meets = |sheet, grain: MaterialIndex| {
@@ -84,21 +76,22 @@ pub(super) fn without_energy(
     warnings
 }
 
+/// Adds the plans of all sheets, in the order of the file.
 pub(super) fn membranes(
     scene: &Scene,
     walls: &[Wall],
+    plans: &mut Plans,
     warnings: &mut Vec<String>,
     notes: &mut Vec<String>,
     errors: &mut Vec<SceneError>,
-) -> Sheets {
-    let mut planned = Sheets::default();
+) {
     let Some(first) = scene.membranes.first() else {
-        return planned;
+        return;
     };
     if scene.domain.dimensions == Dimensions::Two {
         let message = "membranes need three dimensions";
         errors.push(first.name.place.error(message));
-        return planned;
+        return;
     }
     if let Some(spray) = scene.sprays.first() {
         let message = "droplets do not see membranes in this version";
@@ -126,8 +119,8 @@ pub(super) fn membranes(
                     surface.name
                 ));
             }
-            planned.surfaces.push(surface);
-            planned.membranes.push(mechanics);
+            plans.insert(surface);
+            plans.insert(mechanics);
         }
     }
     let others = if scene.membranes.len() > 1 {
@@ -136,7 +129,6 @@ pub(super) fn membranes(
         "it does not touch itself"
     };
     notes.push(format!("membranes: {others} in this version"));
-    planned
 }
 
 fn plan_one(

@@ -13,6 +13,7 @@ use super::{Disk, FieldPlan, Memory, PairPlan, Plan};
 use mercury_engine::boundaries::expected_number;
 use mercury_engine::boundaries::{FluxPart, Quantity, Rate, Total};
 use mercury_engine::contact::parameter::short;
+use mercury_engine::surface::SurfacePlan;
 use mercury_engine::walls::{Shape, Wall};
 use mercury_engine::wear::{WearBasis, WearLaw, WearPlan};
 
@@ -404,7 +405,7 @@ fn walls(text: &mut String, plan: &Plan) -> std::fmt::Result {
         if let Shape::Mesh(mesh) = &wall.shape {
             line(text, "", &describe(mesh))?;
         }
-        let wear = plan.physics().wear.iter();
+        let wear = plan.physics().plans.all::<WearPlan>().iter();
         for wear in wear.filter(|wear| wear.wall == index) {
             line(text, "", &wear_line(wear))?;
         }
@@ -414,7 +415,8 @@ fn walls(text: &mut String, plan: &Plan) -> std::fmt::Result {
 
 /// Sheets, where there are any.
 fn membranes(text: &mut String, plan: &Plan) -> std::fmt::Result {
-    let sheets = (plan.physics().surfaces.iter()).zip(&plan.physics().membranes);
+    let plans = &plan.physics().plans;
+    let sheets = plans.all::<SurfacePlan>().iter().zip(plans.all());
     for (number, (surface, membrane)) in sheets.enumerate() {
         if number == 0 {
             heading(text, "Membranes")?;

@@ -10,7 +10,9 @@ use super::{Ending, RunOptions, StopReason, exit_report, insertions, servos};
 use crate::output::Written;
 use crate::output::summary::{LiquidSummary, MembraneSummary, Status, Summary, WearSummary};
 use crate::plan::Plan;
+use mercury_engine::membrane::MembranePlan;
 use mercury_engine::step::Engine;
+use mercury_engine::surface::SurfacePlan;
 
 /// A finished run. Printed, it is the closing report.
 #[derive(Debug, Clone, PartialEq)]
@@ -323,11 +325,12 @@ fn wear(engine: &Engine) -> Vec<WearSummary> {
 
 /// Elastic sheets in numbers.
 fn membranes(engine: &Engine) -> Vec<MembraneSummary> {
-    let physics = engine.physics();
-    let plans = physics.surfaces.iter().zip(&physics.membranes);
+    let plans = &engine.physics().plans;
+    let plans = plans.all::<SurfacePlan>().iter().zip(plans.all());
     let sheets = plans.zip(engine.surfaces()).zip(engine.membranes());
     sheets
         .map(|(((named, plan), surface), membrane)| {
+            let plan: &MembranePlan = plan;
             let seen = plan.sheet.seen(&surface.positions);
             MembraneSummary {
                 name: named.name.clone(),

@@ -89,7 +89,7 @@ impl Setup<'_> {
         self.plan_of(|draft| {
             // Without particles that may meet a scene has no laws.
             draft.particles = particles;
-            draft.surfaces = surfaces;
+            *draft.plans.all_mut() = surfaces;
         })
     }
 
@@ -425,7 +425,7 @@ fn plastic_and_wet_contacts_join() {
         };
         let plan = setup.plan_of(|draft| {
             draft.particles = vec![thrown];
-            draft.surfaces = vec![sheet];
+            draft.plans.insert(sheet);
             if film > 0.0 {
                 draft.start_values.push(StartValues {
                     particles: vec![(0, film)],
@@ -505,7 +505,7 @@ fn clumps_and_prescribed_particles_push_sheets() {
         draft.particles.clear();
         draft.clumps = vec![rod.unwrap()];
         draft.bodies = vec![body];
-        draft.surfaces = vec![square(6, 0.12, 0.1, 3)];
+        draft.plans.insert(square(6, 0.12, 0.1, 3));
     });
     let mut engine = Engine::new(plan, 1).unwrap();
     let sums = |engine: &Engine| {
@@ -930,7 +930,7 @@ fn a_sheet_takes_a_bridge_apart() {
                 ball(at, radius, DVec3::ZERO, DVec3::ZERO)
             })
             .to_vec();
-        draft.surfaces = vec![sheet];
+        draft.plans.insert(sheet);
         draft.start_values.push(StartValues {
             particles: vec![(0, film), (1, film)],
             ..StartValues::new(&FILM_VOLUME)
@@ -1055,11 +1055,11 @@ fn threads_share_large_sheets() {
 fn scenes_that_sheets_do_not_know_are_refused() {
     let plan = Setup::default().plan(thrown(1), vec![square(2, 0.1, 0.0, 0)]);
     let mut broken = plan.draft();
-    broken.surfaces[0].masses[3] = -1.0;
+    broken.plans.all_mut::<SurfacePlan>()[0].masses[3] = -1.0;
     let error = broken.plan().unwrap_err().to_string();
     assert!(error.contains("a mass of sheet"), "{error}");
     let mut broken = plan.draft();
-    broken.surfaces[0].triangles[1][2] = 50;
+    broken.plans.all_mut::<SurfacePlan>()[0].triangles[1][2] = 50;
     let error = broken.plan().unwrap_err().to_string();
     assert!(error.contains("vertex 50"), "{error}");
 }

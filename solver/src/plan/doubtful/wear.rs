@@ -12,7 +12,7 @@ use mercury_engine::wear::{WearPlan, Worn};
 
 /// Warnings for each wall that wears.
 pub(super) fn wear_without_effect_or_too_fast(plan: &Plan) -> Vec<Finding> {
-    let walls = plan.physics().wear.iter();
+    let walls = plan.physics().plans.all().iter();
     let found = walls.flat_map(|wear| of_wear(plan, wear));
     found.map(Finding::Warning).collect()
 }

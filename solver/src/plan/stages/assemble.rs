@@ -13,7 +13,6 @@ use crate::plan::liquid::wall_films;
 use crate::plan::meshes;
 use crate::plan::start_from_run::{Earlier, Here, carried};
 use crate::plan::time_step::{StepPlan, steps};
-use crate::plan::wear::wear;
 use crate::plan::{Counted, FieldPlan, Material, Notes, OutputPlan, Outputs, Plan, cell_of};
 use mercury_engine::boundaries::InsertionPlan;
 use mercury_engine::contact::registry::LawTable;
@@ -56,12 +55,11 @@ pub(super) fn assemble(
         clumps,
         mut start,
         insertions,
-        sprays,
         regions,
         deletions,
         fluxes,
         fields,
-        sheets,
+        mut plans,
         sizes,
         ..
     } = parts;
@@ -108,13 +106,12 @@ pub(super) fn assemble(
     let triangle_loads =
         meshes::has_triangle_loads(&walls, &scene.output.switches, &mut found.warnings);
     ignored_keys(scene, &mut found.warnings);
-    let wear = wear(scene, &walls);
     let mesh_files = meshes::files(scene, &walls);
     let liquid = liquid(
         scene,
         wall_films,
         &laws,
-        sprays.as_ref(),
+        plans.get(),
         &insertions,
         &start.values,
         time_step,
@@ -130,6 +127,7 @@ pub(super) fn assemble(
                 )
             }));
     }
+    plans.all_mut().extend(liquid);
     let inputs = Inputs {
         seed: scene.seed,
         gravity: *scene.gravity,
@@ -156,12 +154,8 @@ pub(super) fn assemble(
             overlap: *scene.guard.overlap,
             way: *scene.guard.way,
         },
-        liquid,
-        sprays,
         walls,
-        wear,
-        surfaces: sheets.surfaces,
-        membranes: sheets.membranes,
+        plans,
         particles: start.particles,
         clumps,
         bodies: start.bodies,

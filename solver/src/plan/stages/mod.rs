@@ -62,7 +62,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     let mut parts = Parts::of(scene, most_sites, &mut found);
     let laws = Laws::of(scene, &parts, &mut found);
     (found.warnings).extend(membranes::without_energy(
-        &parts.sheets,
+        &parts.plans,
         &laws.pairs,
         &parts.uses,
     ));
@@ -148,7 +148,7 @@ fn check_places(scene: &Scene, parts: &Parts, counted: &mut Counted, found: &mut
         clumps,
         start,
         insertions,
-        sheets,
+        plans,
         sizes,
         ..
     } = parts;
@@ -158,7 +158,7 @@ fn check_places(scene: &Scene, parts: &Parts, counted: &mut Counted, found: &mut
     let radii = [sizes.smallest, sizes.mean, sizes.largest];
     [counted.touching, counted.listed] =
         checks::overlaps(scene, start, clumps, walls, radii, errors, warnings);
-    checks::through_sheets(scene, start, clumps, &sheets.surfaces, warnings);
+    checks::through_sheets(scene, start, clumps, plans.all(), warnings);
     counted.scale_up(start, clumps);
     check_among_walls(
         scene,

@@ -15,7 +15,7 @@ use crate::plan::usage::MaterialUse;
 use mercury_engine::contact::mixing::elastic_constants;
 use mercury_engine::contact::normal::rayleigh_time;
 use mercury_engine::contact::parameter::short;
-use mercury_engine::step::{BesideContacts, critical_step};
+use mercury_engine::step::critical_step;
 
 /// More steps than this cannot be counted in a double, by which times are computed.
 const MOST_STEPS: f64 = 9e15;
@@ -99,10 +99,7 @@ pub(super) fn plan_step(
         dimensions,
         ..
     } = parts;
-    let beside = critical_step(&BesideContacts {
-        surfaces: &parts.sheets.surfaces,
-        membranes: &parts.sheets.membranes,
-    });
+    let beside = critical_step(&parts.plans);
     let (speed, speed_reason) = reference_speed(scene, parts);
     let Limits {
         contact,
