@@ -11,7 +11,6 @@ use crate::forces::{AlarmKind, Alarms, Other, StepContext, Subject, Watch};
 use crate::spray::Sprays;
 use crate::state::{Pieces, Plain, WallIndex};
 use crate::step::{Core, Engine, Exchanged, Part, RunError};
-use crate::surface::SurfacePlan;
 
 /// Counts of the guard of a run.
 #[derive(Debug, Clone, Default)]
@@ -321,12 +320,8 @@ fn subject(core: &Core, of: Subject) -> String {
     match of {
         Subject::Particle(id) => format!("particle {id}"),
         Subject::Vertex { surface, vertex } => {
-            let plan = core
-                .physics()
-                .plans
-                .all::<SurfacePlan>()
-                .get(usize::from(surface));
-            let name = plan.map_or(surface.to_string(), |plan| plan.name.clone());
+            let sheet = core.surfaces().get(usize::from(surface));
+            let name = sheet.map_or(surface.to_string(), |sheet| sheet.plan().name.clone());
             format!("membranes.{name}: vertex {vertex}")
         }
     }
@@ -336,11 +331,10 @@ fn subject(core: &Core, of: Subject) -> String {
 fn wall(core: &Core, index: WallIndex) -> String {
     let number = index.index();
     let walls = &core.physics().walls;
-    let surfaces = core.physics().plans.all::<SurfacePlan>();
     match walls.get(number) {
         Some(wall) => format!("wall `{}`", wall.name),
-        None => match surfaces.get(number.wrapping_sub(walls.len())) {
-            Some(sheet) => format!("membrane `{}`", sheet.name),
+        None => match core.surfaces().get(number.wrapping_sub(walls.len())) {
+            Some(sheet) => format!("membrane `{}`", sheet.plan().name),
             None => format!("wall `{index}`"),
         },
     }

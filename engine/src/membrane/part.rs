@@ -11,11 +11,11 @@ use crate::physics::{
 };
 use crate::state::{Pieces, Plain};
 use crate::step::{Core, CriticalStep, Engine, Part, RunError, SizeEstimate};
-use crate::surface::{Surface, SurfacePlan};
+use crate::surface::Surface;
 
 /// Mechanics of the sheets of a core.
 pub(crate) struct Membranes {
-    /// The mechanics of the sheets, one for each, or none at all.
+    /// The mechanics of the sheets, one for each.
     all: Vec<MembraneNow>,
     /// Whether particles of the present candidate list are near each wall.
     is_near: Vec<bool>,
@@ -44,12 +44,10 @@ fn sheets<'a>(
     (physics.plans.all(), surfaces, at)
 }
 
-impl FeaturePlan for MembranePlan {}
-
-impl FeaturePlan for SurfacePlan {
+impl FeaturePlan for MembranePlan {
     fn check(plans: &[Self], inputs: &Inputs) -> Result<(), InputError> {
         let count = inputs.materials.len();
-        for (index, surface) in plans.iter().enumerate() {
+        for (index, Self { surface, .. }) in plans.iter().enumerate() {
             let name = &surface.name;
             let material = surface.material.number();
             present("surface", index, "material", material, count)?;
@@ -108,11 +106,11 @@ impl Part for Membranes {
 
     /// That of the sheet that sets it. Sheets that are held all over have none, as they move by their holds.
     fn critical_step(plans: &Plans) -> Option<CriticalStep> {
-        let all = plans.all::<SurfacePlan>().iter().zip(plans.all());
-        let all = all.filter(|(_, membrane): &(_, &MembranePlan)| !membrane.is_all_held());
-        let steps = all.map(|(surface, membrane)| CriticalStep {
-            time: membrane.rates(&surface.vertices).critical_step(),
-            of: format!("membranes.{}", surface.name),
+        let plans = plans.all::<MembranePlan>().iter();
+        let free = plans.filter(|plan| !plan.is_all_held());
+        let steps = free.map(|plan| CriticalStep {
+            time: plan.rates().critical_step(),
+            of: format!("membranes.{}", plan.surface.name),
             way_out: "soften the sheet, or coarsen its mesh",
         });
         steps.min_by(|one, other| one.time.total_cmp(&other.time))
@@ -120,13 +118,12 @@ impl Part for Membranes {
 
     /// Sheets, their mechanics and their meshes.
     fn bytes(setup: &Setup, _: &SizeEstimate) -> f64 {
-        let plans = &setup.physics.plans;
-        let surfaces = plans.all().iter().map(Surface::bytes_of);
-        let membranes = plans
-            .all::<MembranePlan>()
-            .iter()
-            .map(|plan| plan.sheet.bytes() + MembraneNow::bytes_of(plan));
-        surfaces.sum::<f64>() + membranes.sum::<f64>()
+        let plans = setup.physics.plans.all::<MembranePlan>().iter();
+        plans
+            .map(|plan| {
+                Surface::bytes_of(&plan.surface) + plan.sheet.bytes() + MembraneNow::bytes_of(plan)
+            })
+            .sum()
     }
 
     /// A mesh that no particle is near is left where it was until the candidate list is built.
@@ -134,10 +131,7 @@ impl Part for Membranes {
         let physics = Arc::clone(core.physics());
         let (plans, surfaces, at) = sheets(&physics, core);
         for (number, surface) in surfaces.iter_mut().enumerate() {
-            match self.all.get_mut(number) {
-                Some(membrane) => membrane.advance(&plans[number], surface, (kicks, drift), &at),
-                None => surface.advance(kicks, (0.5 * at.dt, drift), at.gravity),
-            }
+            self.all[number].advance(&plans[number], surface, (kicks, drift), &at);
         }
         if drift == 0.0 {
             return Ok(());
@@ -212,14 +206,15 @@ impl Part for Membranes {
     fn end_step(&mut self, core: &mut Core) -> Result<(), RunError> {
         let physics = core.physics();
         let policy = physics.guard.policy;
-        let plans = physics.plans.all().iter().zip(&core.domain.surfaces);
-        for (number, (membrane, (plan, surface))) in self.all.iter_mut().zip(plans).enumerate() {
+        let plans = physics.plans.all::<MembranePlan>().iter();
+        let plans = plans.zip(&core.domain.surfaces);
+        for (membrane, (plan, surface)) in self.all.iter_mut().zip(plans) {
             let Some(fault) = membrane.fault(plan, surface) else {
                 continue;
             };
             let is_lost = matches!(fault, Fault::NotFinite { .. });
             if policy == GuardPolicy::Strict || is_lost {
-                let name = &physics.plans.all::<SurfacePlan>()[number].name;
+                let name = &plan.surface.name;
                 return Err(RunError::Guarded {
                     step: core.steps(),
                     time: core.time(),
@@ -259,19 +254,18 @@ impl Part for Membranes {
     }
 
     fn warnings(&self, core: &Core) -> Vec<String> {
-        let sheets = core.physics().plans.all::<SurfacePlan>();
-        let names = sheets.iter();
-        let faults = (names.zip(&self.all))
+        let plans = core.physics().plans.all::<MembranePlan>().iter();
+        let sheets = plans.zip(&self.all);
+        let faults = (sheets.clone())
             .filter(|(_, membrane)| membrane.faults > 0)
-            .map(|(surface, membrane)| {
+            .map(|(plan, membrane)| {
                 format!(
                     "membranes.{}: in {} steps an edge was shorter than {} or longer than {} of its length at rest, or a triangle turned over",
-                    surface.name, membrane.faults, STRETCHES[0], STRETCHES[1]
+                    plan.surface.name, membrane.faults, STRETCHES[0], STRETCHES[1]
                 )
             });
-        let plans = sheets.iter().zip(core.physics().plans.all());
-        let gaps = (plans.zip(&self.all)).flat_map(|((surface, plan), membrane)| {
-            let words = |gap: &Gap| words_of_gap(core, &surface.name, plan, gap);
+        let gaps = sheets.flat_map(|(plan, membrane)| {
+            let words = |gap: &Gap| words_of_gap(core, plan, gap);
             membrane.gaps.iter().map(words)
         });
         faults.chain(gaps).collect()
@@ -299,7 +293,7 @@ impl Part for Membranes {
 }
 
 impl Engine {
-    /// The mechanics of the sheets, in the order of the plan; none where sheets have no inner forces.
+    /// The mechanics of the sheets, in the order of the plan.
     #[must_use]
     pub fn membranes(&self) -> &[MembraneNow] {
         self.part::<Membranes>().map_or(&[], |part| &part.all)
@@ -328,9 +322,7 @@ impl Membranes {
             None => follow(),
         };
         followed.map_err(|error| RunError::Surface {
-            surface: core.physics().plans.all::<SurfacePlan>()[number]
-                .name
-                .clone(),
+            surface: core.domain.surfaces[number].plan().name.clone(),
             step: core.steps(),
             time: core.time(),
             error,
@@ -338,7 +330,8 @@ impl Membranes {
     }
 }
 
-fn words_of_gap(core: &Core, name: &str, plan: &MembranePlan, gap: &Gap) -> String {
+fn words_of_gap(core: &Core, plan: &MembranePlan, gap: &Gap) -> String {
+    let name = &plan.surface.name;
     let hold = &plan.holds[gap.hold as usize];
     let wall = match hold.ramp {
         HoldCourse::Wall(wall) => core.physics().walls.get(wall),

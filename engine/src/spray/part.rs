@@ -6,14 +6,14 @@ use mercury_common::particle_properties::{FILM_VOLUME, ParticleProperty};
 
 use super::{SprayContext, SprayPlan, Sprays};
 use crate::forces::Needs;
+use crate::membrane::MembranePlan;
 use crate::physics::{FeaturePlan, InputError, Inputs, Setup, number};
 use crate::state::{Pieces, Plain};
 use crate::step::{Core, Engine, Part, RunError, SizeEstimate};
-use crate::surface::SurfacePlan;
 
 impl FeaturePlan for SprayPlan {
     fn check(_: &[Self], inputs: &Inputs) -> Result<(), InputError> {
-        if inputs.plans.get::<SurfacePlan>().is_some() {
+        if inputs.plans.get::<MembranePlan>().is_some() {
             return Err(number("sprays", "none in scenes with surfaces", "some"));
         }
         Ok(())

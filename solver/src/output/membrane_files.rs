@@ -14,7 +14,7 @@ use super::{FrameCopy, OutputError};
 use crate::plan::Plan;
 use mercury_engine::membrane::{HoldLoad, MembraneNow, MembranePlan};
 use mercury_engine::step::Engine;
-use mercury_engine::surface::{Surface, SurfacePlan};
+use mercury_engine::surface::Surface;
 
 /// Elastic sheets at one time.
 #[derive(Debug, Clone, PartialEq)]
@@ -210,9 +210,9 @@ impl RunTable for MembraneCsv {
     }
 
     fn new(plan: &Plan) -> Self {
-        let surfaces = plan.physics().plans.all::<SurfacePlan>().iter();
+        let sheets = plan.physics().plans.all::<MembranePlan>().iter();
         Self {
-            names: surfaces.map(|surface| surface.name.clone()).collect(),
+            names: sheets.map(|sheet| sheet.surface.name.clone()).collect(),
         }
     }
 
@@ -242,11 +242,10 @@ impl RunTable for HoldCsv {
     }
 
     fn new(plan: &Plan) -> Self {
-        let plans = &plan.physics().plans;
-        let sheets = plans.all::<SurfacePlan>().iter().zip(plans.all());
-        let names = sheets.map(|(surface, membrane): (_, &MembranePlan)| {
+        let sheets = plan.physics().plans.all::<MembranePlan>().iter();
+        let names = sheets.map(|membrane| {
             let holds = membrane.holds.iter().map(|hold| hold.name.clone());
-            (surface.name.clone(), holds.collect())
+            (membrane.surface.name.clone(), holds.collect())
         });
         Self {
             names: names.collect(),

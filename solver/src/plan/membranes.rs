@@ -36,9 +36,9 @@ pub(super) const STEPS_PER_CRITICAL: f64 = 10.0;
 
 /// Mass of the lightest vertex of the sheets of a material, kg; infinite if these are held all over.
 pub(super) fn lightest_vertex(plans: &Plans, material: usize) -> Option<f64> {
-    let all = plans.all::<SurfacePlan>().iter().zip(plans.all());
-    let of_material = all.filter(|(surface, _)| surface.material.index() == material);
-    let masses = of_material.map(|(_, membrane): (_, &MembranePlan)| {
+    let all = plans.all::<MembranePlan>().iter();
+    let of_material = all.filter(|membrane| membrane.surface.material.index() == material);
+    let masses = of_material.map(|membrane| {
         let masses = membrane.sheet.masses().iter().copied();
         if membrane.is_all_held() {
             f64::INFINITY
@@ -56,7 +56,7 @@ pub(super) fn without_energy(
     uses: &[MaterialUse],
 ) -> Vec<String> {
     let mut warnings = Vec::new();
-    for surface in plans.all::<SurfacePlan>() {
+    for MembranePlan { surface, .. } in plans.all() {
         let own = pairs.iter().filter(|pair| {
             let [one, other] = pair.materials;
             let meets = |sheet, grain: MaterialIndex| {
@@ -108,19 +108,18 @@ pub(super) fn membranes(
         errors.push(error.with_help("leave out `walls`, or `liquid` at the materials"));
     }
     for membrane in &scene.membranes {
-        if let Some((surface, mechanics)) = plan_one(scene, membrane, walls, warnings, errors) {
+        if let Some(planned) = plan_one(scene, membrane, walls, warnings, errors) {
             let is_held_by = |wall: usize| {
-                let mut holds = mechanics.holds.iter();
+                let mut holds = planned.holds.iter();
                 holds.any(|hold| hold.ramp == HoldCourse::Wall(wall))
             };
             if !membrane.walls && !(0..walls.len()).all(is_held_by) {
                 notes.push(format!(
                     "membranes.{}: it does not touch walls; with `walls = true` its vertices do",
-                    surface.name
+                    planned.surface.name
                 ));
             }
-            plans.insert(surface);
-            plans.insert(mechanics);
+            plans.insert(planned);
         }
     }
     let others = if scene.membranes.len() > 1 {
@@ -137,7 +136,7 @@ fn plan_one(
     walls: &[Wall],
     warnings: &mut Vec<String>,
     errors: &mut Vec<SceneError>,
-) -> Option<(SurfacePlan, MembranePlan)> {
+) -> Option<MembranePlan> {
     let name = &membrane.name.value;
     let found = errors.len();
     let mut failed = |error: SceneError| errors.push(error);
@@ -236,13 +235,13 @@ fn plan_one(
         vertices: mesh.vertices,
         masses: sheet.masses().to_vec(),
     };
-    let mechanics = MembranePlan {
+    Some(MembranePlan {
+        surface: Arc::new(surface),
         sheet: Arc::new(sheet),
         load,
         first_volume,
         holds,
-    };
-    Some((surface, mechanics))
+    })
 }
 
 fn law(scene: &Scene, membrane: &Membrane) -> Law {
@@ -579,7 +578,7 @@ fn doubts(
 }
 
 /// How far the springs are from a sheet, for the report.
-pub(super) fn describe(surface: &SurfacePlan, membrane: &MembranePlan) -> Vec<String> {
+pub(super) fn describe(membrane: &MembranePlan) -> Vec<String> {
     let sheet = &membrane.sheet;
     let topology = sheet.topology();
     let law = sheet.law();
@@ -651,7 +650,7 @@ pub(super) fn describe(surface: &SurfacePlan, membrane: &MembranePlan) -> Vec<St
     lines.extend(pressure);
     lines.push(format!(
         "critical step {} s",
-        short(membrane.rates(&surface.vertices).critical_step())
+        short(membrane.rates().critical_step())
     ));
     lines
 }

@@ -13,7 +13,7 @@ use super::{Disk, FieldPlan, Memory, PairPlan, Plan};
 use mercury_engine::boundaries::expected_number;
 use mercury_engine::boundaries::{FluxPart, Quantity, Rate, Total};
 use mercury_engine::contact::parameter::short;
-use mercury_engine::surface::SurfacePlan;
+use mercury_engine::membrane::MembranePlan;
 use mercury_engine::walls::{Shape, Wall};
 use mercury_engine::wear::{WearBasis, WearLaw, WearPlan};
 
@@ -415,15 +415,15 @@ fn walls(text: &mut String, plan: &Plan) -> std::fmt::Result {
 
 /// Sheets, where there are any.
 fn membranes(text: &mut String, plan: &Plan) -> std::fmt::Result {
-    let plans = &plan.physics().plans;
-    let sheets = plans.all::<SurfacePlan>().iter().zip(plans.all());
-    for (number, (surface, membrane)) in sheets.enumerate() {
+    let sheets = plan.physics().plans.all::<MembranePlan>();
+    for (number, membrane) in sheets.iter().enumerate() {
+        let surface = &membrane.surface;
         if number == 0 {
             heading(text, "Membranes")?;
         }
         let material = &plan.physics().materials[surface.material.index()].name;
         line(text, &surface.name, material)?;
-        for words in super::membranes::describe(surface, membrane) {
+        for words in super::membranes::describe(membrane) {
             line(text, "", &words)?;
         }
     }

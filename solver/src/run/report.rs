@@ -12,7 +12,6 @@ use crate::output::summary::{LiquidSummary, MembraneSummary, Status, Summary, We
 use crate::plan::Plan;
 use mercury_engine::membrane::MembranePlan;
 use mercury_engine::step::Engine;
-use mercury_engine::surface::SurfacePlan;
 
 /// A finished run. Printed, it is the closing report.
 #[derive(Debug, Clone, PartialEq)]
@@ -325,15 +324,13 @@ fn wear(engine: &Engine) -> Vec<WearSummary> {
 
 /// Elastic sheets in numbers.
 fn membranes(engine: &Engine) -> Vec<MembraneSummary> {
-    let plans = &engine.physics().plans;
-    let plans = plans.all::<SurfacePlan>().iter().zip(plans.all());
+    let plans = engine.physics().plans.all::<MembranePlan>().iter();
     let sheets = plans.zip(engine.surfaces()).zip(engine.membranes());
     sheets
-        .map(|(((named, plan), surface), membrane)| {
-            let plan: &MembranePlan = plan;
+        .map(|((plan, surface), membrane)| {
             let seen = plan.sheet.seen(&surface.positions);
             MembraneSummary {
-                name: named.name.clone(),
+                name: plan.surface.name.clone(),
                 area: seen.area,
                 volume: plan.sheet.enclosed(&surface.positions).volume,
                 pressure: membrane.pressure,
