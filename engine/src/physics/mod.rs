@@ -90,7 +90,7 @@ impl Physics {
     /// Whether all particles have a property.
     #[must_use]
     pub fn has_property(&self, property: &ParticleProperty) -> bool {
-        self.inputs.properties.iter().any(|own| *own == property)
+        self.inputs.properties.contains(&property)
     }
 
     /// Whether rigid bodies are there or come.

@@ -52,8 +52,9 @@ impl Plans {
 
     /// All plans of this type, to be changed.
     pub fn all_mut<P: FeaturePlan>(&mut self) -> &mut Vec<P> {
-        let is_own = |list: &Box<dyn PlanList>| (list.as_ref() as &dyn Any).is::<Vec<P>>();
-        let place = self.0.iter().position(is_own).unwrap_or_else(|| {
+        let mut lists = self.0.iter().map(|list| list.as_ref() as &dyn Any);
+        let place = lists.position(|list| list.is::<Vec<P>>());
+        let place = place.unwrap_or_else(|| {
             self.0.push(Box::new(Vec::<P>::new()));
             self.0.len() - 1
         });

@@ -6,16 +6,16 @@ mod laws;
 mod parts;
 mod step;
 
+use crate::membranes::plan::without_energy;
 use mercury_common::scene::{Scene, SceneError, SceneErrors};
 
 use super::checks;
-use super::insertions::check_among_walls;
 use super::magnitudes::magnitudes;
-use super::membranes;
 use super::meshes;
 use super::requests;
 use super::walls::continue_cylinders;
 use super::{Counted, Plan};
+use crate::boundaries::plan::insertions::check_among_walls;
 use assemble::{Resolved, assemble};
 use laws::Laws;
 use parts::Parts;
@@ -61,11 +61,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     let mut found = Findings::default();
     let mut parts = Parts::of(scene, most_sites, &mut found);
     let laws = Laws::of(scene, &parts, &mut found);
-    (found.warnings).extend(membranes::without_energy(
-        &parts.plans,
-        &laws.pairs,
-        &parts.uses,
-    ));
+    (found.warnings).extend(without_energy(&parts.plans, &laws.pairs, &parts.uses));
     // A pair that could not be resolved could change the step.
     let resolved = found.errors.len();
     let laws = check_sizes(scene, &parts, laws, &mut found);

@@ -3,16 +3,16 @@
 use mercury_common::scene::{Dimensions, Scene};
 
 use super::Findings;
+use crate::boundaries::plan::fluxes::fluxes;
+use crate::boundaries::plan::insertions::{deletions, insertions};
+use crate::boundaries::plan::regions::{DomainBox, regions};
+use crate::membranes::plan::{lightest_vertex, membranes};
 use crate::plan::fields::{FieldPlan, fields};
-use crate::plan::fluxes::fluxes;
-use crate::plan::insertions::{deletions, insertions};
-use crate::plan::membranes::{lightest_vertex, membranes};
 use crate::plan::particles::{StartingParticles, starting_particles};
-use crate::plan::regions::{DomainBox, regions};
-use crate::plan::sprays::sprays;
 use crate::plan::usage::{MaterialUse, material_uses};
 use crate::plan::walls::walls;
-use crate::plan::wear::wear;
+use crate::sprays::plan::sprays;
+use crate::wear::plan::wear;
 use mercury_engine::bodies::Clump;
 use mercury_engine::boundaries::{CountedRegion, DeletionPlan, FluxPlan, InsertionPlan};
 use mercury_engine::physics::{Plans, Sizes};

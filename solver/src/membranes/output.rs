@@ -8,9 +8,9 @@ use mercury_common::frames::{
 use mercury_common::run_tables::{HOLDS, MEMBRANES, TableSpec};
 use mercury_pictures::SheetEnergies;
 
-use super::stream::{Beginning, Sink, Stream, StreamKind};
-use super::table_file::{Rows, RunTable};
-use super::{FrameCopy, OutputError};
+use crate::output::stream::{Beginning, Sink, Stream, StreamKind};
+use crate::output::table_file::{Rows, RunTable};
+use crate::output::{FrameCopy, OutputError};
 use crate::plan::Plan;
 use mercury_engine::membrane::{HoldLoad, MembraneNow, MembranePlan};
 use mercury_engine::step::Engine;
@@ -57,7 +57,7 @@ fn all(engine: &Engine) -> impl Iterator<Item = (&MembranePlan, &Surface, &Membr
 }
 
 /// Energies of all sheets, J.
-pub(super) fn sheet_energies(engine: &Engine) -> SheetEnergies {
+pub(crate) fn sheet_energies(engine: &Engine) -> SheetEnergies {
     let gravity = engine.physics().gravity;
     let mut sum = SheetEnergies::default();
     for sheet in all(engine) {
@@ -193,7 +193,7 @@ fn row(sheet: (&MembranePlan, &Surface, &MembraneNow), gravity: DVec3) -> [f64; 
 }
 
 /// A row for each sheet and each output interval.
-pub(super) struct MembraneCsv {
+pub(crate) struct MembraneCsv {
     names: Vec<String>,
 }
 
@@ -228,7 +228,7 @@ impl RunTable for MembraneCsv {
 }
 
 /// A row for each hold and each output interval.
-pub(super) struct HoldCsv {
+pub(crate) struct HoldCsv {
     /// Name of each sheet, and those of its holds.
     names: Vec<(String, Vec<String>)>,
 }
@@ -267,7 +267,7 @@ impl RunTable for HoldCsv {
     }
 }
 
-pub(super) struct MembraneFrames {
+pub(crate) struct MembraneFrames {
     writer: MembraneWriter,
 }
 
@@ -297,7 +297,7 @@ impl Stream for MembraneFrames {
     }
 }
 
-pub(super) struct MembraneTriangles {
+pub(crate) struct MembraneTriangles {
     writer: MembraneTriangleWriter,
 }
 

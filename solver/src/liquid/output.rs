@@ -3,12 +3,12 @@
 use mercury_common::particle_properties::FILM_VOLUME;
 use mercury_common::run_tables::{LIQUID, TableSpec};
 
-use super::FrameCopy;
-use super::table_file::{Rows, RunTable};
+use crate::output::FrameCopy;
+use crate::output::table_file::{Rows, RunTable};
 use crate::plan::Plan;
 
 /// A row for each output interval.
-pub(super) struct LiquidFile;
+pub(crate) struct LiquidFile;
 
 impl RunTable for LiquidFile {
     const SPEC: &'static TableSpec = &LIQUID;

@@ -10,11 +10,11 @@ use mercury_common::scene::{
     SourceSpan,
 };
 
-use super::insertions::region;
-use super::meshes::{placement, triangles};
-use super::pair::PairPlan;
-use super::usage::MaterialUse;
-use super::walls::{component_about, ramp};
+use crate::boundaries::plan::insertions::region;
+use crate::plan::PairPlan;
+use crate::plan::meshes::{placement, triangles};
+use crate::plan::usage::MaterialUse;
+use crate::plan::walls::{component_about, ramp};
 use mercury_engine::contact::parameter::short;
 use mercury_engine::membrane::{
     Bending, Elasticity, HoldCourse, HoldPlan, Law, Load, MembranePlan, Sheet, Topology,
@@ -31,11 +31,9 @@ const MOST_TRIANGLES: f64 = 4e6;
 const SCATTER: f64 = 0.05;
 /// A sheet that its own weight stretches by more than this is warned about.
 const OWN_WEIGHT: f64 = 0.5;
-/// The automatic step is this part of the critical step of a sheet.
-pub(super) const STEPS_PER_CRITICAL: f64 = 10.0;
 
 /// Mass of the lightest vertex of the sheets of a material, kg; infinite if these are held all over.
-pub(super) fn lightest_vertex(plans: &Plans, material: usize) -> Option<f64> {
+pub(crate) fn lightest_vertex(plans: &Plans, material: usize) -> Option<f64> {
     let all = plans.all::<MembranePlan>().iter();
     let of_material = all.filter(|membrane| membrane.surface.material.index() == material);
     let masses = of_material.map(|membrane| {
@@ -50,7 +48,7 @@ pub(super) fn lightest_vertex(plans: &Plans, material: usize) -> Option<f64> {
 }
 
 /// Warnings of liquid bridges, which have no energy where contacts with a sheet join.
-pub(super) fn without_energy(
+pub(crate) fn without_energy(
     plans: &Plans,
     pairs: &[PairPlan],
     uses: &[MaterialUse],
@@ -77,7 +75,7 @@ pub(super) fn without_energy(
 }
 
 /// Adds the plans of all sheets, in the order of the file.
-pub(super) fn membranes(
+pub(crate) fn membranes(
     scene: &Scene,
     walls: &[Wall],
     plans: &mut Plans,
@@ -578,7 +576,7 @@ fn doubts(
 }
 
 /// How far the springs are from a sheet, for the report.
-pub(super) fn describe(membrane: &MembranePlan) -> Vec<String> {
+pub(crate) fn describe(membrane: &MembranePlan) -> Vec<String> {
     let sheet = &membrane.sheet;
     let topology = sheet.topology();
     let law = sheet.law();
@@ -621,7 +619,7 @@ pub(super) fn describe(membrane: &MembranePlan) -> Vec<String> {
                 let words = components.map(|v| v.map_or("free".to_owned(), short));
                 format!("move at [{}] m/s", words.join(", "))
             }
-            HoldCourse::Motion(motion) => super::motions::lines(motion).join("; "),
+            HoldCourse::Motion(motion) => crate::plan::motions::lines(motion).join("; "),
             HoldCourse::Wall(_) => "go with a wall".to_owned(),
         };
         lines.push(format!(

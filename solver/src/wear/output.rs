@@ -4,9 +4,9 @@
 use mercury_common::frames::{WearFrame, WearTriangleFrame, WearTriangleWriter, WearWriter};
 use mercury_common::run_tables::{TableSpec, WEAR};
 
-use super::stream::{Beginning, Sink, Stream, StreamKind};
-use super::table_file::{Rows, RunTable};
-use super::{FrameCopy, OutputError};
+use crate::output::stream::{Beginning, Sink, Stream, StreamKind};
+use crate::output::table_file::{Rows, RunTable};
+use crate::output::{FrameCopy, OutputError};
 use crate::plan::Plan;
 use mercury_engine::wear::{Wear, WearPlan, WearRow};
 
@@ -62,7 +62,7 @@ impl WearState {
 }
 
 /// A row for each wall that wears and each output interval.
-pub(super) struct WearCsv {
+pub(crate) struct WearCsv {
     names: Vec<String>,
 }
 
@@ -91,7 +91,7 @@ impl RunTable for WearCsv {
     }
 }
 
-pub(super) struct WearFrames {
+pub(crate) struct WearFrames {
     writer: WearWriter,
 }
 
@@ -121,7 +121,7 @@ impl Stream for WearFrames {
     }
 }
 
-pub(super) struct WearTriangles {
+pub(crate) struct WearTriangles {
     writer: WearTriangleWriter,
 }
 

@@ -2,13 +2,13 @@
 
 use mercury_common::frames::{DropletFrame, DropletWriter};
 
-use super::stream::{Beginning, Sink, Stream, StreamKind};
-use super::{FrameCopy, OutputError};
+use crate::output::stream::{Beginning, Sink, Stream, StreamKind};
+use crate::output::{FrameCopy, OutputError};
 use crate::plan::Plan;
 use mercury_engine::spray::SprayPlan;
 
 /// A frame for each output interval.
-pub(super) struct DropletFrames {
+pub(crate) struct DropletFrames {
     writer: DropletWriter,
 }
 
