@@ -11,7 +11,7 @@ use super::{InputError, Inputs};
 ///
 /// It is declared in the folder of the feature; this trait is implemented beside the part, in `FEATURE/part.rs`.
 pub trait FeaturePlan: Any + Clone + fmt::Debug + Send + Sync {
-    /// Checks all plans of this type, in their order, against each other and the other inputs.
+    /// Checks all plans of this type, at least one, in their order, against each other and the other inputs.
     ///
     /// # Errors
     /// If a number is not valid, or something that they name does not exist.
@@ -64,7 +64,8 @@ impl Plans {
 
     /// Checks all plans against the other inputs.
     pub(super) fn check(&self, inputs: &Inputs) -> Result<(), InputError> {
-        self.0.iter().try_for_each(|list| list.check(inputs))
+        let mut used = self.0.iter().filter(|list| !list.is_empty());
+        used.try_for_each(|list| list.check(inputs))
     }
 
     /// Properties that all particles have with these plans.
@@ -75,12 +76,17 @@ impl Plans {
 
 /// All plans of one type.
 trait PlanList: Any + fmt::Debug + Send + Sync {
+    fn is_empty(&self) -> bool;
     fn check(&self, inputs: &Inputs) -> Result<(), InputError>;
     fn properties(&self) -> Vec<&'static ParticleProperty>;
     fn copy(&self) -> Box<dyn PlanList>;
 }
 
 impl<P: FeaturePlan> PlanList for Vec<P> {
+    fn is_empty(&self) -> bool {
+        self.is_empty()
+    }
+
     fn check(&self, inputs: &Inputs) -> Result<(), InputError> {
         P::check(self, inputs)
     }
@@ -102,7 +108,12 @@ impl Clone for Box<dyn PlanList> {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+    use mercury_common::particle_properties::FILM_VOLUME;
+
     use super::*;
+    use crate::contact::registry::AnyPairLaw;
+    use crate::contact::{AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear};
 
     #[derive(Debug, Clone, PartialEq)]
     struct Drag(f64);
@@ -110,8 +121,50 @@ mod tests {
     #[derive(Debug, Clone, PartialEq)]
     struct Lift(u32);
 
-    impl FeaturePlan for Drag {}
-    impl FeaturePlan for Lift {}
+    impl FeaturePlan for Drag {
+        fn check(plans: &[Self], _: &Inputs) -> Result<(), InputError> {
+            let total: f64 = plans.iter().map(|Drag(one)| one).sum();
+            crate::physics::positive("the drag", total - 1.0)
+        }
+    }
+
+    impl FeaturePlan for Lift {
+        fn properties(&self) -> Vec<&'static ParticleProperty> {
+            vec![&FILM_VOLUME]
+        }
+    }
+
+    fn inputs() -> Inputs {
+        let law = AnyPairLaw {
+            normal: AnyNormal::Linear(Linear::new(1e4, 0.0)),
+            tangential: AnyTangential::None,
+            rolling: AnyRolling::None,
+            adhesion: AnyAdhesion::None,
+        };
+        Inputs::new(1e-3, (DVec3::ZERO, DVec3::ONE), 1000.0, law)
+    }
+
+    #[test]
+    fn plans_are_checked_together_and_give_their_properties() {
+        let plain = inputs().physics().unwrap();
+        assert!(!plain.has_property(&FILM_VOLUME));
+        let error = inputs().with_plan(Drag(0.5)).physics().unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "the drag must be a number above 0, got -0.5"
+        );
+        let both = inputs().with_plan(Drag(0.5)).with_plan(Drag(1.0));
+        assert!(
+            both.with_plan(Lift(1))
+                .physics()
+                .unwrap()
+                .has_property(&FILM_VOLUME)
+        );
+        // A list from which the last plan was taken is none.
+        let mut emptied = inputs();
+        emptied.plans.all_mut::<Drag>().clear();
+        emptied.physics().unwrap();
+    }
 
     #[test]
     fn plans_are_found_by_their_types_in_their_order() {
