@@ -20,7 +20,6 @@ mod exchange;
 mod forces;
 mod kick;
 mod lists;
-mod load_series;
 mod motion;
 mod part;
 mod parts;
@@ -34,6 +33,7 @@ pub use error::RunError;
 pub use lists::Lists;
 pub use part::{Arrival, CriticalStep, Exchanged, Leaving, Part, SizeEstimate};
 pub use parts::{bytes_of_parts, critical_step};
+pub(crate) use snapshot::MOST_STEPS;
 pub use snapshot::Snapshot;
 pub use start::StartOptions;
 

@@ -2,7 +2,6 @@
 
 use std::any::Any;
 
-use super::load_series::LoadSeries;
 use super::{Core, CriticalStep, Engine, Part, SizeEstimate};
 use crate::audit::Auditor;
 use crate::guard::GuardPart;
@@ -11,6 +10,7 @@ use crate::membrane::Membranes;
 use crate::physics::{Plans, Setup};
 use crate::spray::Sprays;
 use crate::tracks::Tracks;
+use crate::walls::LoadSeries;
 use crate::wear::Wear;
 
 /// A kind of part, before there is one.

@@ -46,7 +46,7 @@ const NEAR_WALLS: &str = "near walls";
 const LISTS: &str = "lists";
 
 /// More steps have no time of their own: above it not every whole number is an `f64`.
-pub(super) const MOST_STEPS: u64 = 1 << 53;
+pub(crate) const MOST_STEPS: u64 = 1 << 53;
 
 /// The sections of the core, in the order in which they are written and read; those of the parts follow in theirs.
 const SECTIONS: &[Section] = &[
