@@ -320,8 +320,8 @@ fn subject(core: &Core, of: Subject) -> String {
     match of {
         Subject::Particle(id) => format!("particle {id}"),
         Subject::Vertex { surface, vertex } => {
-            let plan = core.physics().surfaces.get(usize::from(surface));
-            let name = plan.map_or(surface.to_string(), |plan| plan.name.clone());
+            let sheet = core.surfaces().get(usize::from(surface));
+            let name = sheet.map_or(surface.to_string(), |sheet| sheet.plan().name.clone());
             format!("membranes.{name}: vertex {vertex}")
         }
     }
@@ -330,11 +330,11 @@ fn subject(core: &Core, of: Subject) -> String {
 /// The name of a wall, or of the sheet whose shape it borrows.
 fn wall(core: &Core, index: WallIndex) -> String {
     let number = index.index();
-    let (walls, surfaces) = (&core.physics().walls, &core.physics().surfaces);
+    let walls = &core.physics().walls;
     match walls.get(number) {
         Some(wall) => format!("wall `{}`", wall.name),
-        None => match surfaces.get(number.wrapping_sub(walls.len())) {
-            Some(sheet) => format!("membrane `{}`", sheet.name),
+        None => match core.surfaces().get(number.wrapping_sub(walls.len())) {
+            Some(sheet) => format!("membrane `{}`", sheet.plan().name),
             None => format!("wall `{index}`"),
         },
     }

@@ -3,16 +3,31 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use mercury_common::particle_properties::FILM_VOLUME;
+use mercury_common::particle_properties::{FILM_VOLUME, ParticleProperty};
 
-use super::{BridgesForm, EVAPORATES_EVERY, LiquidRow, Liquids, MigrationContext};
+use super::{BridgesForm, EVAPORATES_EVERY, LiquidPlan, LiquidRow, Liquids, MigrationContext};
 use crate::cell::opposite;
 use crate::contact::Bridge;
 use crate::forces::{Needs, Observation, Partner};
-use crate::physics::Setup;
+use crate::physics::{FeaturePlan, Physics, Setup};
 use crate::spray::Sprays;
 use crate::state::{Id, Pieces, Plain};
 use crate::step::{Core, Engine, Exchanged, Leaving, Part, RunError, SizeEstimate};
+use crate::walls::WallFilms;
+
+impl FeaturePlan for LiquidPlan {
+    fn properties(&self) -> Vec<&'static ParticleProperty> {
+        vec![&FILM_VOLUME]
+    }
+}
+
+impl LiquidPlan {
+    /// That of a simulation with films on particles, where the default holds if there is none; `None` without liquid.
+    fn of(physics: &Physics) -> Option<Self> {
+        let plan = || physics.plans.get().cloned().unwrap_or_default();
+        physics.has_property(&FILM_VOLUME).then(plan)
+    }
+}
 
 impl Part for Liquids {
     fn name(&self) -> &str {
@@ -20,11 +35,13 @@ impl Part for Liquids {
     }
 
     fn of(core: &mut Core) -> Option<Self> {
-        core.physics().liquid.as_ref().map(Self::new)
+        let plan = LiquidPlan::of(core.physics())?;
+        core.domain.wall_films = WallFilms::start(&plan.wall_films);
+        Some(Self::new(&plan))
     }
 
     fn bytes(setup: &Setup, crowd: &SizeEstimate) -> f64 {
-        let Some(plan) = setup.physics.liquid.as_ref() else {
+        let Some(plan) = LiquidPlan::of(&setup.physics) else {
             return 0.0;
         };
         // The column of films and, where bridges form as films meet, their thickness and volume.

@@ -367,7 +367,7 @@ fn cloud(
         particles: films,
         ..StartValues::new(&FILM_VOLUME)
     });
-    draft.liquid = Some(plan);
+    draft.plans.insert(plan);
     draft.setup().unwrap()
 }
 

@@ -48,9 +48,9 @@ impl MembranePlan {
         is_held.into_iter().all(|held| held)
     }
 
-    /// Upper bounds of the eigenvalues at the start, held vertices infinitely heavy in dashpots; `positions` in m.
+    /// Upper bounds of the eigenvalues at the start, held vertices infinitely heavy in dashpots.
     #[must_use]
-    pub fn rates(&self, positions: &[DVec3]) -> Rates {
+    pub fn rates(&self) -> Rates {
         let mut inverse_masses: Vec<f64> = (self.sheet.masses().iter())
             .map(|mass| mass.recip())
             .collect();
@@ -60,6 +60,7 @@ impl MembranePlan {
             }
         }
         let dashpots = self.sheet.dashpots(&inverse_masses);
+        let positions = &self.surface.vertices;
         (self.sheet).rates(positions, &dashpots, &self.load, self.first_volume)
     }
 }

@@ -12,15 +12,17 @@ use super::sheet::Sheet;
 use crate::cell::Cell;
 use crate::lanes::Width;
 use crate::parallel::map_parts;
-use crate::surface::{CHUNK, LARGE, Surface};
+use crate::surface::{CHUNK, LARGE, Surface, SurfacePlan};
 use crate::walls::{Motion, Pose, Touches, WallNow, WallStiffness};
 
 /// Stands for "not held".
 const FREE: u32 = u32::MAX;
 
-/// Plan of a sheet, beside its surface.
+/// Plan of a sheet.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MembranePlan {
+    /// Its surface, as contacts meet it.
+    pub surface: Arc<SurfacePlan>,
     /// Its mechanics.
     pub sheet: Arc<Sheet>,
     /// Source of its pressure.

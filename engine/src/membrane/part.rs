@@ -6,14 +6,16 @@ use super::{Fault, Gap, HoldCourse, MembraneNow, MembranePlan, Moment, STRETCHES
 use crate::contact::parameter::short;
 use crate::forces::{NewList, Observation, StepContext};
 use crate::guard::{GuardPolicy, SEEN};
-use crate::physics::{Physics, Setup};
+use crate::physics::{
+    FeaturePlan, InputError, Inputs, Physics, Plans, Setup, number, positive, present,
+};
 use crate::state::{Pieces, Plain};
-use crate::step::{BesideContacts, Core, CriticalStep, Engine, Part, RunError, SizeEstimate};
+use crate::step::{Core, CriticalStep, Engine, Part, RunError, SizeEstimate};
 use crate::surface::Surface;
 
 /// Mechanics of the sheets of a core.
 pub(crate) struct Membranes {
-    /// The mechanics of the sheets, one for each, or none at all.
+    /// The mechanics of the sheets, one for each.
     all: Vec<MembraneNow>,
     /// Whether particles of the present candidate list are near each wall.
     is_near: Vec<bool>,
@@ -39,7 +41,42 @@ fn sheets<'a>(
         has_pool,
         width,
     };
-    (&physics.membranes, surfaces, at)
+    (physics.plans.all(), surfaces, at)
+}
+
+impl FeaturePlan for MembranePlan {
+    fn check(plans: &[Self], inputs: &Inputs) -> Result<(), InputError> {
+        let count = inputs.materials.len();
+        for (index, Self { surface, .. }) in plans.iter().enumerate() {
+            let name = &surface.name;
+            let material = surface.material.number();
+            present("surface", index, "material", material, count)?;
+            positive(&format!("the thickness of {name}"), surface.thickness)?;
+            for &vertex in surface.triangles.iter().flatten() {
+                let vertices = surface.vertices.len();
+                let what = format!("{name}, surface");
+                present(&what, index, "vertex", vertex, vertices)?;
+            }
+            if surface.masses.len() != surface.vertices.len() {
+                let (what, found) = (format!("the masses of {name}"), surface.masses.len());
+                return Err(number(&what, "one for each vertex", found));
+            }
+            // Those that are held have an infinite one.
+            let is_wrong = |mass: &&f64| mass.is_nan() || **mass <= 0.0;
+            if let Some(mass) = surface.masses.iter().find(is_wrong) {
+                return Err(number(
+                    &format!("a mass of {name}"),
+                    "a number above 0",
+                    mass,
+                ));
+            }
+            if surface.touches_walls && inputs.laws.has_liquid() {
+                let what = format!("walls of {name}");
+                return Err(number(&what, "off in scenes with liquid", "on"));
+            }
+        }
+        Ok(())
+    }
 }
 
 impl Part for Membranes {
@@ -68,12 +105,12 @@ impl Part for Membranes {
     }
 
     /// That of the sheet that sets it. Sheets that are held all over have none, as they move by their holds.
-    fn critical_step(plans: &BesideContacts<'_>) -> Option<CriticalStep> {
-        let all = plans.surfaces.iter().zip(plans.membranes);
-        let all = all.filter(|(_, membrane)| !membrane.is_all_held());
-        let steps = all.map(|(surface, membrane)| CriticalStep {
-            time: membrane.rates(&surface.vertices).critical_step(),
-            of: format!("membranes.{}", surface.name),
+    fn critical_step(plans: &Plans) -> Option<CriticalStep> {
+        let plans = plans.all::<MembranePlan>().iter();
+        let free = plans.filter(|plan| !plan.is_all_held());
+        let steps = free.map(|plan| CriticalStep {
+            time: plan.rates().critical_step(),
+            of: format!("membranes.{}", plan.surface.name),
             way_out: "soften the sheet, or coarsen its mesh",
         });
         steps.min_by(|one, other| one.time.total_cmp(&other.time))
@@ -81,13 +118,12 @@ impl Part for Membranes {
 
     /// Sheets, their mechanics and their meshes.
     fn bytes(setup: &Setup, _: &SizeEstimate) -> f64 {
-        let surfaces = setup.physics.surfaces.iter().map(Surface::bytes_of);
-        let membranes = setup
-            .physics
-            .membranes
-            .iter()
-            .map(|plan| plan.sheet.bytes() + MembraneNow::bytes_of(plan));
-        surfaces.sum::<f64>() + membranes.sum::<f64>()
+        let plans = setup.physics.plans.all::<MembranePlan>().iter();
+        plans
+            .map(|plan| {
+                Surface::bytes_of(&plan.surface) + plan.sheet.bytes() + MembraneNow::bytes_of(plan)
+            })
+            .sum()
     }
 
     /// A mesh that no particle is near is left where it was until the candidate list is built.
@@ -95,10 +131,7 @@ impl Part for Membranes {
         let physics = Arc::clone(core.physics());
         let (plans, surfaces, at) = sheets(&physics, core);
         for (number, surface) in surfaces.iter_mut().enumerate() {
-            match self.all.get_mut(number) {
-                Some(membrane) => membrane.advance(&plans[number], surface, (kicks, drift), &at),
-                None => surface.advance(kicks, (0.5 * at.dt, drift), at.gravity),
-            }
+            self.all[number].advance(&plans[number], surface, (kicks, drift), &at);
         }
         if drift == 0.0 {
             return Ok(());
@@ -173,14 +206,15 @@ impl Part for Membranes {
     fn end_step(&mut self, core: &mut Core) -> Result<(), RunError> {
         let physics = core.physics();
         let policy = physics.guard.policy;
-        let plans = physics.membranes.iter().zip(&core.domain.surfaces);
-        for (number, (membrane, (plan, surface))) in self.all.iter_mut().zip(plans).enumerate() {
+        let plans = physics.plans.all::<MembranePlan>().iter();
+        let plans = plans.zip(&core.domain.surfaces);
+        for (membrane, (plan, surface)) in self.all.iter_mut().zip(plans) {
             let Some(fault) = membrane.fault(plan, surface) else {
                 continue;
             };
             let is_lost = matches!(fault, Fault::NotFinite { .. });
             if policy == GuardPolicy::Strict || is_lost {
-                let name = &physics.surfaces[number].name;
+                let name = &plan.surface.name;
                 return Err(RunError::Guarded {
                     step: core.steps(),
                     time: core.time(),
@@ -197,7 +231,7 @@ impl Part for Membranes {
 
     /// The load of sheets on walls that hold their vertices is part of the loads of these walls, and of what servos meet.
     fn observe(&self, core: &Core, observation: &mut Observation) {
-        let plans = core.physics().membranes.iter().zip(&core.domain.surfaces);
+        let plans = core.physics().plans.all().iter().zip(&core.domain.surfaces);
         for ((plan, surface), membrane) in plans.zip(&self.all) {
             let walls = core.physics().walls.iter().enumerate();
             for (number, wall) in walls.filter(|_| core.has_servos()) {
@@ -220,22 +254,18 @@ impl Part for Membranes {
     }
 
     fn warnings(&self, core: &Core) -> Vec<String> {
-        let names = core.physics().surfaces.iter();
-        let faults = (names.zip(&self.all))
+        let plans = core.physics().plans.all::<MembranePlan>().iter();
+        let sheets = plans.zip(&self.all);
+        let faults = (sheets.clone())
             .filter(|(_, membrane)| membrane.faults > 0)
-            .map(|(surface, membrane)| {
+            .map(|(plan, membrane)| {
                 format!(
                     "membranes.{}: in {} steps an edge was shorter than {} or longer than {} of its length at rest, or a triangle turned over",
-                    surface.name, membrane.faults, STRETCHES[0], STRETCHES[1]
+                    plan.surface.name, membrane.faults, STRETCHES[0], STRETCHES[1]
                 )
             });
-        let plans = core
-            .physics()
-            .surfaces
-            .iter()
-            .zip(&core.physics().membranes);
-        let gaps = (plans.zip(&self.all)).flat_map(|((surface, plan), membrane)| {
-            let words = |gap: &Gap| words_of_gap(core, &surface.name, plan, gap);
+        let gaps = sheets.flat_map(|(plan, membrane)| {
+            let words = |gap: &Gap| words_of_gap(core, plan, gap);
             membrane.gaps.iter().map(words)
         });
         faults.chain(gaps).collect()
@@ -254,7 +284,7 @@ impl Part for Membranes {
                 "it has the mechanics of {found} membranes, the plan of {planned}"
             ));
         }
-        let plans = core.physics().membranes.iter().zip(&core.domain.surfaces);
+        let plans = core.physics().plans.all().iter().zip(&core.domain.surfaces);
         for (((plan, surface), membrane), saved) in plans.zip(&mut self.all).zip(&saved) {
             membrane.restore(plan, surface, saved)?;
         }
@@ -263,7 +293,7 @@ impl Part for Membranes {
 }
 
 impl Engine {
-    /// The mechanics of the sheets, in the order of the plan; none where sheets have no inner forces.
+    /// The mechanics of the sheets, in the order of the plan.
     #[must_use]
     pub fn membranes(&self) -> &[MembraneNow] {
         self.part::<Membranes>().map_or(&[], |part| &part.all)
@@ -292,7 +322,7 @@ impl Membranes {
             None => follow(),
         };
         followed.map_err(|error| RunError::Surface {
-            surface: core.physics().surfaces[number].name.clone(),
+            surface: core.domain.surfaces[number].plan().name.clone(),
             step: core.steps(),
             time: core.time(),
             error,
@@ -300,7 +330,8 @@ impl Membranes {
     }
 }
 
-fn words_of_gap(core: &Core, name: &str, plan: &MembranePlan, gap: &Gap) -> String {
+fn words_of_gap(core: &Core, plan: &MembranePlan, gap: &Gap) -> String {
+    let name = &plan.surface.name;
     let hold = &plan.holds[gap.hold as usize];
     let wall = match hold.ramp {
         HoldCourse::Wall(wall) => core.physics().walls.get(wall),

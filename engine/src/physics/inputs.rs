@@ -7,7 +7,7 @@ use glam::DVec3;
 use mercury_common::particle_properties::{FILM_VOLUME, PARTICLE_PROPERTIES, ParticleProperty};
 
 use super::sizes::Sizes;
-use super::{Carried, Physics, Setup};
+use super::{Carried, FeaturePlan, Physics, Plans, Setup};
 use crate::bodies::{Clump, NewBody};
 use crate::boundaries::{DeletionPlan, InsertionPlan};
 use crate::cell::Cell;
@@ -15,13 +15,8 @@ use crate::contact::SlidingNormal;
 use crate::contact::adhesion::liquid::Tables;
 use crate::contact::registry::{AnyPairLaw, LawTable};
 use crate::guard::Guard;
-use crate::liquid::LiquidPlan;
-use crate::membrane::MembranePlan;
-use crate::spray::SprayPlan;
 use crate::state::{Material, NewParticle, StartValues};
-use crate::surface::SurfacePlan;
-use crate::walls::{Shape, Wall};
-use crate::wear::WearPlan;
+use crate::walls::Wall;
 
 /// Why inputs are no physics.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -84,18 +79,10 @@ pub struct Inputs {
     pub contact_point_mass: bool,
     /// Limits beyond which a run may not go in silence; off.
     pub guard: Guard,
-    /// Films at the start and rules for liquid. Where laws have liquid and this is `None`, the default holds.
-    pub liquid: Option<LiquidPlan>,
-    /// Nozzles; films need `liquid`.
-    pub sprays: Option<SprayPlan>,
     /// Walls.
     pub walls: Vec<Wall>,
-    /// How walls wear: at most one entry for each, of meshes alone, in their order.
-    pub wear: Vec<WearPlan>,
-    /// Sheets.
-    pub surfaces: Vec<SurfacePlan>,
-    /// Their mechanics, one for each, or none at all.
-    pub membranes: Vec<MembranePlan>,
+    /// Plans of features, each of which has its folder: liquid, sprays, wear, sheets.
+    pub plans: Plans,
     /// Particles of the start, in the order of their ids.
     pub particles: Vec<NewParticle>,
     /// Templates of rigid bodies.
@@ -145,12 +132,8 @@ impl Inputs {
             startup_increment: false,
             contact_point_mass: false,
             guard: Guard::OFF,
-            liquid: None,
-            sprays: None,
             walls: Vec::new(),
-            wear: Vec::new(),
-            surfaces: Vec::new(),
-            membranes: Vec::new(),
+            plans: Plans::default(),
             particles: Vec::new(),
             clumps: Vec::new(),
             bodies: Vec::new(),
@@ -164,7 +147,7 @@ impl Inputs {
         }
     }
 
-    /// The physics. Where something brings liquid and `liquid` is `None`, its default holds.
+    /// The physics.
     ///
     /// # Errors
     /// If a number is not valid, or a material, wall or clump does not exist.
@@ -178,24 +161,15 @@ impl Inputs {
             &self.insertions,
             self.dimensions,
         );
-        let has_liquid =
-            self.laws.has_liquid() || self.sprays.is_some() || self.gives(&FILM_VOLUME);
-        if has_liquid && self.liquid.is_none() {
-            self.liquid = Some(LiquidPlan::default());
-        }
-        if self.liquid.is_some() {
+        if self.laws.has_liquid() {
             self.properties.push(&FILM_VOLUME);
         }
+        self.properties.extend(self.plans.properties());
         self.properties = self.all_properties();
         Ok(Physics {
             inputs: self,
             sizes,
         })
-    }
-
-    /// Whether particles of the start or of insertions have values of a property.
-    fn gives(&self, property: &ParticleProperty) -> bool {
-        self.given().any(|given| given == property)
     }
 
     /// Properties with values, some more than once.
@@ -235,6 +209,13 @@ impl Inputs {
     #[must_use]
     pub fn with_bodies(mut self, clumps: Vec<Clump>, bodies: Vec<NewBody>) -> Self {
         (self.clumps, self.bodies) = (clumps, bodies);
+        self
+    }
+
+    /// With another plan of a feature.
+    #[must_use]
+    pub fn with_plan(mut self, plan: impl FeaturePlan) -> Self {
+        self.plans.insert(plan);
         self
     }
 
@@ -283,16 +264,7 @@ impl Inputs {
         for (index, wall) in self.walls.iter().enumerate() {
             present("wall", index, "material", wall.material.number(), count)?;
         }
-        for (index, wear) in self.wear.iter().enumerate() {
-            present("wear", index, "wall", wear.wall as u32, self.walls.len())?;
-            let is_mesh = matches!(self.walls[wear.wall].shape, Shape::Mesh(_));
-            let is_next = index == 0 || self.wear[index - 1].wall < wear.wall;
-            if !(is_mesh && is_next) {
-                let what = format!("the wall of wear {index}");
-                return Err(number(&what, "a mesh, each once and in order", wear.wall));
-            }
-        }
-        self.check_surfaces()?;
+        self.plans.check(self)?;
         for (index, clump) in self.clumps.iter().enumerate() {
             present("clump", index, "material", clump.material.number(), count)?;
         }
@@ -348,53 +320,7 @@ impl Inputs {
     }
 }
 
-impl Inputs {
-    fn check_surfaces(&self) -> Result<(), InputError> {
-        let count = self.materials.len();
-        for (index, surface) in self.surfaces.iter().enumerate() {
-            let name = &surface.name;
-            let material = surface.material.number();
-            present("surface", index, "material", material, count)?;
-            positive(&format!("the thickness of {name}"), surface.thickness)?;
-            for &vertex in surface.triangles.iter().flatten() {
-                let vertices = surface.vertices.len();
-                present(
-                    &format!("{name}, surface"),
-                    index,
-                    "vertex",
-                    vertex,
-                    vertices,
-                )?;
-            }
-            if surface.masses.len() != surface.vertices.len() {
-                let (what, found) = (format!("the masses of {name}"), surface.masses.len());
-                return Err(number(&what, "one for each vertex", found));
-            }
-            // Those that are held have an infinite one.
-            if let Some(mass) = surface
-                .masses
-                .iter()
-                .find(|&&mass| mass.is_nan() || mass <= 0.0)
-            {
-                let what = format!("a mass of {name}");
-                return Err(number(&what, "a number above 0", mass));
-            }
-        }
-        let mut touching = self.surfaces.iter().filter(|surface| surface.touches_walls);
-        if self.laws.has_liquid()
-            && let Some(surface) = touching.next()
-        {
-            let what = format!("walls of {}", surface.name);
-            return Err(number(&what, "off in scenes with liquid", "on"));
-        }
-        if self.sprays.is_some() && !self.surfaces.is_empty() {
-            return Err(number("sprays", "none in scenes with surfaces", "some"));
-        }
-        Ok(())
-    }
-}
-
-fn number(what: &str, expected: &'static str, found: impl fmt::Display) -> InputError {
+pub(crate) fn number(what: &str, expected: &'static str, found: impl fmt::Display) -> InputError {
     InputError::Number {
         what: what.to_owned(),
         expected,
@@ -402,7 +328,7 @@ fn number(what: &str, expected: &'static str, found: impl fmt::Display) -> Input
     }
 }
 
-fn positive(what: &str, value: f64) -> Result<(), InputError> {
+pub(crate) fn positive(what: &str, value: f64) -> Result<(), InputError> {
     if value > 0.0 && value.is_finite() {
         Ok(())
     } else {
@@ -426,7 +352,7 @@ fn finite(what: &str, index: usize, value: f64) -> Result<(), InputError> {
     Err(number(&format!("{what} {index}"), "a finite number", value))
 }
 
-fn present(
+pub(crate) fn present(
     what: &str,
     number: usize,
     kind: &'static str,

@@ -2,15 +2,20 @@
 
 mod event;
 mod inputs;
+mod plans;
 mod sizes;
 mod watched;
 
 pub use event::ScheduledChange;
 pub use inputs::{InputError, Inputs};
+pub(crate) use inputs::{number, positive, present};
+pub use plans::{FeaturePlan, Plans};
 pub use sizes::{Sizes, radii};
 pub use watched::{Setup, ToSetup, Watched};
 
 use std::ops::Deref;
+
+use mercury_common::particle_properties::ParticleProperty;
 
 use crate::boundaries::BoundaryContext;
 use crate::cell::Cell;
@@ -80,6 +85,12 @@ impl Physics {
     #[must_use]
     pub fn radii(&self) -> [f64; 3] {
         [self.sizes.smallest, self.sizes.mean, self.sizes.largest]
+    }
+
+    /// Whether all particles have a property.
+    #[must_use]
+    pub fn has_property(&self, property: &ParticleProperty) -> bool {
+        self.inputs.properties.contains(&property)
     }
 
     /// Whether rigid bodies are there or come.

@@ -2,11 +2,28 @@
 
 use std::sync::Arc;
 
-use super::{SprayContext, Sprays};
+use mercury_common::particle_properties::{FILM_VOLUME, ParticleProperty};
+
+use super::{SprayContext, SprayPlan, Sprays};
 use crate::forces::Needs;
-use crate::physics::Setup;
+use crate::membrane::MembranePlan;
+use crate::physics::{FeaturePlan, InputError, Inputs, Setup, number};
 use crate::state::{Pieces, Plain};
 use crate::step::{Core, Engine, Part, RunError, SizeEstimate};
+
+impl FeaturePlan for SprayPlan {
+    fn check(_: &[Self], inputs: &Inputs) -> Result<(), InputError> {
+        if inputs.plans.get::<MembranePlan>().is_some() {
+            return Err(number("sprays", "none in scenes with surfaces", "some"));
+        }
+        Ok(())
+    }
+
+    /// Droplets end in films.
+    fn properties(&self) -> Vec<&'static ParticleProperty> {
+        vec![&FILM_VOLUME]
+    }
+}
 
 impl Part for Sprays {
     fn name(&self) -> &str {
@@ -14,11 +31,11 @@ impl Part for Sprays {
     }
 
     fn of(core: &mut Core) -> Option<Self> {
-        core.physics().sprays.as_ref().map(Self::new)
+        core.physics().plans.get().map(Self::new)
     }
 
     fn bytes(setup: &Setup, crowd: &SizeEstimate) -> f64 {
-        let Some(plan) = &setup.physics.sprays else {
+        let Some(plan) = setup.physics.plans.get::<SprayPlan>() else {
             return 0.0;
         };
         let physics = &setup.physics;
@@ -42,7 +59,7 @@ impl Part for Sprays {
         }
         let time = core.time();
         let (physics, cell) = (Arc::clone(core.physics()), *core.cell());
-        let Some(plan) = &physics.sprays else {
+        let Some(plan) = physics.plans.get::<SprayPlan>() else {
             return Ok(());
         };
         let around = SprayContext {

@@ -19,7 +19,6 @@ mod exchange;
 mod forces;
 mod kick;
 mod lists;
-mod load_series;
 mod motion;
 mod part;
 mod parts;
@@ -31,8 +30,9 @@ mod walls;
 pub use self::core::{Core, Domain};
 pub use error::RunError;
 pub use lists::Lists;
-pub use part::{Arrival, BesideContacts, CriticalStep, Exchanged, Leaving, Part, SizeEstimate};
+pub use part::{Arrival, CriticalStep, Exchanged, Leaving, Part, SizeEstimate};
 pub use parts::{bytes_of_parts, critical_step};
+pub(crate) use snapshot::MOST_STEPS;
 pub use snapshot::Snapshot;
 pub use start::StartOptions;
 

@@ -11,10 +11,8 @@ use glam::DVec3;
 
 use super::{Core, RunError};
 use crate::forces::{ContactForces, Needs, NewList, Observation, StepContext};
-use crate::membrane::MembranePlan;
-use crate::physics::{Physics, Setup};
+use crate::physics::{Physics, Plans, Setup};
 use crate::state::{Particles, Pieces};
-use crate::surface::SurfacePlan;
 use crate::walls::{WallFilms, WallNow};
 
 /// A part of the step.
@@ -46,7 +44,7 @@ pub trait Part: Any + Send {
 
     /// The critical time step of what the feature does beside the contacts, if it has one; found before the step of a plan is chosen.
     #[must_use]
-    fn critical_step(plans: &BesideContacts<'_>) -> Option<CriticalStep>
+    fn critical_step(plans: &Plans) -> Option<CriticalStep>
     where
         Self: Sized,
     {
@@ -191,15 +189,6 @@ pub trait Part: Any + Send {
         let _ = (core, bytes);
         Ok(())
     }
-}
-
-/// Plans of features that act beside the contacts, from which critical steps follow.
-#[derive(Debug, Clone, Copy)]
-pub struct BesideContacts<'a> {
-    /// Surfaces of the sheets.
-    pub surfaces: &'a [SurfacePlan],
-    /// Mechanics of the sheets, in the same order.
-    pub membranes: &'a [MembranePlan],
 }
 
 /// The largest time step at which the integrator bears a feature.

@@ -2,22 +2,22 @@
 
 use std::any::Any;
 
-use super::load_series::LoadSeries;
-use super::{BesideContacts, Core, CriticalStep, Engine, Part, SizeEstimate};
+use super::{Core, CriticalStep, Engine, Part, SizeEstimate};
 use crate::audit::Auditor;
 use crate::guard::GuardPart;
 use crate::liquid::Liquids;
 use crate::membrane::Membranes;
-use crate::physics::Setup;
+use crate::physics::{Plans, Setup};
 use crate::spray::Sprays;
 use crate::tracks::Tracks;
+use crate::walls::LoadSeries;
 use crate::wear::Wear;
 
 /// A kind of part, before there is one.
 struct PartKind {
     of: fn(&mut Core) -> Option<Box<dyn Part>>,
     bytes: fn(&Setup, &SizeEstimate) -> f64,
-    critical_step: fn(&BesideContacts<'_>) -> Option<CriticalStep>,
+    critical_step: fn(&Plans) -> Option<CriticalStep>,
 }
 
 const fn kind<P: Part>() -> PartKind {
@@ -56,7 +56,7 @@ pub fn bytes_of_parts(setup: &Setup, crowd: &SizeEstimate) -> f64 {
 
 /// The least critical step of what acts beside the contacts ([`Part::critical_step`]).
 #[must_use]
-pub fn critical_step(plans: &BesideContacts<'_>) -> Option<CriticalStep> {
+pub fn critical_step(plans: &Plans) -> Option<CriticalStep> {
     let all = PARTS.iter().filter_map(|kind| (kind.critical_step)(plans));
     all.min_by(|one, other| one.time.total_cmp(&other.time))
 }

@@ -35,7 +35,7 @@ fn has_surfaces(core: &Core) -> bool {
 
 /// Whether sliding at walls is summed up from step to step.
 fn has_sliding(core: &Core) -> bool {
-    !core.physics.wear.is_empty() || core.watched.triangle_loads
+    core.domain.walls.iter().any(WallNow::wears) || core.watched.triangle_loads
 }
 
 const CLOCK: &str = "clock";
@@ -46,7 +46,7 @@ const NEAR_WALLS: &str = "near walls";
 const LISTS: &str = "lists";
 
 /// More steps have no time of their own: above it not every whole number is an `f64`.
-pub(super) const MOST_STEPS: u64 = 1 << 53;
+pub(crate) const MOST_STEPS: u64 = 1 << 53;
 
 /// The sections of the core, in the order in which they are written and read; those of the parts follow in theirs.
 const SECTIONS: &[Section] = &[

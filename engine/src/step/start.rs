@@ -179,7 +179,7 @@ impl Engine {
             }
         };
         let mut walls = WallNow::all(&physics.walls, physics.time_step, &cell);
-        let (surfaces, borrowing) = surfaces::start(&physics.surfaces, physics.time_step, &cell)?;
+        let (surfaces, borrowing) = surfaces::start(physics.plans.all(), physics.time_step, &cell)?;
         walls.extend(borrowing);
         let has_servos = physics
             .walls
@@ -197,15 +197,13 @@ impl Engine {
             boundaries.list_passages();
         }
         let width = options.width.unwrap_or_else(Width::fastest);
-        let liquid = physics.liquid.as_ref();
-        let wall_films = liquid.map(|liquid| WallFilms::start(&liquid.wall_films));
         let mut core = Core {
             clock: Clock::default(),
             domain: Domain {
                 cell,
                 boundaries,
                 walls,
-                wall_films: wall_films.unwrap_or_default(),
+                wall_films: WallFilms::default(),
                 surfaces,
             },
             particles,

@@ -5,20 +5,21 @@ use glam::DVec3;
 use super::{Core, RunError};
 use crate::cell::Cell;
 use crate::forces::{NearWall, near_walls_of_vertices};
+use crate::membrane::MembranePlan;
 use crate::neighbours::Margin;
 use crate::state::{Load, Particle};
-use crate::surface::{SavedSurface, Surface, SurfacePlan};
+use crate::surface::{SavedSurface, Surface};
 use crate::walls::{Wall, WallNow};
 
 /// The sheets of a plan at rest, and the walls that borrow their shapes.
 pub(super) fn start(
-    plans: &[SurfacePlan],
+    plans: &[MembranePlan],
     dt: f64,
     cell: &Cell,
 ) -> Result<(Vec<Surface>, Vec<WallNow>), RunError> {
     let mut surfaces = Vec::with_capacity(plans.len());
     let mut walls = Vec::with_capacity(plans.len());
-    for (number, plan) in plans.iter().enumerate() {
+    for (number, MembranePlan { surface: plan, .. }) in plans.iter().enumerate() {
         let made = Surface::new(plan).map_err(|error| RunError::Surface {
             surface: plan.name.clone(),
             step: 0,
@@ -75,17 +76,12 @@ impl Core {
         for (surface, loads) in self.domain.surfaces.iter_mut().zip(of_walls) {
             surface.add_vertex_loads(loads.iter().map(|load| load.force));
         }
-        if self.physics.membranes.is_empty() {
-            for surface in &mut self.domain.surfaces {
-                surface.forces.clone_from(&surface.loads);
-            }
-        }
     }
 
     /// Whether vertices of some sheet touch walls.
     fn vertices_touch_walls(&self) -> bool {
-        let mut plans = self.physics.surfaces.iter();
-        plans.any(|plan| plan.touches_walls)
+        let mut surfaces = self.domain.surfaces.iter();
+        surfaces.any(|surface| surface.plan().touches_walls)
     }
 
     /// The vertices of all sheets as spheres, sheet by sheet; nothing if none touches walls.
@@ -100,8 +96,8 @@ impl Core {
 
     /// The vertices of a sheet as spheres of half its thickness; none if they do not touch walls.
     fn vertex_spheres(&self, number: usize) -> Vec<Particle> {
-        let plan = &self.physics.surfaces[number];
         let surface = &self.domain.surfaces[number];
+        let plan = surface.plan();
         let count = if plan.touches_walls {
             surface.positions.len()
         } else {
@@ -133,7 +129,7 @@ impl Core {
             let outer = self.domain.walls[first + number].outer_box();
             let mut room = most;
             // More vertices are near walls where they may go farther.
-            if self.physics.surfaces[number].touches_walls {
+            if surface.plan().touches_walls {
                 room = room.min(MOST_BESIDE_WALLS * margin.skin);
             }
             for (row, record) in self.particles.records.iter().enumerate() {
@@ -191,11 +187,11 @@ impl Core {
             .surfaces
             .iter_mut()
             .zip(&mut self.domain.walls[first..]);
-        for ((number, saved), (surface, wall)) in saved.iter().enumerate().zip(surfaces) {
+        for (saved, (surface, wall)) in saved.iter().zip(surfaces) {
             surface.restore(saved)?;
             let way = surface.way_since_listed();
             let followed = wall.follow_anew(&surface.corners(), way, &self.domain.cell);
-            let name = &self.physics.surfaces[number].name;
+            let name = &surface.plan().name;
             followed.map_err(|error| format!("membranes.{name}: {error}"))?;
         }
         Ok(())

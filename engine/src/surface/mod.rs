@@ -4,7 +4,7 @@
 //! histories and periodic images are those of mesh walls. The load of contacts on a triangle arrives at its vertices.
 //!
 //! In a step the contacts are evaluated first; [`Surface::loads`] and [`Surface::forces`] are then what they do to each vertex. Further forces
-//! are added to [`Surface::forces`]. The next step begins with [`Surface::advance`], after which the mesh follows.
+//! are added to [`Surface::forces`]. In the next step they kick the vertices, and the mesh follows.
 
 mod place;
 mod plan;
@@ -52,7 +52,7 @@ pub struct Surface {
     pub squared_speed: f64,
     /// Distance beyond that of particles that it may go before the candidate list is built anew, m: nothing is near.
     pub room: f64,
-    triangles: Vec<[u32; 3]>,
+    plan: Arc<SurfacePlan>,
     /// Positions when the candidate list was built, m.
     listed: Vec<DVec3>,
     /// The vertex at each corner of the mesh.
@@ -66,7 +66,7 @@ impl Surface {
     ///
     /// # Errors
     /// If a triangle has no area, or names a vertex that is not there.
-    pub fn new(plan: &SurfacePlan) -> Result<(Self, Wall), WallError> {
+    pub fn new(plan: &Arc<SurfacePlan>) -> Result<(Self, Wall), WallError> {
         let count = plan.vertices.len();
         let is_vertex = |&k: &u32| (k as usize) < count;
         if !plan.triangles.iter().flatten().all(is_vertex) || plan.masses.len() != count {
@@ -96,7 +96,7 @@ impl Surface {
             forces: zeros,
             squared_speed: 0.0,
             room: 0.0,
-            triangles: plan.triangles.clone(),
+            plan: Arc::clone(plan),
             listed: plan.vertices.clone(),
             vertex_of: mesh.vertex_numbers(&plan.vertices, &plan.triangles),
             taker_of: mesh.lowest_triangles(),
@@ -120,30 +120,23 @@ impl Surface {
         // Of the plan a place and a mass; positions, velocities, loads, forces, positions when listed, inverse mass, number.
         let of_vertices =
             vertices * (6 * size_of::<DVec3>() + 2 * size_of::<f64>() + size_of::<u32>());
-        // Of the plan and of the sheet the corners; loads, and the takers of its feature, of half as many corners and 3/2 as many edges.
+        // Corners; loads, and the takers of its feature, of half as many corners and 3/2 as many edges.
         let of_triangles =
-            triangles * (2 * size_of::<[u32; 3]>() + size_of::<DVec3>() + 3 * size_of::<u32>());
+            triangles * (size_of::<[u32; 3]>() + size_of::<DVec3>() + 3 * size_of::<u32>());
         (of_vertices + of_triangles) as f64 + Mesh::bytes_of(triangles)
     }
 
-    /// Vertices of each triangle, in the order of the file.
+    /// Its plan.
     #[must_use]
-    pub fn triangles(&self) -> &[[u32; 3]] {
-        &self.triangles
+    pub fn plan(&self) -> &SurfacePlan {
+        &self.plan
     }
 
-    /// Half kicks of `half` (s) each, as many as `kicks`, then a drift of `drift` (s); `gravity` in m/s^2. Vertices that are held only drift.
-    pub fn advance(&mut self, kicks: u32, (half, drift): (f64, f64), gravity: DVec3) {
-        self.squared_speed = 0.0;
-        for k in 0..self.positions.len() {
-            let kick = self.kick(k, half, gravity);
-            let velocity = &mut self.velocities[k];
-            for _ in 0..kicks {
-                *velocity += kick;
-            }
-            self.positions[k] += *velocity * drift;
-            self.squared_speed = self.squared_speed.max(velocity.length_squared());
-        }
+    /// Vertices of each triangle, in the order of the file.
+    #[inline]
+    #[must_use]
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.plan.triangles
     }
 
     /// Change of the velocity of a vertex by the present forces and `gravity` (m/s^2) in `time` (s), m/s.
@@ -216,7 +209,7 @@ impl Surface {
     /// Adds what a contact does.
     pub fn add_load(&mut self, load: &SurfaceLoad) {
         self.is_loaded = true;
-        for (&corner, share) in self.triangles[load.triangle as usize]
+        for (&corner, share) in self.plan.triangles[load.triangle as usize]
             .iter()
             .zip(load.shares)
         {

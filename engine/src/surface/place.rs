@@ -36,7 +36,7 @@ impl Surface {
     #[must_use]
     pub fn place(&self, mesh: &Mesh, feature: u32, foot: DVec3) -> SurfacePoint {
         let triangle = self.taker_of[feature as usize];
-        let corners = self.triangles[triangle as usize];
+        let corners = self.plan.triangles[triangle as usize];
         let [a, b, c] = corners.map(|k| self.positions[k as usize]);
         let weights = match mesh.feature_of(feature) {
             Feature::Face(_) => {
@@ -80,7 +80,7 @@ impl Surface {
     #[must_use]
     pub fn moving(&self, place: &SurfacePoint, half: f64, gravity: DVec3) -> [DVec3; 2] {
         let (arms, inverse) = self.arms(place.triangle);
-        let corners = self.triangles[place.triangle as usize];
+        let corners = self.plan.triangles[place.triangle as usize];
         let velocities =
             corners.map(|k| self.velocities[k as usize] + self.kick(k as usize, half, gravity));
         let [a, b, c] = velocities;
@@ -91,7 +91,7 @@ impl Surface {
     /// The mean of values at the corners, with the weights of a point.
     #[inline]
     fn mean(&self, place: &SurfacePoint, values: &[DVec3]) -> DVec3 {
-        let [a, b, c] = self.triangles[place.triangle as usize].map(|k| values[k as usize]);
+        let [a, b, c] = self.plan.triangles[place.triangle as usize].map(|k| values[k as usize]);
         a * place.weights[0] + b * place.weights[1] + c * place.weights[2]
     }
 
@@ -99,7 +99,7 @@ impl Surface {
     #[inline]
     #[must_use]
     pub fn inverse_mass_at(&self, place: &SurfacePoint) -> f64 {
-        let corners = self.triangles[place.triangle as usize].iter();
+        let corners = self.plan.triangles[place.triangle as usize].iter();
         let parts = corners.zip(place.weights);
         parts.fold(0.0, |sum, (&k, weight)| {
             sum + weight * weight * self.inverse_masses[k as usize]
@@ -110,7 +110,8 @@ impl Surface {
     #[must_use]
     pub fn spin(&self, triangle: u32) -> DVec3 {
         let (arms, inverse) = self.arms(triangle);
-        let velocities = self.triangles[triangle as usize].map(|k| self.velocities[k as usize]);
+        let velocities =
+            self.plan.triangles[triangle as usize].map(|k| self.velocities[k as usize]);
         inverse * moment(arms, velocities)
     }
 
@@ -131,7 +132,7 @@ impl Surface {
 
     /// The corners of a triangle from their mean, m, and the inverse of J, 1/m^2.
     fn arms(&self, triangle: u32) -> ([DVec3; 3], DMat3) {
-        let corners = self.triangles[triangle as usize].map(|k| self.positions[k as usize]);
+        let corners = self.plan.triangles[triangle as usize].map(|k| self.positions[k as usize]);
         let mean = (corners[0] + corners[1] + corners[2]) / 3.0;
         let arms = corners.map(|corner| corner - mean);
         let mut tensor = DMat3::ZERO;

@@ -67,13 +67,13 @@ impl Surface {
         ];
         let fits = columns.iter().all(|column| column.len() == vertices)
             && saved.inverse_masses.len() == vertices
-            && saved.triangle_loads.len() == self.triangles.len();
+            && saved.triangle_loads.len() == self.plan.triangles.len();
         if !fits {
             return Err(format!(
                 "it has a membrane of {} vertices and {} triangles, the plan one of {vertices} and {}",
                 saved.positions.len(),
                 saved.triangle_loads.len(),
-                self.triangles.len()
+                self.plan.triangles.len()
             ));
         }
         let is_mass = |inverse: &f64| inverse.is_finite() && *inverse >= 0.0;

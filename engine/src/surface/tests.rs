@@ -40,7 +40,7 @@ proptest! {
     /// point; weights are those of the point, on faces, edges and corners.
     #[test]
     fn shares_keep_force_torque_and_power(seed in any::<u64>()) {
-        let (mut surface, wall) = Surface::new(&square(3, 1.0, 0.2, seed)).unwrap();
+        let (mut surface, wall) = Surface::new(&Arc::new(square(3, 1.0, 0.2, seed))).unwrap();
         let mesh = wall.shape.mesh().unwrap();
         let mut random = Stream::new(seed, "points", 0);
         let mut any = || 2.0 * DVec3::new(random.uniform(), random.uniform(), random.uniform()) - 1.0;
@@ -88,7 +88,7 @@ proptest! {
     /// The spin of a triangle that turns as a rigid body is that of the body.
     #[test]
     fn rigid_rotation_is_found(seed in any::<u64>()) {
-        let (mut surface, _) = Surface::new(&square(2, 1.0, 0.2, seed)).unwrap();
+        let (mut surface, _) = Surface::new(&Arc::new(square(2, 1.0, 0.2, seed))).unwrap();
         let (spin, velocity) = (DVec3::new(0.3, -0.7, 1.1), DVec3::new(2.0, 0.5, -1.0));
         for (at, moves) in surface.positions.iter().zip(&mut surface.velocities) {
             *moves = velocity + spin.cross(*at);
@@ -103,16 +103,22 @@ proptest! {
 fn sheets_that_cannot_be_are_refused() {
     let mut plan = square(2, 1.0, 0.0, 0);
     plan.triangles.push([0, 1, 2]);
-    assert!(Surface::new(&plan).is_err(), "a triangle without area");
+    assert!(
+        Surface::new(&Arc::new(plan)).is_err(),
+        "a triangle without area"
+    );
     let mut plan = square(2, 1.0, 0.0, 0);
     plan.triangles[0][1] = 99;
-    assert!(Surface::new(&plan).is_err(), "a vertex that is not there");
+    assert!(
+        Surface::new(&Arc::new(plan)).is_err(),
+        "a vertex that is not there"
+    );
 }
 
 #[test]
 fn saved_states_of_other_sheets_are_refused() {
-    let (mut surface, _) = Surface::new(&square(2, 1.0, 0.1, 3)).unwrap();
-    let (other, _) = Surface::new(&square(3, 1.0, 0.1, 3)).unwrap();
+    let (mut surface, _) = Surface::new(&Arc::new(square(2, 1.0, 0.1, 3))).unwrap();
+    let (other, _) = Surface::new(&Arc::new(square(3, 1.0, 0.1, 3))).unwrap();
     let saved = surface.save();
     assert!(surface.restore(&other.save()).is_err());
     let mut broken = saved.clone();

@@ -47,6 +47,7 @@ mod motion;
 mod motion_table;
 mod near_box;
 mod now;
+mod part;
 mod plane;
 mod pose;
 mod profile;
@@ -76,6 +77,7 @@ pub use mesh::{
 pub use motion::{Component, Motion};
 pub use motion_table::{MotionTable, Row};
 pub use now::{SavedWall, WallNow};
+pub(crate) use part::LoadSeries;
 pub use plane::Plane;
 pub use pose::{Pose, RigidVelocity};
 pub use ramp::{Area, Ramp, Target};

@@ -2,13 +2,30 @@
 
 use mercury_common::readable::rounded;
 
-use super::{Wear, Worn};
+use super::{Wear, WearPlan, Worn};
 use crate::contact::parameter::short;
 use crate::forces::Observation;
 use crate::guard::GuardPolicy;
-use crate::physics::Setup;
+use crate::physics::{FeaturePlan, InputError, Inputs, Setup, number, present};
 use crate::state::{Pieces, Plain, WallIndex};
 use crate::step::{Core, Engine, Part, RunError, SizeEstimate};
+use crate::walls::Shape;
+
+impl FeaturePlan for WearPlan {
+    /// At most one for each wall, of meshes alone, in their order.
+    fn check(plans: &[Self], inputs: &Inputs) -> Result<(), InputError> {
+        for (index, wear) in plans.iter().enumerate() {
+            present("wear", index, "wall", wear.wall as u32, inputs.walls.len())?;
+            let is_mesh = matches!(inputs.walls[wear.wall].shape, Shape::Mesh(_));
+            let is_next = index == 0 || plans[index - 1].wall < wear.wall;
+            if !(is_mesh && is_next) {
+                let what = format!("the wall of wear {index}");
+                return Err(number(&what, "a mesh, each once and in order", wear.wall));
+            }
+        }
+        Ok(())
+    }
+}
 
 impl Part for Wear {
     fn name(&self) -> &str {
@@ -16,7 +33,7 @@ impl Part for Wear {
     }
 
     fn of(core: &mut Core) -> Option<Self> {
-        let wear = Self::new(&core.physics().wear, &core.domain.walls)?;
+        let wear = Self::new(core.physics().plans.all(), &core.domain.walls)?;
         for wall in &wear.walls {
             core.domain.walls[wall.plan().wall].set_wearing();
         }
@@ -25,7 +42,7 @@ impl Part for Wear {
 
     fn bytes(setup: &Setup, _: &SizeEstimate) -> f64 {
         let walls = &setup.physics.walls;
-        let plans = setup.physics.wear.iter();
+        let plans = setup.physics.plans.all::<WearPlan>().iter();
         let meshes = plans.filter_map(|plan| Some((plan, walls[plan.wall].shape.mesh()?)));
         meshes
             .map(|(plan, mesh)| {

@@ -2,7 +2,7 @@
 
 use mercury_pictures::{EnergyFlows, EnergyRow};
 
-use super::membrane_files::sheet_energies;
+use crate::membranes::output::sheet_energies;
 use crate::plan::{NewBody, NewParticle};
 use mercury_engine::boundaries::Tally;
 use mercury_engine::physics::Physics;

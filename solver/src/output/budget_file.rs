@@ -7,6 +7,7 @@ use super::FrameCopy;
 use super::table_file::{Rows, RunTable};
 use crate::plan::Plan;
 use mercury_engine::audit::Losses;
+use mercury_engine::membrane::MembranePlan;
 
 /// A row for each output interval.
 pub(super) struct BudgetFile {
@@ -30,7 +31,7 @@ impl RunTable for BudgetFile {
 
     fn new(plan: &Plan) -> Self {
         Self {
-            has_sheets: !plan.physics().membranes.is_empty(),
+            has_sheets: plan.physics().plans.get::<MembranePlan>().is_some(),
         }
     }
 

@@ -7,6 +7,7 @@ use super::{FrameCopy, OutputError};
 use crate::plan::Plan;
 use mercury_engine::contact::{AnyRolling, HistoryNumber};
 use mercury_engine::forces::Partner;
+use mercury_engine::membrane::MembranePlan;
 
 pub(super) struct ContactFrames {
     writer: ContactWriter,
@@ -35,7 +36,7 @@ pub(super) fn contact_columns(plan: &Plan, history: &[HistoryNumber]) -> Contact
     ContactColumns {
         torque: laws.any(|law| law.rolling != AnyRolling::None),
         bridge: plan.physics().laws.has_liquid(),
-        membrane: !plan.physics().surfaces.is_empty(),
+        membrane: plan.physics().plans.get::<MembranePlan>().is_some(),
         history: history
             .iter()
             .map(|&(unit, description)| HistoryColumn {

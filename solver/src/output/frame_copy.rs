@@ -4,10 +4,10 @@ use glam::{DQuat, DVec3};
 use mercury_pictures::EnergyFlows;
 
 use super::budget::{Exchanged, energy_flows};
-use super::membrane_files::MembraneState;
 use super::track_file::{TrackPoint, track_points};
-use super::wear_files::WearState;
 use super::{BudgetRow, Due};
+use crate::membranes::output::MembraneState;
+use crate::wear::output::WearState;
 use mercury_engine::boundaries::{Crossed, Passage};
 use mercury_engine::cell::Cell;
 use mercury_engine::forces::{LoadSums, Observation};

@@ -8,9 +8,9 @@ use super::particle_frames::ParticleTable;
 use crate::plan::{Expected, FieldPlan, Plan};
 use mercury_engine::contact::HistoryNumber;
 use mercury_engine::forces::ContactRecord;
+use mercury_engine::membrane::MembranePlan;
 use mercury_engine::memory::GROWTH;
 use mercury_engine::state::{Bodies, Particles};
-use mercury_engine::surface::SurfacePlan;
 
 /// Characters of a number in a text file, its separator among them.
 const TEXT: f64 = 20.0;
@@ -48,7 +48,7 @@ pub fn output_bytes(plan: &Plan, expected: &Expected, history: &[HistoryNumber])
     if output.frames || output.vtk || !output.fields.is_empty() {
         writing = writing.max(2.0 * rows * columns);
     }
-    let sheets: f64 = plan.physics().surfaces.iter().map(sheet_bytes).sum();
+    let sheets: f64 = plan.physics().plans.all().iter().map(sheet_bytes).sum();
     kept += GROWTH * sheets;
     writing += sheets;
     if output.data {
@@ -93,9 +93,9 @@ fn state_bytes(plan: &Plan) -> f64 {
 }
 
 /// Bytes of the tables of a sheet.
-fn sheet_bytes(sheet: &SurfacePlan) -> f64 {
-    sheet.vertices.len() as f64 * row_bytes::<MembraneFrame>(&())
-        + sheet.triangles.len() as f64 * row_bytes::<MembraneTriangleFrame>(&())
+fn sheet_bytes(MembranePlan { surface, .. }: &MembranePlan) -> f64 {
+    surface.vertices.len() as f64 * row_bytes::<MembraneFrame>(&())
+        + surface.triangles.len() as f64 * row_bytes::<MembraneTriangleFrame>(&())
 }
 
 /// Bytes of a row of a table.

@@ -4,7 +4,7 @@ use mercury_common::frames::{
     ColumnSpec, FLAG_FIXED, FLAG_PRESCRIBED, FramesHeader, ParticleColumns, ParticleFrame,
     ParticleWriter, Table as _,
 };
-use mercury_common::particle_properties::LIQUID_VOLUME;
+use mercury_common::particle_properties::{FILM_VOLUME, LIQUID_VOLUME};
 
 use super::stream::{Beginning, Sink, Stream, StreamKind};
 use super::{FrameCopy, OutputError};
@@ -49,7 +49,8 @@ impl ParticleTable {
             torque: plan.physics().laws.turns(),
             more: Vec::new(),
         };
-        let liquid = plan.physics().liquid.is_some().then_some(&LIQUID_VOLUME);
+        let has_liquid = plan.physics().has_property(&FILM_VOLUME);
+        let liquid = has_liquid.then_some(&LIQUID_VOLUME);
         let properties = plan.physics().properties.iter().copied().chain(liquid);
         Self {
             columns: columns.with_properties(properties),

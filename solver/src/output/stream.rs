@@ -57,7 +57,7 @@ pub enum OutputError {
 }
 
 /// Where a stream begins: at the start of a new file, or at the position that an interrupted run had reported.
-pub(super) type Begin = Option<u64>;
+pub(crate) type Begin = Option<u64>;
 
 impl From<CgError> for OutputError {
     fn from(error: CgError) -> Self {
@@ -66,7 +66,7 @@ impl From<CgError> for OutputError {
 }
 
 /// One file of a run.
-pub(super) trait Stream: Send {
+pub(crate) trait Stream: Send {
     /// Writes what is due of this state.
     fn write(&mut self, state: &FrameCopy) -> Result<(), OutputError>;
 
@@ -91,7 +91,7 @@ pub(super) trait Stream: Send {
 
 /// Kind of a stream: makes the stream of a run. It lies in the file of the stream, and has a line in the list of
 /// [`STREAMS`](super::STREAMS).
-pub(super) trait StreamKind: Stream + Sized + 'static {
+pub(crate) trait StreamKind: Stream + Sized + 'static {
     /// Ending of its file behind the prefix, or the folder of its files. By this name checkpoints store how far it has come.
     const NAME: &'static str;
 
@@ -106,14 +106,14 @@ pub(super) trait StreamKind: Stream + Sized + 'static {
 }
 
 /// A kind of stream as a line of a list.
-pub(super) struct StreamEntry {
-    pub(super) name: &'static str,
-    pub(super) is_wanted: fn(&Plan) -> bool,
-    pub(super) begin: fn(&Beginning<'_>) -> Result<Box<dyn Stream>, OutputError>,
+pub(crate) struct StreamEntry {
+    pub(crate) name: &'static str,
+    pub(crate) is_wanted: fn(&Plan) -> bool,
+    pub(crate) begin: fn(&Beginning<'_>) -> Result<Box<dyn Stream>, OutputError>,
 }
 
 /// The line of a kind of stream.
-pub(super) const fn entry<S: StreamKind>() -> StreamEntry {
+pub(crate) const fn entry<S: StreamKind>() -> StreamEntry {
     StreamEntry {
         name: S::NAME,
         is_wanted: S::is_wanted,
@@ -122,26 +122,26 @@ pub(super) const fn entry<S: StreamKind>() -> StreamEntry {
 }
 
 /// State of a run from which a stream begins.
-pub(super) struct Beginning<'a> {
+pub(crate) struct Beginning<'a> {
     /// Of the run.
-    pub(super) folder: &'a Path,
-    pub(super) plan: &'a Plan,
+    pub(crate) folder: &'a Path,
+    pub(crate) plan: &'a Plan,
     /// Numbers in the memory of contacts.
-    pub(super) history: &'a [HistoryNumber],
+    pub(crate) history: &'a [HistoryNumber],
     /// Sinks of energy.
-    pub(super) losses: &'a Losses,
+    pub(crate) losses: &'a Losses,
     /// Where it begins.
-    pub(super) at: Begin,
+    pub(crate) at: Begin,
 }
 
 impl Beginning<'_> {
     /// The text file with this ending, which begins with `head`.
-    pub(super) fn text(&self, ending: &str, head: &[u8]) -> Result<TextFile, OutputError> {
+    pub(crate) fn text(&self, ending: &str, head: &[u8]) -> Result<TextFile, OutputError> {
         TextFile::begin(self.folder, &self.name(ending), head, self.at)
     }
 
     /// The file of frames with this ending.
-    pub(super) fn frames<T: Table<Layout: Clone>>(
+    pub(crate) fn frames<T: Table<Layout: Clone>>(
         &self,
         ending: &str,
         layout: &T::Layout,
@@ -155,13 +155,13 @@ impl Beginning<'_> {
     }
 
     /// The name of the file with this ending.
-    pub(super) fn name(&self, ending: &str) -> String {
+    pub(crate) fn name(&self, ending: &str) -> String {
         format!("{}.{ending}", self.plan.outputs().prefix())
     }
 }
 
 /// Where the bytes of a stream go.
-pub(super) enum Sink<'a> {
+pub(crate) enum Sink<'a> {
     /// A text file that grows.
     Text(&'a TextFile),
     /// A file of frames that grows.
@@ -172,7 +172,7 @@ pub(super) enum Sink<'a> {
 
 impl Sink<'_> {
     /// How far it has come: bytes of a text file, frames of any other.
-    pub(super) fn position(&self) -> u64 {
+    pub(crate) fn position(&self) -> u64 {
         match self {
             Self::Text(file) => file.position(),
             Self::Frames(frames) => frames.len() as u64,
@@ -181,7 +181,7 @@ impl Sink<'_> {
     }
 
     /// Waits until everything is on the disk, where a checkpoint counts on it.
-    pub(super) fn sync(&self) -> Result<(), OutputError> {
+    pub(crate) fn sync(&self) -> Result<(), OutputError> {
         match self {
             Self::Text(file) => file.sync(),
             Self::Frames(frames) => Ok(frames.sync()?),
@@ -190,7 +190,7 @@ impl Sink<'_> {
     }
 
     /// The file that grows, up to the end of its last frame.
-    pub(super) fn file(&self) -> Option<OutputFile> {
+    pub(crate) fn file(&self) -> Option<OutputFile> {
         let (path, bytes) = match self {
             Self::Text(file) => (file.path.as_path(), file.position()),
             Self::Frames(frames) => (frames.path(), frames.bytes()),
@@ -206,18 +206,18 @@ impl Sink<'_> {
 
 /// A text file to which whole frames are appended.
 #[derive(Debug)]
-pub(super) struct TextFile {
+pub(crate) struct TextFile {
     path: PathBuf,
     file: File,
     /// Bytes in the file.
     length: u64,
     /// The buffer of the present frame; kept, so that its memory is used again.
-    pub(super) buffer: Vec<u8>,
+    pub(crate) buffer: Vec<u8>,
 }
 
 impl TextFile {
     /// Makes the file, with `head` at its front; or opens it and cuts off all bytes behind a position.
-    pub(super) fn begin(
+    pub(crate) fn begin(
         folder: &Path,
         name: &str,
         head: &[u8],
@@ -266,7 +266,7 @@ impl TextFile {
     }
 
     /// Appends the buffer to the file in one call, and empties it.
-    pub(super) fn flush(&mut self) -> Result<(), OutputError> {
+    pub(crate) fn flush(&mut self) -> Result<(), OutputError> {
         let written = self.file.write_all(&self.buffer);
         if written.is_ok() {
             self.length += self.buffer.len() as u64;
@@ -279,12 +279,12 @@ impl TextFile {
 
 impl TextFile {
     /// Bytes in the file.
-    pub(super) fn position(&self) -> u64 {
+    pub(crate) fn position(&self) -> u64 {
         self.length
     }
 
     /// Waits until all bytes are on the disk.
-    pub(super) fn sync(&self) -> Result<(), OutputError> {
+    pub(crate) fn sync(&self) -> Result<(), OutputError> {
         let synced = self.file.sync_data();
         let failed = FileError::of(&self.path, "the file cannot be synced to the disk");
         Ok(synced.map_err(failed)?)

@@ -11,7 +11,7 @@ use crate::plan::Plan;
 use mercury_engine::audit::Losses;
 
 /// A table of a run: which it is, and how its rows are filled.
-pub(super) trait RunTable: Send + Sized + 'static {
+pub(crate) trait RunTable: Send + Sized + 'static {
     /// Its file and columns.
     const SPEC: &'static TableSpec;
 
@@ -39,7 +39,7 @@ pub(super) trait RunTable: Send + Sized + 'static {
 }
 
 /// Rows of a table, filled cell by cell.
-pub(super) struct Rows<'a> {
+pub(crate) struct Rows<'a> {
     out: &'a mut Vec<u8>,
     /// Columns of the table, and cells of the present row.
     columns: usize,
@@ -56,13 +56,13 @@ impl Rows<'_> {
     }
 
     /// A number in its shortest form that reads back exactly.
-    pub(super) fn number(&mut self, number: f64) -> &mut Self {
+    pub(crate) fn number(&mut self, number: f64) -> &mut Self {
         push_number(self.begin_cell(), number, NumberStyle::Shortest);
         self
     }
 
     /// Numbers.
-    pub(super) fn numbers(&mut self, numbers: impl IntoIterator<Item = f64>) -> &mut Self {
+    pub(crate) fn numbers(&mut self, numbers: impl IntoIterator<Item = f64>) -> &mut Self {
         for number in numbers {
             self.number(number);
         }
@@ -70,7 +70,7 @@ impl Rows<'_> {
     }
 
     /// A number that may be missing: the cell is empty then.
-    pub(super) fn perhaps(&mut self, number: Option<f64>) -> &mut Self {
+    pub(crate) fn perhaps(&mut self, number: Option<f64>) -> &mut Self {
         match number {
             Some(number) => self.number(number),
             None => self.text(""),
@@ -78,13 +78,13 @@ impl Rows<'_> {
     }
 
     /// A whole number.
-    pub(super) fn whole(&mut self, number: i64) -> &mut Self {
+    pub(crate) fn whole(&mut self, number: i64) -> &mut Self {
         push_integer(self.begin_cell(), number);
         self
     }
 
     /// Counts.
-    pub(super) fn counts(&mut self, counts: impl IntoIterator<Item = u64>) -> &mut Self {
+    pub(crate) fn counts(&mut self, counts: impl IntoIterator<Item = u64>) -> &mut Self {
         for count in counts {
             self.whole(count as i64);
         }
@@ -92,13 +92,13 @@ impl Rows<'_> {
     }
 
     /// A name, in quotes where it needs them.
-    pub(super) fn text(&mut self, text: &str) -> &mut Self {
+    pub(crate) fn text(&mut self, text: &str) -> &mut Self {
         push_cell(self.begin_cell(), text);
         self
     }
 
     /// Ends the row.
-    pub(super) fn end(&mut self) {
+    pub(crate) fn end(&mut self) {
         debug_assert_eq!(self.cells, self.columns, "cells of a row");
         self.out.push(b'\n');
         self.cells = 0;
@@ -106,7 +106,7 @@ impl Rows<'_> {
 }
 
 /// The stream of a table.
-pub(super) struct TableFile<T> {
+pub(crate) struct TableFile<T> {
     file: TextFile,
     table: T,
     columns: usize,

@@ -8,8 +8,8 @@ use glam::DVec3;
 
 use super::contact_frames::contact_frame;
 use super::fstat_file::contact_rows;
-use super::region_counts::{Content, contents};
 use super::{Due, Exchanged, FrameCopy, STREAMS, Schedule, Writer, energies, folder};
+use crate::boundaries::output::region_counts::{Content, contents};
 use crate::plan::Plan;
 use mercury_common::formats::clump::Pebble;
 use mercury_common::frames::ContactColumns;

@@ -21,6 +21,7 @@ use super::triangle_loads::TriangleTable;
 use super::wall_frames::{surfaces, wall_frame};
 use super::{FrameCopy, OutputError};
 use crate::plan::Plan;
+use mercury_engine::membrane::MembranePlan;
 
 /// One thread writes: the others are busy with stepping.
 const OPTIONS: VtuOptions = VtuOptions {
@@ -104,7 +105,7 @@ impl StreamKind for VtkFiles {
             walls: walls.is_some(),
             bodies: plan.physics().has_bodies(),
             clumps: false,
-            membranes: !plan.physics().membranes.is_empty(),
+            membranes: plan.physics().plans.get::<MembranePlan>().is_some(),
         };
         let script = folder.join(format!("{}.paraview.py", plan.outputs().prefix()));
         write_whole(
@@ -125,8 +126,8 @@ impl StreamKind for VtkFiles {
             contacts: series("contacts")?,
             contact_columns: contact_columns(plan, run.history),
             walls: walls.transpose()?,
-            membranes: (!plan.physics().membranes.is_empty())
-                .then(|| series("membranes"))
+            membranes: (plan.physics().plans.get::<MembranePlan>())
+                .map(|_| series("membranes"))
                 .transpose()?,
             bodies: bodies.transpose()?,
             folder,

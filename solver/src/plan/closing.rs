@@ -3,7 +3,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::insertions::grains_per_unit;
+use crate::boundaries::plan::insertions::grains_per_unit;
 use mercury_engine::boundaries::{
     InsertionPlan, Quantity, Total, expected_number, overlaps_wall, places, volume_within,
 };

@@ -1,8 +1,8 @@
 //! Expected size of a run: grains, spheres, and pairs.
 
-use super::insertions::expected_inserted;
 use super::particles::StartingParticles;
 use super::{NewBody, Plan};
+use crate::boundaries::plan::insertions::expected_inserted;
 use mercury_engine::bodies::Clump;
 
 /// The numbers of a run when everything planned is present.

@@ -4,7 +4,7 @@ use mercury_common::scene::{ClumpPlace, Lattice, ParticleSource, Scene, SourceSp
 
 use super::Plan;
 use super::expected::at_start;
-use super::insertions::expected_inserted;
+use crate::boundaries::plan::insertions::expected_inserted;
 
 /// Largest part of a scene, by number of spheres.
 #[derive(Debug, Clone)]

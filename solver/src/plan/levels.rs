@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::Plan;
-use super::insertions::expected_inserted;
+use crate::boundaries::plan::insertions::expected_inserted;
 use mercury_engine::boundaries::Ingredient;
 use mercury_engine::neighbours::{Levels, Skin};
 use mercury_engine::physics::radii;

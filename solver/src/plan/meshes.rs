@@ -66,7 +66,7 @@ pub(super) fn fit_to_wear(
 }
 
 /// Reads the closed mesh of a region.
-pub(super) fn solid(source: &MeshSource, warnings: &mut Vec<String>) -> Result<Solid, SceneError> {
+pub(crate) fn solid(source: &MeshSource, warnings: &mut Vec<String>) -> Result<Solid, SceneError> {
     let triangles = triangles(&source.file, read_mesh, warnings)?;
     let place = placement(source);
     let corners: Vec<DVec3> = triangles.vertices.iter().map(|&x| place(x)).collect();
@@ -78,7 +78,7 @@ pub(super) fn solid(source: &MeshSource, warnings: &mut Vec<String>) -> Result<S
 }
 
 /// Reads the triangles of a file by `read`, with what is odd about it.
-pub(super) fn triangles<'a>(
+pub(crate) fn triangles<'a>(
     file: &'a Located<PathBuf>,
     read: impl Fn(&'a PathBuf) -> Result<TriangleMesh, FormatError>,
     warnings: &mut Vec<String>,
@@ -90,7 +90,7 @@ pub(super) fn triangles<'a>(
 }
 
 /// Where a corner of the file comes to stand, m: scaled, then turned about the origin, then moved.
-pub(super) fn placement(source: &MeshSource) -> impl Fn(DVec3) -> DVec3 {
+pub(crate) fn placement(source: &MeshSource) -> impl Fn(DVec3) -> DVec3 {
     let turn = source
         .rotate
         .as_ref()

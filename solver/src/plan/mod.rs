@@ -6,45 +6,38 @@ mod closing;
 mod clumps;
 mod disk;
 mod document;
-mod doubtful;
+pub(crate) mod doubtful;
 mod draft;
 mod expected;
 mod fields;
 mod files;
-mod fluxes;
-mod insertions;
 mod largest;
 mod levels;
-mod liquid;
 mod magnitudes;
-mod membranes;
 mod memory;
-mod meshes;
+pub(crate) mod meshes;
 mod mistakes;
-mod motions;
+pub(crate) mod motions;
 mod notes;
 mod outputs;
 mod pair;
 mod particle_table;
-mod particles;
+pub(crate) mod particles;
 mod passes;
 mod reading;
 mod refusal;
-mod regions;
 mod report;
 mod requests;
 mod schema;
 mod settled;
-mod sprays;
 mod stages;
 mod start_from_frame;
 mod start_from_run;
 #[cfg(test)]
 mod tests;
 mod time_step;
-mod usage;
-mod walls;
-mod wear;
+pub(crate) mod usage;
+pub(crate) mod walls;
 mod workload;
 
 pub use checkpoint_identity::{Head, POSITIONS, checkpoint_paths};
@@ -105,7 +98,7 @@ macro_rules! getters {
 use getters;
 
 /// The periodic box of a scene.
-fn cell_of(domain: &Domain) -> Cell {
+pub(crate) fn cell_of(domain: &Domain) -> Cell {
     Cell::new(*domain.min, *domain.max, domain.periodic)
 }
 

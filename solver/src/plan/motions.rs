@@ -8,7 +8,7 @@ use mercury_engine::contact::parameter::short;
 use mercury_engine::walls::{Area, Component, Motion, Servo, Target};
 
 /// A line for each part of a motion: axis, speed, time.
-pub(super) fn lines(motion: &Motion) -> Vec<String> {
+pub(crate) fn lines(motion: &Motion) -> Vec<String> {
     motion.components().iter().map(line).collect()
 }
 

@@ -21,7 +21,7 @@ use mercury_engine::state::StartValues;
 
 /// Where a particle of the start was typed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Typed {
+pub(crate) struct Typed {
     /// Row in [`Scene::particles`].
     pub entry: usize,
     /// Line of the table, for particles of a table.
@@ -30,7 +30,7 @@ pub(super) struct Typed {
 
 /// The particles of the start, the place of each, and the ids of the tracked ones.
 #[derive(Default)]
-pub(super) struct StartingParticles {
+pub(crate) struct StartingParticles {
     /// Particles by id.
     pub particles: Vec<NewParticle>,
     /// Sources by id.
@@ -46,16 +46,16 @@ pub(super) struct StartingParticles {
     /// Remarks on tables.
     pub remarks: Vec<String>,
     /// Runs whose states are among them.
-    pub earlier: Vec<Earlier>,
+    pub(super) earlier: Vec<Earlier>,
     /// Where walls were in the states of a time that is given.
-    pub walls: EarlierWalls,
+    pub(super) walls: EarlierWalls,
     /// Values of their properties.
     pub values: Vec<StartValues>,
 }
 
 impl StartingParticles {
     /// Adds a particle with values of properties that are not the default.
-    pub(super) fn add(
+    pub(crate) fn add(
         &mut self,
         particle: NewParticle,
         properties: &[PropertyValue],
@@ -74,7 +74,7 @@ impl StartingParticles {
     }
 
     /// Adds a body with values of properties that are not the default.
-    pub(super) fn add_body(
+    pub(crate) fn add_body(
         &mut self,
         body: NewBody,
         properties: &[PropertyValue],
@@ -104,7 +104,7 @@ impl StartingParticles {
     }
 
     /// Adds liquid (m^3) to the films of particles and bodies, each by its number among them.
-    pub(super) fn add_films(
+    pub(crate) fn add_films(
         &mut self,
         particles: impl Iterator<Item = (usize, f64)>,
         bodies: impl Iterator<Item = (usize, f64)>,
@@ -141,7 +141,7 @@ impl StartingParticles {
 
     /// Spheres that can touch: particles, then the pebbles of bodies, each with the number of its grain (particles, then
     /// bodies).
-    pub(super) fn spheres<'a>(
+    pub(crate) fn spheres<'a>(
         &'a self,
         clumps: &'a [Clump],
     ) -> impl Iterator<Item = StartingSphere> + 'a {
@@ -168,7 +168,7 @@ impl StartingParticles {
 
 impl StartingParticles {
     /// Where the grain of this number was typed: particles, then bodies.
-    pub(super) fn typed(&self, grain: usize) -> Typed {
+    pub(crate) fn typed(&self, grain: usize) -> Typed {
         match grain.checked_sub(self.particles.len()) {
             None => self.typed[grain],
             Some(body) => self.typed_bodies[body],
@@ -176,7 +176,7 @@ impl StartingParticles {
     }
 
     /// Its centre, m.
-    pub(super) fn centre(&self, grain: usize) -> DVec3 {
+    pub(crate) fn centre(&self, grain: usize) -> DVec3 {
         match grain.checked_sub(self.particles.len()) {
             None => self.particles[grain].position,
             Some(body) => self.bodies[body].position,
@@ -184,14 +184,14 @@ impl StartingParticles {
     }
 
     /// Particles and bodies.
-    pub(super) fn grains(&self) -> usize {
+    pub(crate) fn grains(&self) -> usize {
         self.particles.len() + self.bodies.len()
     }
 }
 
 /// A particle or a pebble of the start.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct StartingSphere {
+pub(crate) struct StartingSphere {
     /// Number of the particle, or of all particles and that of the body.
     pub grain: usize,
     /// m, not wrapped for pebbles.
@@ -207,7 +207,7 @@ const MOST_SITES: f64 = 4e9;
 
 /// Makes the particles and bodies of the start, of each lattice `most_sites` at most; positions on periodic axes are wrapped into the
 /// domain. `clumps`: the templates, if they could be read.
-pub(super) fn starting_particles(
+pub(crate) fn starting_particles(
     scene: &Scene,
     clumps: Option<&[Clump]>,
     most_sites: u64,

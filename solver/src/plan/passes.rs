@@ -1,5 +1,7 @@
 //! The parts of a run's step, the skipped parts, and the reasons.
 
+use mercury_common::particle_properties::FILM_VOLUME;
+
 use super::Plan;
 use super::levels::levels;
 use mercury_engine::contact::parameter::short;
@@ -90,7 +92,7 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
         ),
         pass(
             "liquid",
-            plan.physics().liquid.is_some(),
+            plan.physics().has_property(&FILM_VOLUME),
             if plan.physics().laws.has_liquid() {
                 "films on particles, bridges in the slots of contacts, moved after each step"
             } else {

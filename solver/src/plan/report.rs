@@ -13,8 +13,9 @@ use super::{Disk, FieldPlan, Memory, PairPlan, Plan};
 use mercury_engine::boundaries::expected_number;
 use mercury_engine::boundaries::{FluxPart, Quantity, Rate, Total};
 use mercury_engine::contact::parameter::short;
+use mercury_engine::membrane::MembranePlan;
 use mercury_engine::walls::{Shape, Wall};
-use mercury_engine::wear::{WearBasis, WearLaw, WearPlan};
+use mercury_engine::wear::WearPlan;
 
 /// The plan in aligned plain text, with the expected memory of its run beside that of the machine, if that is known.
 #[must_use]
@@ -404,9 +405,9 @@ fn walls(text: &mut String, plan: &Plan) -> std::fmt::Result {
         if let Shape::Mesh(mesh) = &wall.shape {
             line(text, "", &describe(mesh))?;
         }
-        let wear = plan.physics().wear.iter();
+        let wear = plan.physics().plans.all::<WearPlan>().iter();
         for wear in wear.filter(|wear| wear.wall == index) {
-            line(text, "", &wear_line(wear))?;
+            line(text, "", &crate::wear::plan::describe(wear))?;
         }
     }
     membranes(text, plan)
@@ -414,51 +415,19 @@ fn walls(text: &mut String, plan: &Plan) -> std::fmt::Result {
 
 /// Sheets, where there are any.
 fn membranes(text: &mut String, plan: &Plan) -> std::fmt::Result {
-    let sheets = (plan.physics().surfaces.iter()).zip(&plan.physics().membranes);
-    for (number, (surface, membrane)) in sheets.enumerate() {
+    let sheets = plan.physics().plans.all::<MembranePlan>();
+    for (number, membrane) in sheets.iter().enumerate() {
+        let surface = &membrane.surface;
         if number == 0 {
             heading(text, "Membranes")?;
         }
         let material = &plan.physics().materials[surface.material.index()].name;
         line(text, &surface.name, material)?;
-        for words in super::membranes::describe(surface, membrane) {
+        for words in crate::membranes::plan::describe(membrane) {
             line(text, "", &words)?;
         }
     }
     Ok(())
-}
-
-/// How a wall wears.
-fn wear_line(wear: &WearPlan) -> String {
-    let mut words = match wear.law {
-        WearLaw::Archard { rate, basis } => {
-            let of = match basis {
-                WearBasis::NormalLoad => "load times way",
-                WearBasis::Sliding => "load times slip",
-                WearBasis::FrictionWork => "work of friction",
-            };
-            format!("wears by archard: K/H = {} 1/Pa times {of}", short(rate))
-        }
-        WearLaw::Finnie { constant } => {
-            format!("wears by finnie: {} m3/J", short(constant))
-        }
-        WearLaw::Oka { erosion, .. } => {
-            format!(
-                "wears by oka: {} mm3/kg at the reference",
-                short(1e9 * erosion)
-            )
-        }
-    };
-    if wear.acceleration != 1.0 {
-        let _ = write!(words, ", {} times as fast", short(wear.acceleration));
-    }
-    if !wear.moves {
-        words += ", as a map: its surface stays";
-    }
-    if wear.until_depth.is_finite() {
-        let _ = write!(words, "; the run ends at {} m", short(wear.until_depth));
-    }
-    words
 }
 
 fn write_pair(text: &mut String, pair: &PairPlan) -> std::fmt::Result {

@@ -2,6 +2,8 @@
 
 use mercury_common::scene::{Quantity, Total};
 use mercury_engine::boundaries::{InsertionPlan, Rate};
+use mercury_engine::membrane::MembranePlan;
+use mercury_engine::spray::SprayPlan;
 
 use super::Plan;
 
@@ -43,12 +45,22 @@ impl Plan {
                 format!("the end of insertion `{name}`")
             });
         }
-        for nozzle in physics.sprays.iter().flat_map(|sprays| &sprays.nozzles) {
+        for nozzle in physics
+            .plans
+            .all::<SprayPlan>()
+            .iter()
+            .flat_map(|sprays| &sprays.nozzles)
+        {
             let name = &nozzle.name;
             add(nozzle.from, &|| format!("the start of spray `{name}`"));
             add(nozzle.until, &|| format!("the end of spray `{name}`"));
         }
-        for hold in physics.membranes.iter().flat_map(|sheet| &sheet.holds) {
+        for hold in physics
+            .plans
+            .all::<MembranePlan>()
+            .iter()
+            .flat_map(|sheet| &sheet.holds)
+        {
             let name = &hold.name;
             add(hold.from, &|| format!("the start of hold `{name}`"));
             add(hold.until, &|| format!("the end of hold `{name}`"));

@@ -9,7 +9,7 @@ use mercury_engine::walls::Wall;
 
 /// Objects that are made of a material.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct MaterialUse {
+pub(crate) struct MaterialUse {
     /// Particles that contacts can move; insertions count as many.
     pub free: u64,
     /// Particles that never move.
@@ -40,7 +40,7 @@ impl MaterialUse {
 
 /// Objects that are made of each material.
 #[must_use]
-pub(super) fn material_uses(
+pub(crate) fn material_uses(
     scene: &Scene,
     start: &StartingParticles,
     clumps: &[Clump],
@@ -107,7 +107,7 @@ pub(super) fn material_uses(
 
 /// Whether particles of two materials (by row) can meet: at least one of the two can move, and there are two.
 #[must_use]
-pub(super) fn particles_meet(uses: &[MaterialUse], a: usize, b: usize) -> bool {
+pub(crate) fn particles_meet(uses: &[MaterialUse], a: usize, b: usize) -> bool {
     let (one, other) = (&uses[a], &uses[b]);
     if a == b {
         one.free >= 2 || (one.free >= 1 && one.fixed >= 1)
@@ -118,7 +118,7 @@ pub(super) fn particles_meet(uses: &[MaterialUse], a: usize, b: usize) -> bool {
 
 /// Whether particles of one of two materials (by row) can meet walls of the other.
 #[must_use]
-pub(super) fn walls_meet(uses: &[MaterialUse], a: usize, b: usize) -> bool {
+pub(crate) fn walls_meet(uses: &[MaterialUse], a: usize, b: usize) -> bool {
     let is_surface = |used: &MaterialUse| used.walls || used.lightest_vertex.is_some();
     let (one, other) = (&uses[a], &uses[b]);
     // Vertices of sheets touch walls, too.

@@ -314,7 +314,7 @@ fn component(wall: &SceneWall, motion: &SceneMotion) -> Result<Component, SceneE
 }
 
 /// The engine's form of a motion that is no servo; `origin`: the point about which a table turns, m.
-pub(super) fn component_about(
+pub(crate) fn component_about(
     origin: DVec3,
     motion: &SceneMotion,
 ) -> Result<Component, SceneError> {
@@ -426,7 +426,7 @@ fn edge_on(wall: &SceneWall, axis: DVec3) -> Option<String> {
 }
 
 /// A load in time; `column` names it in a table.
-pub(super) fn ramp(load: &Load, column: &str) -> Result<Ramp, SceneError> {
+pub(crate) fn ramp(load: &Load, column: &str) -> Result<Ramp, SceneError> {
     match load {
         Load::Constant(value) => {
             Ramp::constant(**value).map_err(|error| value.error(error.to_string()))

@@ -4,7 +4,7 @@
 //! neither is when an insertion whose region is full finds space again: it is given as a range, from never to at once.
 
 use super::Plan;
-use super::insertions::{expected_inserted, grains_per_unit};
+use crate::boundaries::plan::insertions::{expected_inserted, grains_per_unit};
 use mercury_engine::boundaries::Rate;
 
 /// The grains that a run is planned to have over time.

@@ -44,6 +44,7 @@ use crate::plan::{Ahead, Here, POSITIONS, Plan, Workload, checkpoint_paths};
 use crate::results::{Aims, NamedResult};
 use mercury_engine::forces::{Watch, block_size};
 use mercury_engine::lanes::Width;
+use mercury_engine::membrane::MembranePlan;
 use mercury_engine::state::{Encoder, FIXED, PEBBLE};
 use mercury_engine::step::{Engine, RunError, StartOptions};
 use mercury_engine::task::{OutputFile, RunEvent, Task, TaskProgress};
@@ -199,8 +200,8 @@ pub fn useful_threads(plan: &Plan, available: usize) -> usize {
     let pebbles: usize = pebbles
         .map(|body| body.clump(&plan.physics().clumps).pebbles.len())
         .sum();
-    let sheets = plan.physics().surfaces.iter();
-    let vertices: usize = sheets.map(|sheet| sheet.vertices.len()).sum();
+    let sheets = plan.physics().plans.all::<MembranePlan>().iter();
+    let vertices: usize = sheets.map(|sheet| sheet.surface.vertices.len()).sum();
     let rows = (plan.physics().particles.len() + pebbles).max(vertices);
     rows.div_ceil(block_size(rows)).clamp(1, available.max(1))
 }

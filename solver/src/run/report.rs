@@ -12,6 +12,7 @@ use crate::output::summary::{
     LiquidSummary, MembraneSummary, ResultValue, Status, Summary, WearSummary,
 };
 use crate::plan::Plan;
+use mercury_engine::membrane::MembranePlan;
 use mercury_engine::step::Engine;
 
 /// A finished run. Printed, it is the closing report.
@@ -353,14 +354,13 @@ fn wear(engine: &Engine) -> Vec<WearSummary> {
 
 /// Elastic sheets in numbers.
 fn membranes(engine: &Engine) -> Vec<MembraneSummary> {
-    let physics = engine.physics();
-    let plans = physics.surfaces.iter().zip(&physics.membranes);
+    let plans = engine.physics().plans.all::<MembranePlan>().iter();
     let sheets = plans.zip(engine.surfaces()).zip(engine.membranes());
     sheets
-        .map(|(((named, plan), surface), membrane)| {
+        .map(|((plan, surface), membrane)| {
             let seen = plan.sheet.seen(&surface.positions);
             MembraneSummary {
-                name: named.name.clone(),
+                name: plan.surface.name.clone(),
                 area: seen.area,
                 volume: plan.sheet.enclosed(&surface.positions).volume,
                 pressure: membrane.pressure,

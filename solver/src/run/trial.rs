@@ -14,7 +14,7 @@ use super::{RunOptions, ahead_of};
 use crate::output::{Exchanged, FrameCopy, Schedule};
 use crate::plan::{Ahead, Plan, Workload};
 use mercury_engine::forces::Watch;
-use mercury_engine::spray::Droplet;
+use mercury_engine::spray::{Droplet, SprayPlan};
 use mercury_engine::step::{Engine, RunError};
 use mercury_engine::task::Task;
 
@@ -83,7 +83,11 @@ fn droplets_ahead(plan: &Plan, engine: &Engine) -> [f64; 2] {
     let end = physics.steps as f64 * physics.time_step;
     let droplets = (engine.sprays()).map_or(&[][..], |sprays| &sprays.state.droplets);
     let (mut at_once, mut steps) = (0.0, 0.0);
-    let nozzles = physics.sprays.iter().flat_map(|plan| &plan.nozzles);
+    let nozzles = physics
+        .plans
+        .all::<SprayPlan>()
+        .iter()
+        .flat_map(|plan| &plan.nozzles);
     for (index, nozzle) in nozzles.enumerate() {
         let own = |droplet: &&Droplet| droplet.nozzle as usize == index;
         let now = droplets.iter().filter(own).count() as f64;

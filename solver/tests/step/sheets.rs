@@ -12,6 +12,7 @@ use mercury_common::particle_properties::FILM_VOLUME;
 use mercury_engine::bodies::{Clump, NewBody};
 use mercury_engine::cell::Cell;
 use mercury_engine::forces::{Observation, Partner, Watch};
+use mercury_engine::membrane::{Elasticity, Law, Load, MembranePlan, Sheet, Topology};
 use mercury_engine::state::{MaterialIndex, StartValues};
 use mercury_engine::step::{Engine, Snapshot};
 use mercury_engine::surface::{Faces, SurfacePlan};
@@ -47,6 +48,30 @@ fn square(n: u32, side: f64, skew: f64, seed: u64) -> SurfacePlan {
         triangles,
         vertices,
         masses,
+    }
+}
+
+/// A sheet without inner forces: those of its springs, of 1e-33 N/m, are below the last digit of any load.
+fn limp(surface: SurfacePlan) -> MembranePlan {
+    let topology = Topology::new(surface.vertices.len(), &surface.triangles).unwrap();
+    let corners =
+        (surface.triangles.iter()).map(|corners| corners.map(|k| surface.vertices[k as usize]));
+    let law = Law {
+        thickness: 1e-3,
+        youngs_modulus: 1e-30,
+        density: 1000.0,
+        elasticity: Elasticity::Springs,
+        damping_ratio: 0.0,
+        drag: 0.0,
+        bending: None,
+    };
+    let sheet = Sheet::new(topology, &corners.collect::<Vec<_>>(), 0.0, law).unwrap();
+    MembranePlan {
+        surface: Arc::new(surface),
+        sheet: Arc::new(sheet),
+        load: Load::Given(Vec::new()),
+        first_volume: 0.0,
+        holds: Vec::new(),
     }
 }
 
@@ -89,7 +114,7 @@ impl Setup<'_> {
         self.plan_of(|draft| {
             // Without particles that may meet a scene has no laws.
             draft.particles = particles;
-            draft.surfaces = surfaces;
+            *draft.plans.all_mut() = surfaces.into_iter().map(limp).collect();
         })
     }
 
@@ -425,7 +450,7 @@ fn plastic_and_wet_contacts_join() {
         };
         let plan = setup.plan_of(|draft| {
             draft.particles = vec![thrown];
-            draft.surfaces = vec![sheet];
+            draft.plans.insert(limp(sheet));
             if film > 0.0 {
                 draft.start_values.push(StartValues {
                     particles: vec![(0, film)],
@@ -505,7 +530,7 @@ fn clumps_and_prescribed_particles_push_sheets() {
         draft.particles.clear();
         draft.clumps = vec![rod.unwrap()];
         draft.bodies = vec![body];
-        draft.surfaces = vec![square(6, 0.12, 0.1, 3)];
+        draft.plans.insert(limp(square(6, 0.12, 0.1, 3)));
     });
     let mut engine = Engine::new(plan, 1).unwrap();
     let sums = |engine: &Engine| {
@@ -930,7 +955,7 @@ fn a_sheet_takes_a_bridge_apart() {
                 ball(at, radius, DVec3::ZERO, DVec3::ZERO)
             })
             .to_vec();
-        draft.surfaces = vec![sheet];
+        draft.plans.insert(limp(sheet));
         draft.start_values.push(StartValues {
             particles: vec![(0, film), (1, film)],
             ..StartValues::new(&FILM_VOLUME)
@@ -1055,11 +1080,11 @@ fn threads_share_large_sheets() {
 fn scenes_that_sheets_do_not_know_are_refused() {
     let plan = Setup::default().plan(thrown(1), vec![square(2, 0.1, 0.0, 0)]);
     let mut broken = plan.draft();
-    broken.surfaces[0].masses[3] = -1.0;
+    Arc::make_mut(&mut broken.plans.all_mut::<MembranePlan>()[0].surface).masses[3] = -1.0;
     let error = broken.plan().unwrap_err().to_string();
     assert!(error.contains("a mass of sheet"), "{error}");
     let mut broken = plan.draft();
-    broken.surfaces[0].triangles[1][2] = 50;
+    Arc::make_mut(&mut broken.plans.all_mut::<MembranePlan>()[0].surface).triangles[1][2] = 50;
     let error = broken.plan().unwrap_err().to_string();
     assert!(error.contains("vertex 50"), "{error}");
 }

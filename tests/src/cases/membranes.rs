@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 
 use glam::{DVec3, dvec3};
 use mercury_common::scene::Files;
+use mercury_engine::membrane::MembranePlan;
 use mercury_engine::step::Engine;
 use mercury_solver::plan::{parse_scene, plan};
 
@@ -190,7 +191,9 @@ fn ball_at_rest() -> BallOnSheet {
     let (last, vertices) = least.split_last().expect("the ball is the last");
     let apart = surface.positions.iter().zip(vertices);
     let shape = apart.map(|(one, other)| one.distance(*other));
-    let masses = engine.physics().membranes[0].sheet.masses();
+    let masses = engine.physics().plans.all::<MembranePlan>()[0]
+        .sheet
+        .masses();
     let weight = (mass + masses.iter().sum::<f64>()) * GRAVITY;
     BallOnSheet {
         ball: centre.distance(*last) / sag,
@@ -352,7 +355,7 @@ fn enclosed(pressure: &str, law: PressureLaw) -> f64 {
         "[[membranes]]\nname = \"balloon\"\nshape = \"sphere\"\norigin = [0.0, 0.0, 0.0]\nradius = {RADIUS:?}\nedge = 0.02\nmaterial = \"rubber\"\nthickness = {THICKNESS:?}\nyoungs_modulus = {MODULUS:?}\npressure = {pressure}\n"
     );
     let mut engine = engine(0.0, (2e-3, 1e-5), &more);
-    let plan = engine.physics().membranes[0].clone();
+    let plan = engine.physics().plans.all::<MembranePlan>()[0].clone();
     let mut most = 0.0f64;
     for _ in 0..200 {
         engine.step(None).expect("the motion stays finite");
@@ -378,7 +381,9 @@ fn thrown() -> [f64; 2] {
         let mass = ball.inverse_mass.recip();
         let spin = 0.4 * mass * ball.radius * ball.radius * ball.angular_velocity;
         let surface = &engine.surfaces()[0];
-        let masses = engine.physics().membranes[0].sheet.masses();
+        let masses = engine.physics().plans.all::<MembranePlan>()[0]
+            .sheet
+            .masses();
         let mut parts = vec![[
             ball.velocity * mass,
             ball.position.cross(ball.velocity * mass) + spin,
@@ -438,7 +443,7 @@ fn budget(step: f64, losses: bool) -> f64 {
     let mut engine = engine(0.0, (0.1, step), &more);
     let energy = |engine: &Engine| {
         let (surface, membrane) = (&engine.surfaces()[0], &engine.membranes()[0]);
-        let sheet = &engine.physics().membranes[0].sheet;
+        let sheet = &engine.physics().plans.all::<MembranePlan>()[0].sheet;
         let vertices = surface.velocities.iter().zip(sheet.masses());
         let kinetic: f64 = vertices
             .map(|(v, mass)| 0.5 * mass * v.length_squared())

@@ -9,9 +9,10 @@ use crate::plan::cell_of;
 use crate::plan::particles::{StartingParticles, StartingSphere};
 use mercury_engine::bodies::Clump;
 use mercury_engine::contact::parameter::short;
+use mercury_engine::membrane::MembranePlan;
 use mercury_engine::neighbours::{Levels, Margin, Skin, build};
 use mercury_engine::state::{MaterialIndex, Particle, Particles};
-use mercury_engine::surface::{Surface, SurfacePlan};
+use mercury_engine::surface::Surface;
 use mercury_engine::walls::{Scratch, Touches, Wall, WallNow};
 
 /// The worst overlap of many, and how many there are.
@@ -201,12 +202,12 @@ pub(in crate::plan) fn through_sheets(
     scene: &Scene,
     start: &StartingParticles,
     clumps: &[Clump],
-    surfaces: &[SurfacePlan],
+    sheets: &[MembranePlan],
     warnings: &mut Vec<String>,
 ) {
     let cell = cell_of(&scene.domain);
     let mut touches = Touches::new();
-    for plan in surfaces {
+    for MembranePlan { surface: plan, .. } in sheets {
         // A mesh that cannot be made stops the run with its reason.
         let Ok((_, wall)) = Surface::new(plan) else {
             continue;

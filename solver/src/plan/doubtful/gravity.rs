@@ -6,6 +6,7 @@ use mercury_common::surfaces::FACES;
 use super::Finding;
 use crate::plan::Plan;
 use mercury_engine::boundaries::InsertionPlan;
+use mercury_engine::membrane::MembranePlan;
 
 /// A warning if all particles fall out of the domain.
 pub(super) fn particles_that_fall_out(plan: &Plan) -> Vec<Finding> {
@@ -34,7 +35,7 @@ fn nothing_holds(plan: &Plan) -> Option<String> {
         || !is_open
         || is_fixed
         || !physics.walls.is_empty()
-        || !physics.membranes.is_empty()
+        || physics.plans.get::<MembranePlan>().is_some()
     {
         return None;
     }

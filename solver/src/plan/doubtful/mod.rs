@@ -10,12 +10,12 @@ mod gravity;
 mod rolling;
 mod servo;
 mod units;
-mod wear;
 
 use super::Plan;
+use crate::wear::plan::doubts::wear_without_effect_or_too_fast;
 
 /// Finding of a check.
-pub(super) enum Finding {
+pub(crate) enum Finding {
     /// A likely mistake: shown before the run and in its report.
     Warning(String),
     /// Shown before the run alone.
@@ -26,7 +26,7 @@ pub(super) enum Finding {
 const CHECKS: [fn(&Plan) -> Vec<Finding>; 9] = [
     disk::much_output,
     gravity::particles_that_fall_out,
-    wear::wear_without_effect_or_too_fast,
+    wear_without_effect_or_too_fast,
     gravity::insertions_at_rest,
     servo::servos_that_lift_off,
     fit::bridges_beyond_the_fit,

@@ -2,27 +2,19 @@
 
 use std::sync::Arc;
 
-use mercury_common::particle_properties::FILM_VOLUME;
 use mercury_common::scene::{ClumpMass, ClumpsAs, Scene, SceneErrors, Switches, stem};
 
 use super::laws::Laws;
 use super::{Findings, Parts};
+use crate::liquid::plan::{liquid, wall_films};
 use crate::plan::closing;
 use crate::plan::doubtful::{Finding, doubts};
-use crate::plan::liquid::wall_films;
 use crate::plan::meshes;
 use crate::plan::start_from_run::{Earlier, Here, carried};
 use crate::plan::time_step::{StepPlan, steps};
-use crate::plan::wear::wear;
 use crate::plan::{Counted, FieldPlan, Material, Notes, OutputPlan, Outputs, Plan, cell_of};
-use mercury_engine::boundaries::InsertionPlan;
-use mercury_engine::contact::registry::LawTable;
 use mercury_engine::guard::Guard;
-use mercury_engine::liquid::{LiquidPlan, Weight};
 use mercury_engine::physics::Inputs;
-use mercury_engine::spray::SprayPlan;
-use mercury_engine::state::StartValues;
-use mercury_engine::walls::WallFilmPlan;
 
 /// Results of the stages before.
 pub(super) struct Resolved {
@@ -56,12 +48,11 @@ pub(super) fn assemble(
         clumps,
         mut start,
         insertions,
-        sprays,
         regions,
         deletions,
         fluxes,
         fields,
-        sheets,
+        mut plans,
         sizes,
         ..
     } = parts;
@@ -108,13 +99,12 @@ pub(super) fn assemble(
     let triangle_loads =
         meshes::has_triangle_loads(&walls, &scene.output.switches, &mut found.warnings);
     ignored_keys(scene, &mut found.warnings);
-    let wear = wear(scene, &walls);
     let mesh_files = meshes::files(scene, &walls);
     let liquid = liquid(
         scene,
         wall_films,
         &laws,
-        sprays.as_ref(),
+        plans.get(),
         &insertions,
         &start.values,
         time_step,
@@ -130,6 +120,7 @@ pub(super) fn assemble(
                 )
             }));
     }
+    plans.all_mut().extend(liquid);
     let inputs = Inputs {
         seed: scene.seed,
         gravity: *scene.gravity,
@@ -156,12 +147,8 @@ pub(super) fn assemble(
             overlap: *scene.guard.overlap,
             way: *scene.guard.way,
         },
-        liquid,
-        sprays,
         walls,
-        wear,
-        surfaces: sheets.surfaces,
-        membranes: sheets.membranes,
+        plans,
         particles: start.particles,
         clumps,
         bodies: start.bodies,
@@ -222,38 +209,6 @@ pub(super) fn assemble(
     };
     note_doubts(&mut plan);
     Ok(plan)
-}
-
-/// Films, bridges and droplets; `None` in scenes without liquid. `start`: values of properties of the start.
-fn liquid(
-    scene: &Scene,
-    wall_films: Vec<Option<WallFilmPlan>>,
-    laws: &LawTable,
-    sprays: Option<&SprayPlan>,
-    insertions: &[InsertionPlan],
-    start: &[StartValues],
-    time_step: f64,
-) -> Option<LiquidPlan> {
-    let has_liquid = !wall_films.is_empty()
-        || laws.has_liquid()
-        || sprays.is_some()
-        || start.iter().any(|values| *values.property == FILM_VOLUME)
-        || (insertions.iter().flat_map(|insertion| &insertion.mixture))
-            .flat_map(|part| &part.properties)
-            .any(|(property, _)| **property == FILM_VOLUME);
-    has_liquid.then(|| LiquidPlan {
-        neighbours: scene.liquid.neighbours,
-        bridges_form: scene.liquid.bridges_form,
-        evaporation: *scene.liquid.evaporation,
-        weight: sprays
-            .and_then(|sprays| sprays.nozzles.iter().find(|nozzle| nozzle.mass))
-            .map(|nozzle| Weight {
-                density: nozzle.liquid_density,
-                gravity: *scene.gravity,
-                lag: 0.5 * time_step,
-            }),
-        wall_films,
-    })
 }
 
 /// Adds what is doubtful about a plan to its notes.

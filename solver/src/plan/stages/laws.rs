@@ -3,7 +3,7 @@
 use mercury_common::scene::{Scene, SceneError};
 
 use super::{Findings, Parts};
-use crate::plan::liquid::bridges;
+use crate::liquid::plan::bridges;
 use crate::plan::pair::PairPlan;
 use crate::plan::usage::{MaterialUse, particles_meet, walls_meet};
 use mercury_engine::contact::adhesion::liquid::Tables;

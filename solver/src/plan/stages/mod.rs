@@ -6,16 +6,16 @@ mod laws;
 mod parts;
 mod step;
 
+use crate::membranes::plan::without_energy;
 use mercury_common::scene::{Scene, SceneError, SceneErrors};
 
 use super::checks;
-use super::insertions::check_among_walls;
 use super::magnitudes::magnitudes;
-use super::membranes;
 use super::meshes;
 use super::requests;
 use super::walls::continue_cylinders;
 use super::{Counted, Plan};
+use crate::boundaries::plan::insertions::check_among_walls;
 use assemble::{Resolved, assemble};
 use laws::Laws;
 use parts::Parts;
@@ -61,11 +61,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     let mut found = Findings::default();
     let mut parts = Parts::of(scene, most_sites, &mut found);
     let laws = Laws::of(scene, &parts, &mut found);
-    (found.warnings).extend(membranes::without_energy(
-        &parts.sheets,
-        &laws.pairs,
-        &parts.uses,
-    ));
+    (found.warnings).extend(without_energy(&parts.plans, &laws.pairs, &parts.uses));
     // A pair that could not be resolved could change the step.
     let resolved = found.errors.len();
     let laws = check_sizes(scene, &parts, laws, &mut found);
@@ -148,7 +144,7 @@ fn check_places(scene: &Scene, parts: &Parts, counted: &mut Counted, found: &mut
         clumps,
         start,
         insertions,
-        sheets,
+        plans,
         sizes,
         ..
     } = parts;
@@ -158,7 +154,7 @@ fn check_places(scene: &Scene, parts: &Parts, counted: &mut Counted, found: &mut
     let radii = [sizes.smallest, sizes.mean, sizes.largest];
     [counted.touching, counted.listed] =
         checks::overlaps(scene, start, clumps, walls, radii, errors, warnings);
-    checks::through_sheets(scene, start, clumps, &sheets.surfaces, warnings);
+    checks::through_sheets(scene, start, clumps, plans.all(), warnings);
     counted.scale_up(start, clumps);
     check_among_walls(
         scene,

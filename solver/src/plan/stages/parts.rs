@@ -3,19 +3,19 @@
 use mercury_common::scene::{Dimensions, Scene};
 
 use super::Findings;
+use crate::boundaries::plan::fluxes::fluxes;
+use crate::boundaries::plan::insertions::{deletions, insertions};
+use crate::boundaries::plan::regions::{DomainBox, regions};
+use crate::membranes::plan::{lightest_vertex, membranes};
 use crate::plan::fields::{FieldPlan, fields};
-use crate::plan::fluxes::fluxes;
-use crate::plan::insertions::{deletions, insertions};
-use crate::plan::membranes::{Sheets, membranes};
 use crate::plan::particles::{StartingParticles, starting_particles};
-use crate::plan::regions::{DomainBox, regions};
-use crate::plan::sprays::sprays;
 use crate::plan::usage::{MaterialUse, material_uses};
 use crate::plan::walls::walls;
+use crate::sprays::plan::sprays;
+use crate::wear::plan::wear;
 use mercury_engine::bodies::Clump;
 use mercury_engine::boundaries::{CountedRegion, DeletionPlan, FluxPlan, InsertionPlan};
-use mercury_engine::physics::Sizes;
-use mercury_engine::spray::SprayPlan;
+use mercury_engine::physics::{Plans, Sizes};
 use mercury_engine::walls::Wall;
 
 /// Parts of a scene.
@@ -26,12 +26,12 @@ pub(super) struct Parts {
     pub(super) clumps: Vec<Clump>,
     pub(super) start: StartingParticles,
     pub(super) insertions: Vec<InsertionPlan>,
-    pub(super) sprays: Option<SprayPlan>,
     pub(super) regions: Vec<CountedRegion>,
     pub(super) deletions: Vec<DeletionPlan>,
     pub(super) fluxes: Vec<FluxPlan>,
     pub(super) fields: Vec<FieldPlan>,
-    pub(super) sheets: Sheets,
+    /// Plans of features but liquid, which depends on the time step.
+    pub(super) plans: Plans,
     /// How each material is used.
     pub(super) uses: Vec<MaterialUse>,
     /// Sizes of all particles, of the start and of insertions.
@@ -58,15 +58,19 @@ impl Parts {
         let clumps_of = clumps.as_deref();
         let insertions = insertions(scene, &room, clumps_of, dimensions, warnings, errors);
         let clumps = clumps.unwrap_or_default();
-        let sprays = sprays(scene, &walls, dimensions, warnings, errors);
+        let mut plans = Plans::default();
+        plans
+            .all_mut()
+            .extend(sprays(scene, &walls, dimensions, warnings, errors));
         let regions = regions(scene, &room, warnings, errors);
         let deletions = deletions(scene, warnings, errors);
         let fluxes = fluxes(scene, errors);
         let fields = fields(scene, &start, &clumps, &insertions, warnings, errors);
-        let sheets = membranes(scene, &walls, warnings, remarks, errors);
+        plans.all_mut().extend(wear(scene, &walls));
+        membranes(scene, &walls, &mut plans, warnings, remarks, errors);
         let mut uses = material_uses(scene, &start, &clumps, &insertions, &walls);
         for (material, used) in uses.iter_mut().enumerate() {
-            used.lightest_vertex = sheets.lightest_vertex(material);
+            used.lightest_vertex = lightest_vertex(&plans, material);
         }
         let sizes = Sizes::of(
             &densities(scene),
@@ -81,12 +85,11 @@ impl Parts {
             clumps,
             start,
             insertions,
-            sprays,
             regions,
             deletions,
             fluxes,
             fields,
-            sheets,
+            plans,
             uses,
             sizes,
         }

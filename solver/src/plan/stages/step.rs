@@ -5,7 +5,6 @@ use mercury_common::scene::{Scene, TimeStep};
 
 use super::parts::densities;
 use super::{Findings, Parts};
-use crate::plan::membranes;
 use crate::plan::pair::PairPlan;
 use crate::plan::time_step::{
     Limit, Limits, REFUSED_PART, StepPlan, WARNED_PART, automatic, automatic_part, bearable_step,
@@ -15,10 +14,12 @@ use crate::plan::usage::MaterialUse;
 use mercury_engine::contact::mixing::elastic_constants;
 use mercury_engine::contact::normal::rayleigh_time;
 use mercury_engine::contact::parameter::short;
-use mercury_engine::step::{BesideContacts, critical_step};
+use mercury_engine::step::critical_step;
 
 /// More steps than this cannot be counted in a double, by which times are computed.
 const MOST_STEPS: f64 = 9e15;
+/// The automatic step is this part of the critical step of what acts beside the contacts.
+const STEPS_PER_CRITICAL: f64 = 10.0;
 /// Least reference speed, m/s.
 const LEAST_SPEED: f64 = 0.1;
 
@@ -99,10 +100,7 @@ pub(super) fn plan_step(
         dimensions,
         ..
     } = parts;
-    let beside = critical_step(&BesideContacts {
-        surfaces: &parts.sheets.surfaces,
-        membranes: &parts.sheets.membranes,
-    });
+    let beside = critical_step(&parts.plans);
     let (speed, speed_reason) = reference_speed(scene, parts);
     let Limits {
         contact,
@@ -116,9 +114,7 @@ pub(super) fn plan_step(
     };
     let would_be = would_be.map(|(contact, critical)| bearable_step(contact, critical));
     // The limit by all else, in the form of a contact with the same limit.
-    let by_others = beside
-        .as_ref()
-        .map(|limit| limit.time / membranes::STEPS_PER_CRITICAL);
+    let by_others = beside.as_ref().map(|limit| limit.time / STEPS_PER_CRITICAL);
     let would_be = match (scene.time.step.value, by_others) {
         (TimeStep::Seconds(_), Some(time)) => Some(would_be.map_or(time, |other| other.min(time))),
         _ => would_be,
@@ -141,7 +137,7 @@ pub(super) fn plan_step(
             let interval = *scene.output.interval;
             let (step, reason, warning) = automatic_part(
                 &limit.unwrap_or_default(),
-                membranes::STEPS_PER_CRITICAL,
+                STEPS_PER_CRITICAL,
                 "critical step",
                 interval,
             );

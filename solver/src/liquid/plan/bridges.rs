@@ -16,7 +16,7 @@ use mercury_engine::contact::parameter::short;
 
 /// Finds every `max_bridge_volume` above the volume of the smallest grain of its material, in `[[contacts]]` of either material. Materials
 /// of which there are no grains (those of walls) have no such bound.
-pub(in crate::plan) fn larger_than_grains(
+pub(crate) fn larger_than_grains(
     scene: &Scene,
     start: &StartingParticles,
     clumps: &[Clump],
@@ -89,7 +89,7 @@ fn smallest_diameters(
 }
 
 /// Smallest and largest radius of the spheres of each material, those of clumps included, m; an empty range where there is none.
-pub(in crate::plan) fn radii_of_materials(
+pub(crate) fn radii_of_materials(
     scene: &Scene,
     start: &StartingParticles,
     clumps: &[Clump],
@@ -129,7 +129,7 @@ pub(in crate::plan) fn radii_of_materials(
 const WIDE: f64 = 0.2;
 
 /// Warns of pairs of particles whose radii differ too much for the formulas.
-pub(in crate::plan) fn wide_ratios(pairs: &[PairPlan], radii: &[[f64; 2]]) -> Vec<String> {
+pub(crate) fn wide_ratios(pairs: &[PairPlan], radii: &[[f64; 2]]) -> Vec<String> {
     let warning = |pair: &PairPlan| {
         let liquid = pair.law.adhesion.liquid()?;
         if liquid.fit == Fit::YoungLaplace || !pair.between_particles {
@@ -158,7 +158,7 @@ const RADII: usize = 9;
 
 /// Refuses laws whose force has a pole in the gap of a bridge that the pair may have: of any volume up to the largest, between any two
 /// of its sizes or one and a wall.
-pub(in crate::plan) fn poles(
+pub(crate) fn poles(
     scene: &Scene,
     pairs: &[PairPlan],
     radii: &[[f64; 2]],
@@ -235,7 +235,7 @@ fn smallest_with_pole(
 
 /// Refuses a `roughness` of at least the gap at which the longest bridge of the pair breaks: the viscous force would be the same at every
 /// gap.
-pub(in crate::plan) fn rough(scene: &Scene, pairs: &[PairPlan], errors: &mut Vec<SceneError>) {
+pub(crate) fn rough(scene: &Scene, pairs: &[PairPlan], errors: &mut Vec<SceneError>) {
     for pair in pairs {
         let Some(liquid) = pair.law.adhesion.liquid() else {
             continue;
@@ -276,7 +276,7 @@ struct Wanted {
 
 /// Makes the tables of exact bridges that the pairs need, one for all pairs of the same contact angle and accuracy. Bridges smaller than
 /// those of a table are counted when they form; larger ones are refused here.
-pub(in crate::plan) fn tables(
+pub(crate) fn tables(
     scene: &Scene,
     pairs: &mut [PairPlan],
     radii: &[[f64; 2]],

@@ -3,13 +3,13 @@
 use mercury_common::run_tables::{LEFT, TableSpec};
 use mercury_common::surfaces::FACES;
 
-use super::table_file::{Rows, RunTable};
-use super::{Due, FrameCopy};
+use crate::output::table_file::{Rows, RunTable};
+use crate::output::{Due, FrameCopy};
 use crate::plan::Plan;
 use mercury_engine::boundaries::Gate;
 
 /// A row for each grain.
-pub(super) struct PassageFile {
+pub(crate) struct PassageFile {
     planes: Vec<String>,
     regions: Vec<String>,
     materials: Vec<String>,

@@ -8,9 +8,9 @@ use mercury_common::frames::{
 use mercury_common::run_tables::{HOLDS, MEMBRANES, TableSpec};
 use mercury_pictures::SheetEnergies;
 
-use super::stream::{Beginning, Sink, Stream, StreamKind};
-use super::table_file::{Rows, RunTable};
-use super::{FrameCopy, OutputError};
+use crate::output::stream::{Beginning, Sink, Stream, StreamKind};
+use crate::output::table_file::{Rows, RunTable};
+use crate::output::{FrameCopy, OutputError};
 use crate::plan::Plan;
 use mercury_engine::membrane::{HoldLoad, MembraneNow, MembranePlan};
 use mercury_engine::step::Engine;
@@ -51,13 +51,13 @@ fn energies(
 }
 
 fn all(engine: &Engine) -> impl Iterator<Item = (&MembranePlan, &Surface, &MembraneNow)> {
-    let plans = engine.physics().membranes.iter();
+    let plans = engine.physics().plans.all().iter();
     let sheets = plans.zip(engine.surfaces()).zip(engine.membranes());
     sheets.map(|((plan, surface), membrane)| (plan, surface, membrane))
 }
 
 /// Energies of all sheets, J.
-pub(super) fn sheet_energies(engine: &Engine) -> SheetEnergies {
+pub(crate) fn sheet_energies(engine: &Engine) -> SheetEnergies {
     let gravity = engine.physics().gravity;
     let mut sum = SheetEnergies::default();
     for sheet in all(engine) {
@@ -193,7 +193,7 @@ fn row(sheet: (&MembranePlan, &Surface, &MembraneNow), gravity: DVec3) -> [f64; 
 }
 
 /// A row for each sheet and each output interval.
-pub(super) struct MembraneCsv {
+pub(crate) struct MembraneCsv {
     names: Vec<String>,
 }
 
@@ -206,13 +206,13 @@ impl RunTable for MembraneCsv {
     const SPEC: &'static TableSpec = &MEMBRANES;
 
     fn is_wanted(plan: &Plan) -> bool {
-        !plan.physics().membranes.is_empty()
+        plan.physics().plans.get::<MembranePlan>().is_some()
     }
 
     fn new(plan: &Plan) -> Self {
-        let surfaces = plan.physics().surfaces.iter();
+        let sheets = plan.physics().plans.all::<MembranePlan>().iter();
         Self {
-            names: surfaces.map(|surface| surface.name.clone()).collect(),
+            names: sheets.map(|sheet| sheet.surface.name.clone()).collect(),
         }
     }
 
@@ -228,7 +228,7 @@ impl RunTable for MembraneCsv {
 }
 
 /// A row for each hold and each output interval.
-pub(super) struct HoldCsv {
+pub(crate) struct HoldCsv {
     /// Name of each sheet, and those of its holds.
     names: Vec<(String, Vec<String>)>,
 }
@@ -237,16 +237,15 @@ impl RunTable for HoldCsv {
     const SPEC: &'static TableSpec = &HOLDS;
 
     fn is_wanted(plan: &Plan) -> bool {
-        let mut membranes = plan.physics().membranes.iter();
+        let mut membranes = plan.physics().plans.all::<MembranePlan>().iter();
         membranes.any(|membrane| !membrane.holds.is_empty())
     }
 
     fn new(plan: &Plan) -> Self {
-        let sheets = plan.physics().surfaces.iter();
-        let sheets = sheets.zip(&plan.physics().membranes);
-        let names = sheets.map(|(surface, membrane)| {
+        let sheets = plan.physics().plans.all::<MembranePlan>().iter();
+        let names = sheets.map(|membrane| {
             let holds = membrane.holds.iter().map(|hold| hold.name.clone());
-            (surface.name.clone(), holds.collect())
+            (membrane.surface.name.clone(), holds.collect())
         });
         Self {
             names: names.collect(),
@@ -268,7 +267,7 @@ impl RunTable for HoldCsv {
     }
 }
 
-pub(super) struct MembraneFrames {
+pub(crate) struct MembraneFrames {
     writer: MembraneWriter,
 }
 
@@ -276,7 +275,7 @@ impl StreamKind for MembraneFrames {
     const NAME: &'static str = "membranes.arrow";
 
     fn is_wanted(plan: &Plan) -> bool {
-        plan.outputs().files().frames && !plan.physics().membranes.is_empty()
+        plan.outputs().files().frames && plan.physics().plans.get::<MembranePlan>().is_some()
     }
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
@@ -298,7 +297,7 @@ impl Stream for MembraneFrames {
     }
 }
 
-pub(super) struct MembraneTriangles {
+pub(crate) struct MembraneTriangles {
     writer: MembraneTriangleWriter,
 }
 
@@ -306,7 +305,7 @@ impl StreamKind for MembraneTriangles {
     const NAME: &'static str = "membrane_triangles.arrow";
 
     fn is_wanted(plan: &Plan) -> bool {
-        plan.outputs().files().frames && !plan.physics().membranes.is_empty()
+        plan.outputs().files().frames && plan.physics().plans.get::<MembranePlan>().is_some()
     }
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {

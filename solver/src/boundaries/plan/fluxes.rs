@@ -6,7 +6,7 @@ use mercury_common::scene::{Dimensions, Flux, FluxPart as Part, Scene, SceneErro
 use mercury_engine::boundaries::{FluxPart, FluxPlan};
 
 /// All flux planes, in the order of the file.
-pub(super) fn fluxes(scene: &Scene, errors: &mut Vec<SceneError>) -> Vec<FluxPlan> {
+pub(crate) fn fluxes(scene: &Scene, errors: &mut Vec<SceneError>) -> Vec<FluxPlan> {
     for flux in &scene.fluxes {
         errors.extend(wrong(scene, flux));
     }

@@ -3,14 +3,14 @@
 use glam::DVec3;
 use mercury_common::run_tables::{REGIONS, TableSpec};
 
-use super::FrameCopy;
-use super::table_file::{Rows, RunTable};
+use crate::output::FrameCopy;
+use crate::output::table_file::{Rows, RunTable};
 use crate::plan::Plan;
 use mercury_engine::boundaries::CountedRegion;
 use mercury_engine::state::{MaterialIndex, volume};
 
 /// A row for each region, each material and each output interval.
-pub(super) struct RegionCounts {
+pub(crate) struct RegionCounts {
     regions: Vec<CountedRegion>,
     /// Index and name of every material of present and inserted particles, ascending.
     materials: Vec<(MaterialIndex, String)>,
@@ -83,17 +83,17 @@ pub fn materials(plan: &Plan) -> Vec<(MaterialIndex, String)> {
 
 /// Amount of one material in one region.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Content {
+pub(crate) struct Content {
     /// Particles and bodies.
-    pub(super) number: u64,
+    pub(crate) number: u64,
     /// kg
-    pub(super) mass: f64,
+    pub(crate) mass: f64,
     /// kg m/s
-    pub(super) momentum: DVec3,
+    pub(crate) momentum: DVec3,
     /// Of translation, J.
-    pub(super) kinetic: f64,
+    pub(crate) kinetic: f64,
     /// Of the solid, m^3.
-    pub(super) volume: f64,
+    pub(crate) volume: f64,
 }
 
 impl Content {
@@ -108,7 +108,7 @@ impl Content {
 
 /// The content of a region, material by material; summed over spheres in the order of their ids, then over bodies in that of
 /// theirs. Each counts as a whole where its centre is; fixed ones do not count.
-pub(super) fn contents(
+pub(crate) fn contents(
     state: &FrameCopy,
     region: &CountedRegion,
     materials: &[(MaterialIndex, String)],

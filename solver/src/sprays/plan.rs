@@ -9,14 +9,14 @@ use mercury_common::scene::{
 };
 use mercury_common::sizes::{SizeDistribution, SizeError};
 
-use super::cell_of;
+use crate::plan::cell_of;
 use mercury_engine::cell::Cell;
 use mercury_engine::contact::parameter::short;
 use mercury_engine::spray::{Drag, Flow, NozzlePlan, Pattern, Point, SourcePlan, SprayPlan};
 use mercury_engine::walls::{Scratch, Wall, WallNow};
 
 /// All sprays, in the order of the file; `None` where there are none.
-pub(super) fn sprays(
+pub(crate) fn sprays(
     scene: &Scene,
     walls: &[Wall],
     dimensions: u8,

@@ -4,14 +4,14 @@ use glam::DVec3;
 use mercury_common::scene::{Dimensions, Scene, SceneError};
 
 use super::insertions::region;
-use super::particles::StartingParticles;
+use crate::plan::particles::StartingParticles;
 use mercury_engine::boundaries::{CountedRegion, Region, volume_within};
 
 /// Thickness of a layer in which oblique shapes of two-dimensional scenes are still as in the plane, of the domain.
 const THIN: f64 = 1e-6;
 
 /// The domain, of which regions have a part; in two dimensions the plane of the discs.
-pub(super) struct DomainBox {
+pub(crate) struct DomainBox {
     min: DVec3,
     max: DVec3,
     /// z of the plane, m.
@@ -22,7 +22,7 @@ pub(super) struct DomainBox {
 
 impl DomainBox {
     /// Box of a scene with these particles at the start.
-    pub(super) fn of(scene: &Scene, start: &StartingParticles) -> Self {
+    pub(crate) fn of(scene: &Scene, start: &StartingParticles) -> Self {
         let (min, max) = (*scene.domain.min, *scene.domain.max);
         let mut room = Self {
             min,
@@ -53,13 +53,13 @@ impl DomainBox {
     }
 
     /// Volume of a region within the domain, m^3; its area in the plane, m^2.
-    pub(super) fn volume_of(&self, region: Region) -> f64 {
+    pub(crate) fn volume_of(&self, region: Region) -> f64 {
         volume_within(&self.part_of(region), self.min, self.max) / self.depth
     }
 }
 
 /// All counted regions, in the order of the file.
-pub(super) fn regions(
+pub(crate) fn regions(
     scene: &Scene,
     room: &DomainBox,
     warnings: &mut Vec<String>,

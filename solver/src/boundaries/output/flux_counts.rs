@@ -2,14 +2,14 @@
 
 use mercury_common::run_tables::{FLUX, TableSpec};
 
-use super::FrameCopy;
 use super::region_counts::materials;
-use super::table_file::{Rows, RunTable};
+use crate::output::FrameCopy;
+use crate::output::table_file::{Rows, RunTable};
 use crate::plan::Plan;
 use mercury_engine::state::MaterialIndex;
 
 /// A row for each plane, each material and each output interval.
-pub(super) struct FluxCounts {
+pub(crate) struct FluxCounts {
     planes: Vec<String>,
     /// Index and name of every material of present and inserted particles, ascending.
     materials: Vec<(MaterialIndex, String)>,

@@ -1,16 +1,15 @@
 //! Loads on the triangles of meshes, summed from one file to the next.
 
-use super::snapshot::MOST_STEPS;
-use super::{Core, Engine, Part, SizeEstimate};
+use super::Mesh;
 use crate::forces::{FeatureKey, FeatureLoad, LoadSums, Observation};
 use crate::memory::GROWTH;
 use crate::physics::Setup;
 use crate::state::{Pieces, Plain};
-use crate::walls::Mesh;
+use crate::step::{Core, Engine, MOST_STEPS, Part, SizeEstimate};
 
 /// Sums since each series of files was written last: frames and files for ParaView have intervals of their own.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct LoadSeries {
+pub(crate) struct LoadSeries {
     /// Force evaluations whose loads are still in the blocks.
     pending: u64,
     frames: LoadSums,

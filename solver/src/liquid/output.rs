@@ -1,19 +1,20 @@
 //! `<prefix>.liquid.csv`: where the liquid is, and how it left.
 
+use mercury_common::particle_properties::FILM_VOLUME;
 use mercury_common::run_tables::{LIQUID, TableSpec};
 
-use super::FrameCopy;
-use super::table_file::{Rows, RunTable};
+use crate::output::FrameCopy;
+use crate::output::table_file::{Rows, RunTable};
 use crate::plan::Plan;
 
 /// A row for each output interval.
-pub(super) struct LiquidFile;
+pub(crate) struct LiquidFile;
 
 impl RunTable for LiquidFile {
     const SPEC: &'static TableSpec = &LIQUID;
 
     fn is_wanted(plan: &Plan) -> bool {
-        plan.outputs().files().liquid && plan.physics().liquid.is_some()
+        plan.outputs().files().liquid && plan.physics().has_property(&FILM_VOLUME)
     }
 
     fn new(_: &Plan) -> Self {

@@ -4,11 +4,11 @@
 use mercury_common::frames::{WearFrame, WearTriangleFrame, WearTriangleWriter, WearWriter};
 use mercury_common::run_tables::{TableSpec, WEAR};
 
-use super::stream::{Beginning, Sink, Stream, StreamKind};
-use super::table_file::{Rows, RunTable};
-use super::{FrameCopy, OutputError};
+use crate::output::stream::{Beginning, Sink, Stream, StreamKind};
+use crate::output::table_file::{Rows, RunTable};
+use crate::output::{FrameCopy, OutputError};
 use crate::plan::Plan;
-use mercury_engine::wear::{Wear, WearRow};
+use mercury_engine::wear::{Wear, WearPlan, WearRow};
 
 /// Worn walls at one time.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,7 +62,7 @@ impl WearState {
 }
 
 /// A row for each wall that wears and each output interval.
-pub(super) struct WearCsv {
+pub(crate) struct WearCsv {
     names: Vec<String>,
 }
 
@@ -70,7 +70,7 @@ impl RunTable for WearCsv {
     const SPEC: &'static TableSpec = &WEAR;
 
     fn is_wanted(plan: &Plan) -> bool {
-        !plan.physics().wear.is_empty()
+        plan.physics().plans.get::<WearPlan>().is_some()
     }
 
     fn new(plan: &Plan) -> Self {
@@ -91,7 +91,7 @@ impl RunTable for WearCsv {
     }
 }
 
-pub(super) struct WearFrames {
+pub(crate) struct WearFrames {
     writer: WearWriter,
 }
 
@@ -99,7 +99,7 @@ impl StreamKind for WearFrames {
     const NAME: &'static str = "wear.arrow";
 
     fn is_wanted(plan: &Plan) -> bool {
-        plan.outputs().files().frames && !plan.physics().wear.is_empty()
+        plan.outputs().files().frames && plan.physics().plans.get::<WearPlan>().is_some()
     }
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {
@@ -121,7 +121,7 @@ impl Stream for WearFrames {
     }
 }
 
-pub(super) struct WearTriangles {
+pub(crate) struct WearTriangles {
     writer: WearTriangleWriter,
 }
 
@@ -129,7 +129,7 @@ impl StreamKind for WearTriangles {
     const NAME: &'static str = "wear_triangles.arrow";
 
     fn is_wanted(plan: &Plan) -> bool {
-        plan.outputs().files().frames && !plan.physics().wear.is_empty()
+        plan.outputs().files().frames && plan.physics().plans.get::<WearPlan>().is_some()
     }
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {

@@ -14,7 +14,7 @@ const PACKED: [f64; 2] = [0.64, 0.84];
 
 /// The particles that an insertion brings at most: limited by its total, its rate and the space.
 #[must_use]
-pub(in crate::plan) fn expected_inserted(insertion: &InsertionPlan, plan: &Plan) -> f64 {
+pub(crate) fn expected_inserted(insertion: &InsertionPlan, plan: &Plan) -> f64 {
     let densities: Vec<f64> = plan.physics().materials.iter().map(|m| m.density).collect();
     let of_total = |total| {
         let only = InsertionPlan {
@@ -60,7 +60,7 @@ pub(in crate::plan) fn expected_inserted(insertion: &InsertionPlan, plan: &Plan)
 }
 
 /// Grains per unit of a quantity of an insertion: per kg, per m^3, or 1.
-pub(in crate::plan) fn grains_per_unit(
+pub(crate) fn grains_per_unit(
     insertion: &InsertionPlan,
     quantity: Quantity,
     physics: &Physics,

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::Finding;
 use crate::plan::Plan;
+use crate::plan::doubtful::Finding;
 use mercury_engine::contact::parameter::short;
 use mercury_engine::forces::{Impact, Rub};
 use mercury_engine::state::volume;
@@ -11,8 +11,8 @@ use mercury_engine::walls::{Scratch, Shape, Wall};
 use mercury_engine::wear::{WearPlan, Worn};
 
 /// Warnings for each wall that wears.
-pub(super) fn wear_without_effect_or_too_fast(plan: &Plan) -> Vec<Finding> {
-    let walls = plan.physics().wear.iter();
+pub(crate) fn wear_without_effect_or_too_fast(plan: &Plan) -> Vec<Finding> {
+    let walls = plan.physics().plans.all().iter();
     let found = walls.flat_map(|wear| of_wear(plan, wear));
     found.map(Finding::Warning).collect()
 }

@@ -15,23 +15,23 @@ use mercury_common::scene::{
 };
 use mercury_common::sizes::{SizeDistribution, SizeError};
 
-use super::cell_of;
 use super::regions::DomainBox;
+use crate::plan::cell_of;
 use mercury_engine::bodies::Clump;
 use mercury_engine::boundaries::{
     DeletionPlan, Ingredient, InsertionPlan, Rate, Region, Space, mean_volume,
 };
 use mercury_engine::state::MaterialIndex;
 
-pub(super) use expected::{expected_inserted, grains_per_unit};
-pub(super) use region::region;
-pub(super) use space::check_among_walls;
+pub(crate) use expected::{expected_inserted, grains_per_unit};
+pub(crate) use region::region;
+pub(crate) use space::check_among_walls;
 
 use quota::wrong_quota;
 use space::{ALMOST_ALL, check_large, check_room, spheres};
 
 /// All insertions that can be planned, in the order of the file. No `clumps`: they could not be read.
-pub(super) fn insertions(
+pub(crate) fn insertions(
     scene: &Scene,
     room: &DomainBox,
     clumps: Option<&[Clump]>,
@@ -69,7 +69,7 @@ fn rate_table(path: &Path) -> Result<Vec<[f64; 2]>, FormatError> {
 }
 
 /// All deletions, in the order of the file.
-pub(super) fn deletions(
+pub(crate) fn deletions(
     scene: &Scene,
     warnings: &mut Vec<String>,
     errors: &mut Vec<SceneError>,

@@ -89,7 +89,7 @@ pub(super) fn check_room(
 }
 
 /// Refuses regions in which walls that never move leave no place, and warns of shares that do not sum to the whole.
-pub(in crate::plan) fn check_among_walls(
+pub(crate) fn check_among_walls(
     scene: &Scene,
     insertions: &[InsertionPlan],
     clumps: &[Clump],

@@ -1,12 +1,17 @@
 //! How walls wear.
 
+pub(crate) mod doubts;
+
+use std::fmt::Write;
+
 use mercury_common::scene::{Scene, Wear as SceneWear, WearLaw as SceneLaw};
 
+use mercury_engine::contact::parameter::short;
 use mercury_engine::walls::Wall;
-use mercury_engine::wear::{WearLaw, WearPlan};
+use mercury_engine::wear::{WearBasis, WearLaw, WearPlan};
 
 /// The walls of the plan that wear.
-pub(super) fn wear(scene: &Scene, walls: &[Wall]) -> Vec<WearPlan> {
+pub(crate) fn wear(scene: &Scene, walls: &[Wall]) -> Vec<WearPlan> {
     let plan = |(index, wall): (usize, &Wall)| {
         let mut of_scene = scene.walls.iter();
         let found = of_scene.find(|other| other.name.value == wall.name)?;
@@ -57,4 +62,37 @@ fn law(law: &SceneLaw) -> WearLaw {
             n2: *oka.n2,
         },
     }
+}
+
+/// How a wall wears, for the report.
+pub(crate) fn describe(wear: &WearPlan) -> String {
+    let mut words = match wear.law {
+        WearLaw::Archard { rate, basis } => {
+            let of = match basis {
+                WearBasis::NormalLoad => "load times way",
+                WearBasis::Sliding => "load times slip",
+                WearBasis::FrictionWork => "work of friction",
+            };
+            format!("wears by archard: K/H = {} 1/Pa times {of}", short(rate))
+        }
+        WearLaw::Finnie { constant } => {
+            format!("wears by finnie: {} m3/J", short(constant))
+        }
+        WearLaw::Oka { erosion, .. } => {
+            format!(
+                "wears by oka: {} mm3/kg at the reference",
+                short(1e9 * erosion)
+            )
+        }
+    };
+    if wear.acceleration != 1.0 {
+        let _ = write!(words, ", {} times as fast", short(wear.acceleration));
+    }
+    if !wear.moves {
+        words += ", as a map: its surface stays";
+    }
+    if wear.until_depth.is_finite() {
+        let _ = write!(words, "; the run ends at {} m", short(wear.until_depth));
+    }
+    words
 }

@@ -2,12 +2,13 @@
 
 use mercury_common::frames::{DropletFrame, DropletWriter};
 
-use super::stream::{Beginning, Sink, Stream, StreamKind};
-use super::{FrameCopy, OutputError};
+use crate::output::stream::{Beginning, Sink, Stream, StreamKind};
+use crate::output::{FrameCopy, OutputError};
 use crate::plan::Plan;
+use mercury_engine::spray::SprayPlan;
 
 /// A frame for each output interval.
-pub(super) struct DropletFrames {
+pub(crate) struct DropletFrames {
     writer: DropletWriter,
 }
 
@@ -16,7 +17,7 @@ impl StreamKind for DropletFrames {
 
     fn is_wanted(plan: &Plan) -> bool {
         let files = plan.outputs().files();
-        files.frames && files.droplets && plan.physics().sprays.is_some()
+        files.frames && files.droplets && plan.physics().plans.get::<SprayPlan>().is_some()
     }
 
     fn begin(run: &Beginning<'_>) -> Result<Self, OutputError> {

@@ -8,7 +8,7 @@ use mercury_common::scene::{Domain, Scene, Shape as SceneShape, Wall as SceneWal
 use mercury_engine::walls::{SectionBox, Shape, Wall, WallFilmPlan, plane_section};
 
 /// The films of all walls, in their order; empty where none has one.
-pub(in crate::plan) fn wall_films(scene: &Scene, walls: &[Wall]) -> Vec<Option<WallFilmPlan>> {
+pub(crate) fn wall_films(scene: &Scene, walls: &[Wall]) -> Vec<Option<WallFilmPlan>> {
     if scene.walls.iter().all(|wall| wall.film.is_none()) {
         return Vec::new();
     }

@@ -8,7 +8,7 @@ use crate::plan::meshes;
 use mercury_engine::boundaries::Region;
 
 /// The engine's form of a region; none where a mesh in it is wrong.
-pub(in crate::plan) fn region(
+pub(crate) fn region(
     region: &SceneRegion,
     warnings: &mut Vec<String>,
     errors: &mut Vec<SceneError>,

@@ -1,0 +1,4 @@
+//! Films and bridges: what a scene says of them, and their file.
+
+pub(crate) mod output;
+pub(crate) mod plan;
