@@ -11,7 +11,7 @@ use super::tree::Value;
 pub struct ResultRequest {
     /// Its name.
     pub name: Located<String>,
-    /// What it is, such as `mean(walls.drum.ty, steady..)`.
+    /// Definition of the result, such as `mean(walls.drum.ty, steady..)`.
     pub text: Located<String>,
 }
 

@@ -9,7 +9,7 @@ const FEWEST_INDEPENDENT: f64 = 32.0;
 /// Largest difference of the means of both halves, in standard errors.
 const MOST_DIFFERENCE: f64 = 4.0;
 
-/// What a look at a result shows.
+/// Findings of a look at a result.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Look {
     /// One standard error.

@@ -38,7 +38,7 @@ impl Measured {
         }
     }
 
-    /// The same error about another value, that of all rows.
+    /// This error about another value, that of all rows.
     pub(super) fn with_value(mut self, value: f64) -> Self {
         if let Some(interval) = &mut self.estimate.interval {
             *interval = interval.map(|end| end - self.value + value);

@@ -37,6 +37,18 @@ pub const MAY_CHANGE: [&str; 12] = [
     "output.pictures",
 ];
 
+/// The keys that may change, in words.
+fn may_change() -> String {
+    let mut keys: Vec<&str> = (MAY_CHANGE.iter())
+        .map(|key| match key.strip_suffix('*') {
+            Some(beginning) => beginning.trim_end_matches(['.', '[']),
+            None => key,
+        })
+        .collect();
+    keys.dedup();
+    keys.join(", ")
+}
+
 /// Why a run cannot go on from a checkpoint.
 #[derive(Debug, thiserror::Error)]
 pub enum CheckpointError {
@@ -57,7 +69,7 @@ pub enum CheckpointError {
     /// The checkpoint is of another scene.
     #[error(
         "{}: the checkpoint is of another scene:\n  {}\nhelp: only {} may change before a run goes on; begin anew with --force, or write elsewhere with --output DIR; another scene starts from a state of this run with [[particles]] run = \"FOLDER\", at = TIME",
-        path.display(), lines.join("\n  "), MAY_CHANGE.join(", ")
+        path.display(), lines.join("\n  "), may_change()
     )]
     OtherScene {
         /// The file.

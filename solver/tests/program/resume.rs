@@ -475,7 +475,7 @@ fn another_scene_is_refused_by_what_differs() {
         "the checkpoint is of another scene:",
         "  materials.glass.tangential.friction: 0.5 then, 0.3 now",
         "  seed: absent then, 7 now",
-        "help: only title, time.end, sprays[].max_droplets, output.interval",
+        "help: only title, time.end, time.until, results, sprays[].max_droplets, output.interval",
     ] {
         assert!(reported.contains(line), "no {line:?} in {reported}");
     }
