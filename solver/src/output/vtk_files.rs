@@ -98,6 +98,7 @@ impl StreamKind for VtkFiles {
         });
         let parts = ScriptParts {
             bridges: false,
+            bonds: false,
             droplets: false,
             particles: true,
             contacts: true,

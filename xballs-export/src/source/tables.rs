@@ -13,6 +13,8 @@ pub enum Table {
     Particles,
     /// The contacts, which only native frames have.
     Contacts,
+    /// The bonds, which only native frames have.
+    Bonds,
     /// The rigid bodies (clumps), which only native frames have.
     Bodies,
     /// Triangles of walls that are worn, which only native frames have.
@@ -26,6 +28,7 @@ impl Table {
         match self {
             Self::Particles => "particles",
             Self::Contacts => "contacts",
+            Self::Bonds => "bonds",
             Self::Bodies => "bodies",
             Self::WearTriangles => "wear_triangles",
         }
@@ -36,6 +39,7 @@ impl Table {
         match self {
             Self::Particles => "particle",
             Self::Contacts => "contact",
+            Self::Bonds => "bond",
             Self::Bodies => "body",
             Self::WearTriangles => "triangle",
         }
@@ -68,6 +72,19 @@ impl<'a> Frames<'a> {
             Table::Bodies => {
                 let reader = bodies::reader(source, SPHERES)?;
                 let reader = reader.ok_or_else(|| bodies::missing(source, SPHERES))?;
+                Some((reader.frames(), reader.header()))
+            }
+            Table::Bonds => {
+                let reader = match source {
+                    Source::Run(run) => run.bonds(SPHERES)?,
+                    Source::Data(_) | Source::Lammps(_) => None,
+                };
+                let missing = || beside::missing(source, "bonds", "", beside::NO_BONDS);
+                let reader = reader.ok_or_else(missing)?;
+                if selection.is_partial() {
+                    let found = "--region and --material select particles; bonds have neither";
+                    return Err(ExportError::Input(found.to_owned()));
+                }
                 Some((reader.frames(), reader.header()))
             }
             Table::WearTriangles => {

@@ -113,6 +113,7 @@ fn pictures(path: &Path, place: &Place) {
             particles: true,
             contacts: true,
             bridges: true,
+            bonds: None,
             droplets: true,
             walls: true,
             clumps: ClumpsAs::Both,
