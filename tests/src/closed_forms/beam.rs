@@ -116,8 +116,10 @@ impl Beam {
 
     /// First frequency \[rad/s\] of a cantilever of `count` beams, whose nodes have a mass \[kg\] and a moment of inertia \[kg m²\].
     pub fn first_frequency(&self, count: usize, mass: f64, inertia: f64) -> f64 {
-        let inert = |k: usize| if k % 2 == 0 { mass } else { inertia };
-        let mut shape: Vec<f64> = (0..2 * count).map(|k| f64::from(k % 2 == 0)).collect();
+        let inert = |k: usize| if k.is_multiple_of(2) { mass } else { inertia };
+        let mut shape: Vec<f64> = (0..2 * count)
+            .map(|k| f64::from(k.is_multiple_of(2)))
+            .collect();
         let mut square = 0.0;
         // Inverse iteration; the second frequency is six times the first, so that each round wins a factor of 40.
         for _ in 0..30 {
@@ -159,13 +161,15 @@ impl Beam {
 fn solved(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Vec<f64> {
     let count = right.len();
     for k in 0..count {
-        for row in k + 1..count {
-            let factor = matrix[row][k] / matrix[k][k];
+        let (above, below) = matrix.split_at_mut(k + 1);
+        let pivot = &above[k];
+        for (row, line) in below.iter_mut().enumerate() {
+            let factor = line[k] / pivot[k];
             if factor != 0.0 {
-                for column in k..count {
-                    matrix[row][column] -= factor * matrix[k][column];
+                for (value, known) in line[k..].iter_mut().zip(&pivot[k..]) {
+                    *value -= factor * known;
                 }
-                right[row] -= factor * right[k];
+                right[k + 1 + row] -= factor * right[k];
             }
         }
     }
