@@ -32,7 +32,7 @@ pub struct Frame {
     pub surfaces: Vec<Surface>,
     /// Walls as lines, paths.
     pub lines: Vec<Line>,
-    /// Contacts, drawn as lines whose width shows their strength.
+    /// Contacts or bonds, drawn as lines whose width and colour show their strength.
     pub contacts: Vec<Contact>,
 }
 

@@ -323,8 +323,12 @@ pub struct ContactStyle {
     pub label: String,
     /// Its SI unit.
     pub unit: String,
+    /// One of the lines, in the heading: `contact`.
+    pub noun: String,
     /// Strengths of the thinnest and of the widest line. `None`: from 0 to the strongest of the frames.
     pub range: Option<(f64, f64)>,
+    /// Width of the thinnest line in pixels of a picture of 1200 x 900.
+    pub thinnest: f64,
     /// Width of the widest line in pixels of a picture of 1200 x 900.
     pub width: f64,
     /// Colours by strength; `None`: a map that goes with the background.
@@ -336,7 +340,9 @@ impl Default for ContactStyle {
         Self {
             label: "force".into(),
             unit: "N".into(),
+            noun: "contact".into(),
             range: None,
+            thinnest: 0.35,
             width: 7.0,
             map: None,
         }

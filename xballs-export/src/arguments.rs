@@ -246,6 +246,7 @@ pub(crate) enum TableName {
     #[default]
     Particles,
     Contacts,
+    Bonds,
     Bodies,
     #[value(name = "wear_triangles", alias = "wear-triangles")]
     WearTriangles,
@@ -256,6 +257,7 @@ pub(crate) enum TableName {
     Track,
     Budget,
     Liquid,
+    Breaks,
     Wear,
     Membranes,
     Holds,
@@ -267,6 +269,7 @@ impl TableName {
         match self {
             Self::Particles => Ok(Table::Particles),
             Self::Contacts => Ok(Table::Contacts),
+            Self::Bonds => Ok(Table::Bonds),
             Self::Bodies => Ok(Table::Bodies),
             Self::WearTriangles => Ok(Table::WearTriangles),
             Self::Walls => Err(&run_tables::WALLS),
@@ -276,6 +279,7 @@ impl TableName {
             Self::Track => Err(&run_tables::TRACK),
             Self::Budget => Err(&run_tables::BUDGET),
             Self::Liquid => Err(&run_tables::LIQUID),
+            Self::Breaks => Err(&run_tables::BREAKS),
             Self::Wear => Err(&run_tables::WEAR),
             Self::Membranes => Err(&run_tables::MEMBRANES),
             Self::Holds => Err(&run_tables::HOLDS),

@@ -5,6 +5,10 @@ use mercury_common::readable::counted;
 
 use crate::{ExportError, Source};
 
+/// Advice where a run has no bonds.
+pub(crate) const NO_BONDS: &str =
+    "[[bonds]] in the scene and bonds = true in [output] make a run write them";
+
 /// Error of a missing table (`contacts`, `bodies`) beside the particles. `why` is the likely cause, `help` the advice.
 pub(crate) fn missing(source: &Source, kind: &str, why: &str, help: &str) -> ExportError {
     let path = source.path().display();

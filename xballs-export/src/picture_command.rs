@@ -2,14 +2,25 @@
 
 use std::str::FromStr;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use glam::DVec3;
-use mercury_export::sinks::pictures::PictureChoice;
+use mercury_export::sinks::pictures::{BondStress, PictureChoice};
 use mercury_pictures::{
     Background, ColourBy, ColourMap, ContactStyle, Framing, Options, Projection, View,
 };
 
 use crate::arguments::ClumpsName;
+
+/// Stress that the lines of bonds show.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum StressName {
+    /// The larger of both
+    Stress,
+    /// Tensile stress
+    Tension,
+    /// Shear stress
+    Shear,
+}
 
 /// How a picture looks.
 #[derive(Debug, Args)]
@@ -60,7 +71,7 @@ pub(crate) struct Look {
     /// Leave particles out, to see walls and what their colours show
     #[arg(long, conflicts_with = "opacity")]
     no_particles: bool,
-    /// Opacity of the particles, 0 to 1 [default: 1, with --contacts or --bridges 0.15]
+    /// Opacity of the particles, 0 to 1 [default: 1, with --contacts, --bridges or --bonds 0.15]
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     opacity: Option<f64>,
     /// Contacts as lines, wider and darker with the force (runs with fstat = true)
@@ -69,6 +80,12 @@ pub(crate) struct Look {
     /// Liquid bridges as lines, wider and darker with the force of the bridge (wet runs with fstat = true)
     #[arg(long, conflicts_with = "contacts")]
     bridges: bool,
+    /// Bonds as lines, wider and darker with the stress: the larger of both (stress), tension or shear (runs with [[bonds]])
+    #[arg(long, value_name = "STRESS", num_args = 0..=1, require_equals = true, default_missing_value = "stress", conflicts_with_all = ["contacts", "bridges"])]
+    bonds: Option<StressName>,
+    /// Stresses (Pa) at the ends of the scale of bonds [default: from 0 to the largest of the frames]
+    #[arg(long, value_name = "LOW..HIGH", value_parser = range, requires = "bonds", allow_hyphen_values = true)]
+    bond_range: Option<(f64, f64)>,
     /// Droplets in flight (runs with sprays)
     #[arg(long)]
     droplets: bool,
@@ -94,7 +111,7 @@ pub(crate) struct Look {
 
 impl Look {
     pub(crate) fn choice(&self) -> PictureChoice {
-        let lines = self.contacts || self.bridges;
+        let lines = self.contacts || self.bridges || self.bonds.is_some();
         let opaque = if lines { 0.15 } else { 1.0 };
         PictureChoice {
             options: Options {
@@ -112,14 +129,7 @@ impl Look {
                 zoom: self.zoom,
                 target: self.target,
                 colour: ColourBy::Plain,
-                contacts: if self.bridges {
-                    ContactStyle {
-                        label: "bridge force".to_owned(),
-                        ..ContactStyle::default()
-                    }
-                } else {
-                    ContactStyle::default()
-                },
+                contacts: self.style_of_lines(),
                 sphere_opacity: self.opacity.unwrap_or(opaque),
                 background: self.background,
                 headings: !self.bare,
@@ -135,10 +145,42 @@ impl Look {
             particles: !self.no_particles,
             contacts: self.contacts,
             bridges: self.bridges,
+            bonds: self.bonds.map(|stress| match stress {
+                StressName::Stress => BondStress::Larger,
+                StressName::Tension => BondStress::Tension,
+                StressName::Shear => BondStress::Shear,
+            }),
             droplets: self.droplets,
             walls: !self.no_walls,
             clumps: self.clumps.into(),
             title: self.title.clone(),
+        }
+    }
+}
+
+impl Look {
+    fn style_of_lines(&self) -> ContactStyle {
+        let contacts = ContactStyle::default();
+        let label = match self.bonds {
+            None if self.bridges => {
+                return ContactStyle {
+                    label: "bridge force".to_owned(),
+                    ..contacts
+                };
+            }
+            None => return contacts,
+            Some(StressName::Stress) => "stress in bonds",
+            Some(StressName::Tension) => "tension in bonds",
+            Some(StressName::Shear) => "shear in bonds",
+        };
+        ContactStyle {
+            label: label.to_owned(),
+            unit: "Pa".to_owned(),
+            noun: "bond".to_owned(),
+            range: self.bond_range,
+            // Bonds without load hold, too.
+            thinnest: 2.5,
+            ..contacts
         }
     }
 }

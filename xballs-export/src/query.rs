@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use mercury_common::error::FormatError;
-use mercury_common::frames::{FrameReader, FramesHeader};
+use mercury_common::frames::{BondNames, FrameReader, FramesHeader};
 use mercury_common::readable::counted;
 use mercury_common::run_files::{FRAMES, particles_in};
 use mercury_tables::query::{Database, Format, Relation, Rows};
@@ -12,11 +12,11 @@ use crate::output::ending_of_file;
 use crate::{ExportError, study_table};
 
 /// Tables of frames, which a query reads part by part.
-const TABLES: [&str; 4] = ["particles", "contacts", "bodies", "wear_triangles"];
+const TABLES: [&str; 5] = ["particles", "contacts", "bonds", "bodies", "wear_triangles"];
 
 /// The tables of a run folder or of its `.particles.arrow`, and of a study.
 ///
-/// Frames are `particles`, `contacts`, `bodies` and `wear_triangles`, materials and walls by name; tables of text have the name of
+/// Frames are `particles`, `contacts`, `bonds`, `bodies` and `wear_triangles`, materials, walls and kinds of bonds by name; tables of text have the name of
 /// their file without that of the run, dots as underscores: `walls`, `flux`, `fields_mean`; the table of a study is `study`.
 ///
 /// # Errors
@@ -49,7 +49,9 @@ pub fn tables_in(input: &Path) -> Result<Database, ExportError> {
                 error.expected = expected;
                 error
             })?;
+            let bonds = BondNames::of(reader.schema());
             let labels = vec![
+                ("bond".to_owned(), bonds.0),
                 ("material".to_owned(), header.materials),
                 ("wall".to_owned(), header.walls),
             ];

@@ -8,8 +8,8 @@ use glam::DVec3;
 use super::columns::{Group, groups, take_values, vectors};
 use crate::formats::vtu::{VtuArray, VtuCells, VtuGrid, VtuValues};
 use crate::frames::{
-    Column, ColumnSpec, Frame, MembraneFrame, MembraneTriangleFrame, TriangleLoadFrame, WallFrame,
-    WearFrame, sheets,
+    BondFrame, Column, ColumnSpec, Frame, MembraneFrame, MembraneTriangleFrame, TriangleLoadFrame,
+    WallFrame, WearFrame, sheets,
 };
 use crate::surfaces::{Surface, faces_of_one_box};
 
@@ -126,6 +126,44 @@ pub fn contacts(
         point_data: vec![VtuArray::new("force_magnitude", both_ends)],
         cell_data: arrays,
     })
+}
+
+/// Bonds as lines between their ends, with `i`, `j` and `wall` (-1 for none), `bond`, `length`, `force`, `couple`, `tension`, `shear`, and
+/// `stress`, the larger of these two.
+#[must_use]
+pub fn bonds(frame: &BondFrame) -> VtuGrid<'static> {
+    let rows = 0..frame.len();
+    let or_none = |ids: &[Option<u32>]| -> Vec<i64> {
+        let ids = ids.iter().map(|id| id.map_or(-1, i64::from));
+        ids.collect()
+    };
+    let both = frame.tension.iter().zip(&frame.shear);
+    let stress: Vec<f64> = both.map(|(tension, shear)| tension.max(*shear)).collect();
+    let both_ends: Vec<f64> = stress.iter().flat_map(|&stress| [stress, stress]).collect();
+    let length: Vec<f64> = frame.branch.iter().map(|branch| branch.length()).collect();
+    let lines: Vec<[u32; 2]> = (rows.clone().map(|row| row as u32))
+        .map(|row| [2 * row, 2 * row + 1])
+        .collect();
+    let points: Vec<DVec3> = rows.flat_map(|row| frame.ends(row)).collect();
+    VtuGrid {
+        time: Some(frame.time),
+        points: points.into(),
+        cells: VtuCells::Lines(lines.into()),
+        // The tube filter takes its radius from points.
+        point_data: vec![VtuArray::new("stress", both_ends)],
+        cell_data: vec![
+            VtuArray::new("stress", stress),
+            VtuArray::new("tension", frame.tension.clone()),
+            VtuArray::new("shear", frame.shear.clone()),
+            VtuArray::new("i", VtuValues::from(frame.i.clone())),
+            VtuArray::new("j", or_none(&frame.j)),
+            VtuArray::new("wall", or_none(&frame.wall)),
+            VtuArray::new("bond", VtuValues::from(frame.bond.clone())),
+            VtuArray::new("length", length),
+            VtuArray::new("force", frame.force.clone()),
+            VtuArray::new("couple", frame.couple.clone()),
+        ],
+    }
 }
 
 /// The walls of a run, ready to be put where they stand.

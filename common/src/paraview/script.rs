@@ -21,6 +21,8 @@ pub struct ScriptParts {
     pub droplets: bool,
     /// `<prefix>.membranes.pvd`.
     pub membranes: bool,
+    /// `<prefix>.bonds.pvd`.
+    pub bonds: bool,
 }
 
 /// A Python string literal.
@@ -39,8 +41,8 @@ fn python_literal(text: &str) -> String {
     quoted
 }
 
-/// The script: particles as spheres of their diameter, coloured by speed; walls translucent; contacts as lines coloured by force,
-/// hidden at first. It finds the files beside itself, and saves a picture if it is given a name.
+/// The script: particles as spheres of their diameter, coloured by speed; walls translucent; contacts as lines coloured by force and bonds
+/// by stress, hidden at first. It finds the files beside itself, and saves a picture if it is given a name.
 #[must_use]
 pub fn script(prefix: &str, parts: ScriptParts) -> String {
     let mut text = String::new();
@@ -148,6 +150,18 @@ bridge_display.SetRepresentationType("Wireframe")
 bridge_display.LineWidth = 4.0
 ColorBy(bridge_display, ("CELLS", "bridge_volume"))
 Hide(bridges, view)
+"#,
+        );
+    }
+    if parts.bonds {
+        text.push_str(
+            r#"
+bonds = series("bonds")
+bond_display = Show(bonds, view)
+bond_display.SetRepresentationType("Wireframe")
+bond_display.LineWidth = 4.0
+ColorBy(bond_display, ("CELLS", "stress"))
+Hide(bonds, view)
 "#,
         );
     }

@@ -6,8 +6,8 @@ use super::*;
 use crate::formats::mesh::TriangleMesh;
 use crate::formats::vtu::{VtuCells, VtuGrid, VtuOptions, VtuValues};
 use crate::frames::{
-    Column, ColumnKind, ColumnSpec, ContactColumns, ContactFrame, Frame, ParticleColumns,
-    ParticleFrame, Table, TriangleLoadFrame, WallFrame, WearFrame,
+    BondFrame, Column, ColumnKind, ColumnSpec, ContactColumns, ContactFrame, Frame,
+    ParticleColumns, ParticleFrame, Table, TriangleLoadFrame, WallFrame, WearFrame,
 };
 use crate::particle_properties::FILM_VOLUME;
 use crate::surfaces::{Placement, Surface};
@@ -156,6 +156,43 @@ fn contacts_join_centres_and_carry_their_forces() {
 }
 
 #[test]
+fn bonds_are_lines_between_their_ends_with_the_larger_stress() {
+    // Particle 3 with the image of 5 behind a periodic face, and 5 with wall 2.
+    let frame = BondFrame {
+        time: 0.25,
+        step: 7,
+        i: vec![3, 5],
+        j: vec![Some(5), None],
+        wall: vec![None, Some(2)],
+        bond: vec![1, 0],
+        force: vec![DVec3::X, DVec3::Y],
+        couple: vec![DVec3::Z, DVec3::ZERO],
+        tension: vec![-3.0, 5.0],
+        shear: vec![2.0, 4.0],
+        middle: vec![DVec3::ZERO, DVec3::new(1.0, 0.0, 0.25)],
+        branch: vec![DVec3::X, DVec3::new(0.0, 0.0, 0.5)],
+    };
+    let grid = bonds(&frame);
+    let expected = [
+        0.5 * DVec3::X,
+        -0.5 * DVec3::X,
+        DVec3::new(1.0, 0.0, 0.5),
+        DVec3::X,
+    ];
+    assert_eq!(*grid.points, expected);
+    assert!(matches!(&grid.cells, VtuCells::Lines(lines) if **lines == [[0, 1], [2, 3]]));
+    assert_eq!(numbers(cell(&grid, "stress")), [2.0, 5.0]);
+    assert_eq!(numbers(point(&grid, "stress")), [2.0, 2.0, 5.0, 5.0]);
+    assert_eq!(numbers(cell(&grid, "tension")), frame.tension);
+    assert_eq!(numbers(cell(&grid, "shear")), frame.shear);
+    assert_eq!(numbers(cell(&grid, "length")), [1.0, 0.5]);
+    assert_eq!(vectors_of(cell(&grid, "couple")), frame.couple);
+    assert!(matches!(cell(&grid, "j"), VtuValues::I64(v) if **v == [5, -1]));
+    assert!(matches!(cell(&grid, "wall"), VtuValues::I64(v) if **v == [-1, 2]));
+    assert!(matches!(cell(&grid, "bond"), VtuValues::U32(v) if **v == [1, 0]));
+}
+
+#[test]
 fn walls_stand_where_their_motion_brought_them_and_absent_ones_are_left_out() {
     let plane = |z: f64| Surface::Plane {
         point: DVec3::new(0.0, 0.0, z),
@@ -299,6 +336,7 @@ fn the_script_names_the_series_that_there_are() {
         bodies: true,
         clumps: true,
         bridges: true,
+        bonds: true,
         droplets: true,
         membranes: true,
     };
@@ -313,6 +351,7 @@ fn the_script_names_the_series_that_there_are() {
         "bodies",
         "clumps",
         "bridges",
+        "bonds",
         "droplets",
         "membranes",
     ] {

@@ -37,8 +37,8 @@ pub(super) fn headings(sheet: &Sheet, layout: &Layout, canvas: &mut dyn Canvas) 
     );
 }
 
-/// Time and numbers of a frame.
-pub(super) fn numbers(frame: &Frame, with_time: bool) -> String {
+/// Time and numbers of a frame; `noun` is one of its lines between particles.
+pub(super) fn numbers(frame: &Frame, noun: &str, with_time: bool) -> String {
     let mut parts = Vec::new();
     let time = frame.time.filter(|time| time.is_finite());
     if let (true, Some(time)) = (with_time, time) {
@@ -75,7 +75,7 @@ pub(super) fn numbers(frame: &Frame, with_time: bool) -> String {
     }
     if !frame.contacts.is_empty() {
         let plural = if frame.contacts.len() == 1 { "" } else { "s" };
-        parts.push(format!("{} contact{plural}", count(frame.contacts.len())));
+        parts.push(format!("{} {noun}{plural}", count(frame.contacts.len())));
     }
     parts.join("\u{a0}\u{a0}·\u{a0}\u{a0}")
 }

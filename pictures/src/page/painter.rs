@@ -10,7 +10,7 @@ use crate::colour::Colour;
 use crate::colour_map::{ColourMap, category_colour};
 use crate::frame::{Frame, Sphere};
 use crate::image::Image;
-use crate::options::{ColourBy, Options};
+use crate::options::{ColourBy, ContactStyle, Options};
 use crate::render::Look;
 use crate::theme::Theme;
 use crate::value_range::{logarithmic_share, share};
@@ -56,8 +56,6 @@ pub struct Painter {
 
 /// Categories that are but numbers have a legend up to so many.
 const MOST_NUMBERS: usize = 10;
-/// The thinnest contact (pixels of a picture of 1200 x 900).
-const THINNEST: f64 = 0.35;
 /// Categories that a legend names; the others are counted.
 const MOST_CATEGORIES: usize = 64;
 
@@ -158,7 +156,10 @@ impl Painter {
             }),
         });
         let (title, numbers) = match frames.last() {
-            Some(last) if options.headings => (last.title.clone(), notes::numbers(last, !strip)),
+            Some(last) if options.headings => {
+                let noun = &options.contacts.noun;
+                (last.title.clone(), notes::numbers(last, noun, !strip))
+            }
             _ => (String::new(), String::new()),
         };
         Sheet {
@@ -180,9 +181,11 @@ impl Painter {
         let unit = layout::unit(&self.options);
         let contacts = frame.contacts.iter().map(|contact| {
             let place = share(contact.strength.abs(), self.strengths);
-            let widest = self.options.contacts.width;
+            let ContactStyle {
+                thinnest, width, ..
+            } = self.options.contacts;
             let colour = self.contact_map().colour(place);
-            (colour, (THINNEST + place * (widest - THINNEST)) * unit)
+            (colour, (thinnest + place * (width - thinnest)) * unit)
         });
         let spheres = match frame.droplets.is_empty() {
             true => Cow::Borrowed(&frame.spheres[..]),

@@ -99,6 +99,7 @@ impl StreamKind for VtkFiles {
         });
         let parts = ScriptParts {
             bridges: false,
+            bonds: false,
             droplets: false,
             particles: true,
             contacts: true,

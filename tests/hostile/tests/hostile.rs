@@ -320,6 +320,7 @@ readers! {
     pvd "pvd"
     frames_particles "frames-particles"
     frames_contacts "frames-contacts"
+    frames_bonds "frames-bonds"
     frames_bodies "frames-bodies"
     frames_walls "frames-walls"
     frames_surfaces "frames-surfaces"
@@ -354,6 +355,7 @@ readers! {
     export_run "export-run"
     export_files "export-files"
     export_pictures "export-pictures"
+    export_bonds "export-bonds"
 }
 
 /// Each file of the corpus broke a reader once; `tests/corpus/README.md` has a line on each.

@@ -39,6 +39,8 @@ pub struct PictureChoice {
     pub contacts: bool,
     /// With contacts that have a liquid bridge alone, as lines whose width shows the force of the bridge.
     pub bridges: bool,
+    /// With bonds as lines whose width and colour show a stress, instead of contacts.
+    pub bonds: Option<BondStress>,
     /// With droplets in flight.
     pub droplets: bool,
     /// With walls, where the run has them.
@@ -47,6 +49,18 @@ pub struct PictureChoice {
     pub clumps: ClumpsAs,
     /// The heading instead of the run's title.
     pub title: Option<String>,
+}
+
+/// Stress that the lines of bonds show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum BondStress {
+    /// The larger of both.
+    #[default]
+    Larger,
+    /// Tensile stress; 0 for bonds in compression.
+    Tension,
+    /// Shear stress.
+    Shear,
 }
 
 /// Form of the output.

@@ -1,6 +1,6 @@
 //! For ParaView, pyvista and meshio: series of `.vtu` with a `.pvd` for each kind, and a script that opens them.
 //!
-//! Kinds: `particles`, `contacts` (as lines), `bridges` (those with liquid, as lines), `walls` (as triangles where they stand), `bodies` (centres of
+//! Kinds: `particles`, `contacts` (as lines), `bridges` (those with liquid, as lines), `bonds` (as lines), `walls` (as triangles where they stand), `bodies` (centres of
 //! mass of clumps), `clumps` (their own surfaces), `droplets`, `membranes` (elastic sheets). A further kind is a further series.
 
 use std::collections::{HashMap, HashSet};
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use mercury_common::formats::vtu::{VtuError, VtuOptions};
 use mercury_common::frames::{
-    BodyReader, Column, ContactReader, DropletReader, FrameReader, TriangleLoadFrame,
+    BodyReader, BondReader, Column, ContactReader, DropletReader, FrameReader, TriangleLoadFrame,
     TriangleLoadReader, WallReader, WearReader,
 };
 use mercury_common::paraview::{self, ScriptParts, Series, WallScene};
@@ -59,6 +59,7 @@ struct Tables<'a> {
     loads: Option<&'a TriangleLoadReader>,
     wear: Option<&'a WearReader>,
     bodies: Option<&'a BodyReader>,
+    bonds: Option<&'a BondReader>,
     droplets: Option<&'a DropletReader>,
     /// The bodies again, where they are shown as their surfaces.
     surfaces: Option<&'a BodyReader>,
@@ -107,6 +108,8 @@ impl<'a> Vtu<'a> {
         let droplets =
             run.map(|run| run.droplets("without it droplets are left out: move the file away"));
         let droplets = droplets.transpose()?.flatten();
+        let bonds = run.map(|run| run.bonds("without it bonds are left out: move the file away"));
+        let bonds = bonds.transpose()?.flatten();
         let output = &job.output;
         let mut files = vec![output.path("paraview.py"), output.path("particles.pvd")];
         files.extend(contacts.map(|_| output.path("contacts.pvd")));
@@ -115,6 +118,7 @@ impl<'a> Vtu<'a> {
                 .filter(|table| has_bridges(table))
                 .map(|_| output.path("bridges.pvd")),
         );
+        files.extend(bonds.map(|_| output.path("bonds.pvd")));
         files.extend(droplets.map(|_| output.path("droplets.pvd")));
         files.extend(walls.map(|_| output.path("walls.pvd")));
         files.extend(membranes.map(|_| output.path("membranes.pvd")));
@@ -129,6 +133,7 @@ impl<'a> Vtu<'a> {
                 loads,
                 wear,
                 bodies,
+                bonds,
                 droplets,
                 surfaces,
                 membranes,
@@ -262,6 +267,33 @@ impl<'a> Vtu<'a> {
         Ok([true, bridges.is_some()])
     }
 
+    /// The bonds at the steps of the particles; whether there are any.
+    fn write_bonds(&self) -> Result<bool, ExportError> {
+        let Some(reader) = self.beside.bonds else {
+            return Ok(false);
+        };
+        let frames = reader.frames();
+        let mut list = None;
+        for number in 0..frames.len() {
+            let step = frames.info(number).map(|info| info.step);
+            let Some((particles, ids)) = step.and_then(|step| self.steps.get(&step)) else {
+                continue;
+            };
+            let mut frame = frames.frame(number)?;
+            if let Some(ids) = ids {
+                keep_contacts(frames.schema().columns(), &mut frame.columns, ids);
+            }
+            let rows = reader.rows(frame);
+            let rows = rows.map_err(|reason| unfit(frames.path(), number, &reason))?;
+            let list = match &mut list {
+                Some(list) => list,
+                None => list.insert(self.series("bonds")?),
+            };
+            list.write(*particles, &paraview::bonds(&rows))?;
+        }
+        Ok(list.is_some())
+    }
+
     /// The droplets in flight at the steps of the particles; whether there are any.
     fn write_droplets(&self) -> Result<bool, ExportError> {
         let Some(reader) = self.beside.droplets else {
@@ -363,6 +395,10 @@ impl<'a> Vtu<'a> {
             let lost = "later ones are left out";
             warnings.extend(cut(reader.frames(), "contacts", lost));
         }
+        if let Some(reader) = self.beside.bonds {
+            let lost = "later ones are left out";
+            warnings.extend(cut(reader.frames(), "bonds", lost));
+        }
         if let Some(reader) = self.beside.droplets {
             let lost = "later ones are left out";
             warnings.extend(cut(reader.frames(), "droplets", lost));
@@ -423,6 +459,7 @@ impl Sink for Vtu<'_> {
             particles: self.particles.is_some(),
             contacts,
             bridges,
+            bonds: self.write_bonds()?,
             droplets: self.write_droplets()?,
             walls: self.write_walls()?,
             bodies: self.bodies.is_some(),
@@ -444,6 +481,7 @@ impl Sink for Vtu<'_> {
                 self.beside.contacts.is_some_and(has_bridges),
                 parts.bridges,
             ),
+            ("bonds", self.beside.bonds.is_some(), parts.bonds),
             ("droplets", self.beside.droplets.is_some(), parts.droplets),
             ("walls", self.beside.walls.is_some(), parts.walls),
             ("bodies", self.beside.bodies.is_some(), parts.bodies),
@@ -510,7 +548,7 @@ fn keep_bridges(specs: &[mercury_common::frames::ColumnSpec], columns: &mut [Col
     }
 }
 
-/// Leaves out contacts of particles that are not selected.
+/// Leaves out contacts or bonds of particles that are not selected.
 fn keep_contacts(
     specs: &[mercury_common::frames::ColumnSpec],
     columns: &mut [Column],

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use mercury_common::error::FormatError;
 use mercury_common::frames::{
-    BodyReader, ContactReader, DropletReader, FrameReader, MembraneFrame, MembraneReader,
-    MembraneTriangleFrame, MembraneTriangleReader, ParticleReader, TriangleLoadReader, WallReader,
-    WearReader, WearTriangleReader,
+    BodyReader, BondReader, ContactReader, DropletReader, FrameReader, MembraneFrame,
+    MembraneReader, MembraneTriangleFrame, MembraneTriangleReader, ParticleReader,
+    TriangleLoadReader, WallReader, WearReader, WearTriangleReader,
 };
 
 use super::Item;
@@ -20,6 +20,7 @@ pub struct RunSource {
     prefix: String,
     particles: ParticleReader,
     contacts: Beside<ContactReader>,
+    bonds: Beside<BondReader>,
     walls: Beside<WallReader>,
     bodies: Beside<BodyReader>,
     /// Why the surfaces of clumps cannot be read, though the bodies can.
@@ -93,6 +94,7 @@ impl RunSource {
             path: path.to_owned(),
             particles: ParticleReader::open(path)?,
             contacts: beside("contacts").map(ContactReader::open).transpose(),
+            bonds: beside("bonds").map(BondReader::open).transpose(),
             walls: beside("walls").map(WallReader::open).transpose(),
             bodies: bodies.transpose(),
             surfaces,
@@ -132,6 +134,11 @@ impl RunSource {
 
     pub(crate) fn contacts(&self, help: &str) -> Result<Option<&ContactReader>, FormatError> {
         there(&self.contacts, help)
+    }
+
+    /// Bonds that hold.
+    pub(crate) fn bonds(&self, help: &str) -> Result<Option<&BondReader>, FormatError> {
+        there(&self.bonds, help)
     }
 
     pub(crate) fn walls(&self, help: &str) -> Result<Option<&WallReader>, FormatError> {

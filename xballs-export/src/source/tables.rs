@@ -1,8 +1,9 @@
 //! The tables of an input: particles, and what a run has beside them, as frames.
 
-use mercury_common::frames::{FrameReader, FramesHeader};
+use mercury_common::error::FormatError;
+use mercury_common::frames::{FrameReader, FramesHeader, TableReader};
 
-use super::{Item, Snapshot, Source};
+use super::{Item, RunSource, Snapshot, Source};
 use crate::{ExportError, FrameChoice, Selection, beside, bodies};
 
 /// Table of a run.
@@ -13,6 +14,8 @@ pub enum Table {
     Particles,
     /// The contacts, which only native frames have.
     Contacts,
+    /// The bonds, which only native frames have.
+    Bonds,
     /// The rigid bodies (clumps), which only native frames have.
     Bodies,
     /// Triangles of walls that are worn, which only native frames have.
@@ -26,6 +29,7 @@ impl Table {
         match self {
             Self::Particles => "particles",
             Self::Contacts => "contacts",
+            Self::Bonds => "bonds",
             Self::Bodies => "bodies",
             Self::WearTriangles => "wear_triangles",
         }
@@ -36,6 +40,7 @@ impl Table {
         match self {
             Self::Particles => "particle",
             Self::Contacts => "contact",
+            Self::Bonds => "bond",
             Self::Bodies => "body",
             Self::WearTriangles => "triangle",
         }
@@ -71,32 +76,20 @@ impl<'a> Frames<'a> {
                 Some((reader.frames(), reader.header()))
             }
             Table::WearTriangles => {
-                let reader = match source {
-                    Source::Run(run) => run.wear_triangles(SPHERES)?,
-                    Source::Data(_) | Source::Lammps(_) => None,
-                };
                 let help = "`wear` at a wall of the scene and frames = true in [output] write them";
-                let missing = || beside::missing(source, "wear_triangles", "", help);
-                let reader = reader.ok_or_else(missing)?;
-                if selection.is_partial() {
-                    let found =
-                        "--region and --material select particles; worn triangles have neither";
-                    return Err(ExportError::Input(found.to_owned()));
-                }
-                Some((reader.frames(), reader.header()))
+                let rows = [table.name(), "worn triangles"];
+                let open = |run: &'a RunSource| run.wear_triangles(SPHERES);
+                Some(of_run(source, open, rows, help, selection)?)
             }
             Table::Contacts => {
-                let reader = match source {
-                    Source::Run(run) => run.contacts(SPHERES)?,
-                    Source::Data(_) | Source::Lammps(_) => None,
-                };
                 let help = "fstat = true in [output] of the scene writes them";
-                let reader = reader.ok_or_else(|| beside::missing(source, "contacts", "", help))?;
-                if selection.is_partial() {
-                    let found = "--region and --material select particles; contacts have neither";
-                    return Err(ExportError::Input(found.to_owned()));
-                }
-                Some((reader.frames(), reader.header()))
+                let open = |run: &'a RunSource| run.contacts(SPHERES);
+                Some(of_run(source, open, [table.name(); 2], help, selection)?)
+            }
+            Table::Bonds => {
+                let open = |run: &'a RunSource| run.bonds(SPHERES);
+                let rows = [table.name(); 2];
+                Some(of_run(source, open, rows, beside::NO_BONDS, selection)?)
             }
         };
         Ok(Self {
@@ -131,6 +124,27 @@ impl<'a> Frames<'a> {
             None => format!("{path}: no frame is selected, or the input has none"),
         }
     }
+}
+
+/// A table that only runs have, and whose rows cannot be selected as particles are. `kind` is its name, `rows` names its rows, and `help` says which runs
+/// have it.
+fn of_run<'a, T: mercury_common::frames::Table + 'a>(
+    source: &'a Source,
+    open: impl FnOnce(&'a RunSource) -> Result<Option<&'a TableReader<T>>, FormatError>,
+    [kind, rows]: [&str; 2],
+    help: &str,
+    selection: &Selection,
+) -> Result<(&'a FrameReader, &'a FramesHeader), ExportError> {
+    let reader = match source {
+        Source::Run(run) => open(run)?,
+        Source::Data(_) | Source::Lammps(_) => None,
+    };
+    let reader = reader.ok_or_else(|| beside::missing(source, kind, "", help))?;
+    if selection.is_partial() {
+        let found = format!("--region and --material select particles; {rows} have neither");
+        return Err(ExportError::Input(found));
+    }
+    Ok((reader.frames(), reader.header()))
 }
 
 /// The chosen frames of a native table, then what is wrong with it.

@@ -92,6 +92,7 @@ fn choice(quantity: &str) -> PictureChoice {
         particles: true,
         contacts: true,
         bridges: false,
+        bonds: None,
         droplets: false,
         walls: true,
         clumps: Default::default(),

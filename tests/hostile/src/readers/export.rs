@@ -5,11 +5,12 @@ use std::path::Path;
 
 use mercury_common::formats::vtu::VtuOptions;
 use mercury_export::output::Output;
-use mercury_export::sinks::pictures::{PictureChoice, PictureKind, Pictures};
+use mercury_export::sinks::pictures::{BondStress, PictureChoice, PictureKind, Pictures};
 use mercury_export::sinks::{self, Density, Vtu, VtuChoice, Xballs, XballsChoice};
 use mercury_export::{ClumpsAs, FrameChoice, Job, Selection, Sink, Source, Table, export};
 use mercury_pictures::{ColourMap, Options};
 
+use super::frames::bond_file;
 use super::{MB, Reader};
 use crate::checks::{said, say};
 use crate::mutate::Make::{Binary, Text};
@@ -44,10 +45,30 @@ pub(super) const READERS: &[Reader] = &[
     })
     .bound(64 * MB, 1000, "a frame as values, and each of them as text of at most 24 bytes, twice while it grows"),
     Reader::new("export-pictures", Binary, |place| beside(place, "e"), |bytes, place| {
-        pictures(&place.write("e.particles.arrow", bytes), place);
+        pictures(&place.write("e.particles.arrow", bytes), place, None);
     })
     .bound(64 * MB, 1000, "a frame as values; 40 bytes for each pixel; each sphere as some hundred bytes of SVG from 12 bytes of a frame"),
+    Reader::new("export-bonds", Binary, |place| {
+        place.write("f.particles.arrow", &place.of_run("scene.particles.arrow"));
+        vec![bond_file(place)]
+    }, |bytes, place| {
+        place.write("f.bonds.arrow", bytes);
+        let path = place.path("f.particles.arrow");
+        pictures(&path, place, Some(BondStress::Larger));
+        let Some(job) = job(&path, place) else { return };
+        if let Some(sink) = said(Vtu::new(&job, VTU)) {
+            exported(&job, Box::new(sink));
+        }
+    })
+    .bound(64 * MB, 1000, "a frame as values, and each of them as text of at most 24 bytes; 40 bytes for each pixel"),
 ];
+
+const VTU: VtuChoice = VtuChoice {
+    options: VtuOptions::DEFAULT,
+    contacts: true,
+    walls: true,
+    clumps: ClumpsAs::Both,
+};
 
 /// All tables of the run but its particles, which are the sample.
 fn beside(place: &Place, prefix: &str) -> Vec<Vec<u8>> {
@@ -69,12 +90,6 @@ fn beside(place: &Place, prefix: &str) -> Vec<Vec<u8>> {
 fn each_kind(path: &Path, place: &Place) {
     let Some(job) = job(path, place) else { return };
     let density = Density::new(2500.0).ok();
-    let vtu = VtuChoice {
-        options: VtuOptions::default(),
-        contacts: true,
-        walls: true,
-        clumps: ClumpsAs::Both,
-    };
     let xballs = Xballs::begin(&job.output, XballsChoice::default());
     for sink in [
         Some(Box::new(sinks::csv(&job.output, Table::Particles)) as Box<dyn Sink>),
@@ -87,7 +102,7 @@ fn each_kind(path: &Path, place: &Place) {
         Some(Box::new(sinks::data_files(&job.output, density))),
         said(sinks::dump(&job.output)).map(|sink| Box::new(sink) as Box<dyn Sink>),
         said(xballs).map(|sink| Box::new(sink) as Box<dyn Sink>),
-        said(Vtu::new(&job, vtu)).map(|sink| Box::new(sink) as Box<dyn Sink>),
+        said(Vtu::new(&job, VTU)).map(|sink| Box::new(sink) as Box<dyn Sink>),
     ]
     .into_iter()
     .flatten()
@@ -97,7 +112,7 @@ fn each_kind(path: &Path, place: &Place) {
 }
 
 /// Draws small pictures as `mercury-export png` and `svg` do.
-fn pictures(path: &Path, place: &Place) {
+fn pictures(path: &Path, place: &Place, bonds: Option<BondStress>) {
     let Some(job) = job(path, place) else { return };
     for kind in [PictureKind::Png, PictureKind::Svg] {
         let choice = PictureChoice {
@@ -111,8 +126,9 @@ fn pictures(path: &Path, place: &Place) {
             map: ColourMap::default(),
             logarithmic: false,
             particles: true,
-            contacts: true,
-            bridges: true,
+            contacts: bonds.is_none(),
+            bridges: bonds.is_none(),
+            bonds,
             droplets: true,
             walls: true,
             clumps: ClumpsAs::Both,

@@ -5,9 +5,10 @@ use std::path::Path;
 use glam::DVec3;
 
 use mercury_common::frames::{
-    BodyReader, ContactReader, FrameReader, FramesHeader, MembraneFrame, MembraneReader,
-    MembraneTriangleFrame, MembraneTriangleReader, ParticleReader, Table, TableReader, TableWriter,
-    TriangleLoadReader, WallReader, WearReader, WearTriangleReader, sheets,
+    BodyReader, BondFrame, BondNames, BondReader, BondWriter, ContactReader, FrameReader,
+    FramesHeader, MembraneFrame, MembraneReader, MembraneTriangleFrame, MembraneTriangleReader,
+    ParticleReader, Table, TableReader, TableWriter, TriangleLoadReader, WallReader, WearReader,
+    WearTriangleReader, sheets,
 };
 
 use super::{MB, Reader};
@@ -36,6 +37,15 @@ pub(super) const READERS: &[Reader] = &[
         |place| of(place, "contacts"),
         |bytes, place| {
             all(ContactReader::open(place.write("a.contacts.arrow", bytes)));
+        },
+    )
+    .bound(MB, 64, WHY),
+    Reader::new(
+        "frames-bonds",
+        Binary,
+        |place| vec![bond_file(place)],
+        |bytes, place| {
+            all(BondReader::open(place.write("a.bonds.arrow", bytes)));
         },
     )
     .bound(MB, 64, WHY),
@@ -130,6 +140,30 @@ pub(super) const READERS: &[Reader] = &[
     )
     .bound(MB, 64, WHY),
 ];
+
+/// A file of two bonds, one of them to a wall.
+pub(super) fn bond_file(place: &Place) -> Vec<u8> {
+    let path = place.path("s.bonds.arrow");
+    let names = BondNames(vec!["glue".to_owned()]);
+    let frame = BondFrame {
+        time: 0.5,
+        step: 7,
+        i: vec![0, 1],
+        j: vec![Some(1), None],
+        wall: vec![None, Some(0)],
+        bond: vec![0; 2],
+        force: vec![DVec3::X; 2],
+        couple: vec![DVec3::Z; 2],
+        tension: vec![1e5, -2e5],
+        shear: vec![5e4; 2],
+        middle: vec![DVec3::ZERO; 2],
+        branch: vec![DVec3::X; 2],
+    };
+    BondWriter::create(&path, &FramesHeader::default(), &names)
+        .and_then(|mut writer| writer.append(frame))
+        .expect("a folder of our own can be written");
+    std::fs::read(&path).expect("it was written")
+}
 
 /// A sheet of two triangles.
 fn sheet_frames() -> (MembraneFrame, MembraneTriangleFrame) {

@@ -1,12 +1,12 @@
 //! A snapshot, and the walls and contacts beside it, as a frame to be drawn.
 
 use std::borrow::Cow;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 use mercury_common::frames::{
-    BodyReader, ClumpKind, Column, ContactReader, DropletReader, SheetNow, WallReader, WearFrame,
-    WearReader, sheets as sheets_of,
+    BodyReader, BondReader, ClumpKind, Column, ContactReader, DropletReader, FrameReader, SheetNow,
+    WallReader, WearFrame, WearReader, sheets as sheets_of,
 };
 use mercury_common::particle_properties::{FILM_VOLUME, LIQUID_VOLUME};
 use mercury_common::readable::counted;
@@ -16,8 +16,8 @@ use mercury_pictures::{
 };
 
 use super::super::stl::worn_at;
-use super::PictureChoice;
 use super::quantity::{CLUMP, OfRun, Quantity, SheetQuantity};
+use super::{BondStress, PictureChoice};
 use crate::beside;
 use crate::bodies::{self, Shown};
 use crate::source::SheetTables;
@@ -28,6 +28,8 @@ pub(super) struct Scenery<'a> {
     contacts: Option<&'a ContactReader>,
     /// Whether those with a liquid bridge alone are drawn.
     bridges: bool,
+    /// Bonds, drawn in place of contacts.
+    bonds: Option<(&'a BondReader, BondStress)>,
     droplets: Option<&'a DropletReader>,
     particles: bool,
     walls: Option<&'a WallReader>,
@@ -40,7 +42,7 @@ pub(super) struct Scenery<'a> {
     hide_pebbles: bool,
     /// Where colours show the kind of clump.
     kinds: Option<&'a BodyReader>,
-    /// Frames drawn at whose times no contacts were written.
+    /// Frames drawn at whose times no contacts, or no bonds, were written.
     without_contacts: usize,
     selection: &'a Selection,
     title: Option<String>,
@@ -76,6 +78,16 @@ impl<'a> Scenery<'a> {
                 table.frames().path().display()
             )));
         }
+        let bonds = match choice.bonds {
+            Some(stress) => {
+                let help = "without --bonds the particles are drawn";
+                let found = run.map(|run| run.bonds(help)).transpose()?.flatten();
+                let help = format!("{}; {help}", beside::NO_BONDS);
+                let missing = || beside::missing(source, "bonds", "", &help);
+                Some((found.ok_or_else(missing)?, stress))
+            }
+            None => None,
+        };
         let droplets = if choice.droplets {
             let help = "without --droplets the particles are drawn";
             let found = run.map(|run| run.droplets(help)).transpose()?.flatten();
@@ -110,6 +122,7 @@ impl<'a> Scenery<'a> {
             kinds,
             contacts,
             bridges: choice.bridges,
+            bonds,
             droplets,
             particles: choice.particles,
             walls,
@@ -156,21 +169,28 @@ impl<'a> Scenery<'a> {
         self.without_contacts = 0;
     }
 
-    /// Note that contacts were written at other times than some of the frames drawn.
+    /// The table whose rows are drawn as lines, and the name of its rows.
+    fn lines(&self) -> Option<(&FrameReader, &'static str)> {
+        let contacts = self.contacts.map(|table| (table.frames(), "contacts"));
+        let bonds = || self.bonds.map(|(table, _)| (table.frames(), "bonds"));
+        contacts.or_else(bonds)
+    }
+
+    /// Note that contacts or bonds were written at other times than some of the frames drawn.
     pub(super) fn note(&self) -> Option<String> {
-        let table = self.contacts?.frames();
+        let (table, what) = self.lines()?;
         (self.without_contacts > 0 && table.damage().is_none()).then(|| {
             let path = table.path().display();
             let count = counted(self.without_contacts, "frame");
-            format!("{path}: no contacts were written at the times of {count}")
+            format!("{path}: no {what} were written at the times of {count}")
         })
     }
 
     /// Warnings of tables that end before the time `last` (s).
     pub(super) fn cut(&self, last: Option<f64>) -> Vec<String> {
-        let contacts = self.contacts.and_then(|table| {
+        let contacts = self.lines().and_then(|(table, what)| {
             let lost = "later pictures are without them";
-            beside::cut(table.frames(), "contacts", lost, last)
+            beside::cut(table, what, lost, last)
         });
         let walls = self.walls.and_then(|table| {
             let lost = "later pictures are without them";
@@ -218,8 +238,11 @@ impl<'a> Scenery<'a> {
         let droplets = self.droplets(snapshot, quantity)?;
         let mut surfaces = self.surfaces(snapshot, wear.as_ref())?;
         surfaces.extend(sheets);
-        let contacts = self.contacts(snapshot)?;
-        self.without_contacts += usize::from(self.contacts.is_some() && contacts.is_none());
+        let contacts = match self.bonds {
+            Some((reader, stress)) => bonds(snapshot, reader, stress)?,
+            None => self.contacts(snapshot)?,
+        };
+        self.without_contacts += usize::from(self.lines().is_some() && contacts.is_none());
         let contacts = contacts.unwrap_or_default();
         Ok(Frame {
             title: title.to_owned(),
@@ -448,6 +471,40 @@ impl Scenery<'_> {
         };
         Ok(droplets.map(sphere).collect())
     }
+}
+
+/// The bonds of this step between particles that are shown; none if none were written then.
+fn bonds(
+    snapshot: &Snapshot,
+    reader: &BondReader,
+    stress: BondStress,
+) -> Result<Option<Vec<Contact>>, ExportError> {
+    let mut infos = reader.frames().infos();
+    let Some(number) = infos.position(|info| info.step == snapshot.frame.step) else {
+        return Ok(None);
+    };
+    let frame = reader.frame(number)?;
+    let ids = snapshot.column("id").and_then(Column::as_u32);
+    let ids: HashSet<u32> = ids.unwrap_or_default().iter().copied().collect();
+    let is_shown = |row: &usize| {
+        let partner = frame.j[*row];
+        ids.contains(&frame.i[*row]) && partner.is_none_or(|j| ids.contains(&j))
+    };
+    let line = |row: usize| {
+        let [from, to] = frame.ends(row);
+        let (tension, shear) = (frame.tension[row], frame.shear[row]);
+        let strength = match stress {
+            BondStress::Larger => tension.max(shear),
+            BondStress::Tension => tension,
+            BondStress::Shear => shear,
+        };
+        Contact {
+            from,
+            to,
+            strength: strength.max(0.0),
+        }
+    };
+    Ok(Some((0..frame.len()).filter(is_shown).map(line).collect()))
 }
 
 /// The positions.
