@@ -381,11 +381,11 @@ impl Inputs {
             }
         }
         let mut touching = self.surfaces.iter().filter(|surface| surface.touches_walls);
-        if self.laws.has_liquid()
+        if (self.laws.has_liquid() || self.laws.has_dry_cohesion())
             && let Some(surface) = touching.next()
         {
             let what = format!("walls of {}", surface.name);
-            return Err(number(&what, "off in scenes with liquid", "on"));
+            return Err(number(&what, "off in scenes with liquid or adhesion", "on"));
         }
         if self.sprays.is_some() && !self.surfaces.is_empty() {
             return Err(number("sprays", "none in scenes with surfaces", "some"));
