@@ -2,6 +2,7 @@
 
 pub mod cases;
 pub mod closed_forms;
+pub mod dry;
 #[cfg(doctest)]
 mod how_to;
 pub mod long;

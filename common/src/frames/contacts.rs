@@ -6,6 +6,7 @@ use super::{ColumnKind, ColumnSpec, ColumnVisitor, FrameSchema, Table, TableRead
 
 const TORQUE: [&str; 3] = ["tx", "ty", "tz"];
 const BRIDGE_VOLUME: [&str; 1] = ["bridge_volume"];
+const ADHESION: [&str; 1] = ["adhesion"];
 const MEMBRANE: [&str; 1] = ["membrane"];
 
 /// Unit and meaning of one number that a contact law remembers.
@@ -24,6 +25,8 @@ pub struct ContactColumns {
     pub torque: bool,
     /// Liquid bridges.
     pub bridge: bool,
+    /// Dry cohesion.
+    pub adhesion: bool,
     /// Contacts with membranes.
     pub membrane: bool,
     /// The numbers that the contact laws remember, columns `h0`, `h1`, ...
@@ -66,6 +69,8 @@ pub struct ContactFrame {
     pub bridge_normal: Option<Vec<f64>>,
     /// Its viscous force on i in the tangent plane, in N.
     pub bridge_shear: Option<Vec<DVec3>>,
+    /// Force of dry cohesion on i along the normal, in N; negative pulls.
+    pub adhesion: Option<Vec<f64>>,
     /// Memory of the contact laws: one list per entry of [`ContactColumns::history`].
     pub history: Vec<Vec<f64>>,
 }
@@ -162,6 +167,13 @@ impl Table for ContactFrame {
             "N",
             "viscous force of the bridge on i in the tangent plane",
         );
+        visitor.optional(
+            has.adhesion,
+            &mut self.adhesion,
+            &ADHESION,
+            "N",
+            "force of dry cohesion on i along the normal, negative pulls",
+        );
         let history = has.history.iter().enumerate().map(|(k, column)| {
             ColumnSpec::new(format!("h{k}"), ColumnKind::F64, column.unit.as_str())
                 .described(column.description.as_str())
@@ -181,6 +193,7 @@ impl Table for ContactFrame {
         Ok(ContactColumns {
             torque: schema.index_of(TORQUE[0]).is_some(),
             bridge: schema.index_of(BRIDGE_VOLUME[0]).is_some(),
+            adhesion: schema.index_of(ADHESION[0]).is_some(),
             membrane: schema.index_of(MEMBRANE[0]).is_some(),
             history: (0..).map_while(history).collect(),
         })

@@ -26,6 +26,8 @@ pub struct ContactOverride {
     pub torsion: Option<LawOverride>,
     /// Override of the liquid bridges.
     pub liquid: Option<LawOverride>,
+    /// Override of dry cohesion.
+    pub adhesion: Option<LawOverride>,
 }
 
 impl ContactOverride {
@@ -38,6 +40,7 @@ impl ContactOverride {
             LawPart::Rolling => self.rolling.as_ref(),
             LawPart::Torsion => self.torsion.as_ref(),
             LawPart::Liquid => self.liquid.as_ref(),
+            LawPart::Adhesion => self.adhesion.as_ref(),
         }
     }
 }
@@ -83,6 +86,7 @@ pub(super) static CONTACTS: TableKeys = TableKeys::new(&[&[
     key("rolling", Kind::Law(LawPart::Rolling, false), "{ friction = 0.1 }", "keys of the law of rolling").or_open("mixed"),
     key("torsion", Kind::Law(LawPart::Torsion, false), "{ friction = 0.1 }", "keys of the law of twisting").or_open("mixed"),
     key("liquid", Kind::Law(LawPart::Liquid, false), "{ surface_tension = 0.05 }", "keys of the law of liquid bridges").or_open("mixed"),
+    key("adhesion", Kind::Law(LawPart::Adhesion, false), "{ work_of_adhesion = 0.02 }", "keys of the law of dry cohesion").or_open("mixed"),
 ]]);
 
 fn read(item: &Item<'_>, words: &LawWords) -> Option<ContactOverride> {
@@ -96,7 +100,7 @@ fn read(item: &Item<'_>, words: &LawWords) -> Option<ContactOverride> {
     };
     let (normal, tangential) = (law(LawPart::Normal), law(LawPart::Tangential));
     let (rolling, torsion) = (law(LawPart::Rolling), law(LawPart::Torsion));
-    let liquid = law(LawPart::Liquid);
+    let (liquid, adhesion) = (law(LawPart::Liquid), law(LawPart::Adhesion));
     Some(ContactOverride {
         between: between?,
         place: item.place.clone(),
@@ -105,6 +109,7 @@ fn read(item: &Item<'_>, words: &LawWords) -> Option<ContactOverride> {
         rolling,
         torsion,
         liquid,
+        adhesion,
     })
 }
 

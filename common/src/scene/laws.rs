@@ -19,16 +19,19 @@ pub enum LawPart {
     Torsion,
     /// `liquid`: liquid bridges.
     Liquid,
+    /// `adhesion`: dry cohesion.
+    Adhesion,
 }
 
 impl LawPart {
     /// All of them, in the order of the format.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Normal,
         Self::Tangential,
         Self::Rolling,
         Self::Torsion,
         Self::Liquid,
+        Self::Adhesion,
     ];
 
     /// The key of the table.
@@ -40,6 +43,7 @@ impl LawPart {
             Self::Rolling => "rolling",
             Self::Torsion => "torsion",
             Self::Liquid => "liquid",
+            Self::Adhesion => "adhesion",
         }
     }
 }

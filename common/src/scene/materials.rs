@@ -25,6 +25,8 @@ pub struct Material {
     pub torsion: Option<Law>,
     /// The law of liquid bridges; none: dry.
     pub liquid: Option<Law>,
+    /// The law of dry cohesion; none: it does not stick.
+    pub adhesion: Option<Law>,
 }
 
 impl Material {
@@ -37,6 +39,7 @@ impl Material {
             LawPart::Rolling => self.rolling.as_ref(),
             LawPart::Torsion => self.torsion.as_ref(),
             LawPart::Liquid => self.liquid.as_ref(),
+            LawPart::Adhesion => self.adhesion.as_ref(),
         }
     }
 }
@@ -50,6 +53,7 @@ pub(super) static MATERIAL: TableKeys = TableKeys::new(&[&[
     key("rolling", Kind::Law(LawPart::Rolling, true), "{ law = \"luding\", friction = 0.1 }", "the law of rolling").or_open("none"),
     key("torsion", Kind::Law(LawPart::Torsion, true), "{ law = \"luding\", friction = 0.1 }", "the law of twisting about the normal").or_open("none"),
     key("liquid", Kind::Law(LawPart::Liquid, true), "{ law = \"bagheri\", surface_tension = 0.07, contact_angle_degrees = 20.0, max_bridge_volume = 1e-11 }", "the law of liquid bridges").or_open("none: dry"),
+    key("adhesion", Kind::Law(LawPart::Adhesion, true), "{ law = \"jkr\", work_of_adhesion = 0.05 }   # J/m2", "the law of dry cohesion; a pair has `liquid` or `adhesion`, not both").or_open("none: it does not stick"),
 ]]);
 
 /// Reads one material. A law that is wrong is reported; the material is then left out.
@@ -64,6 +68,7 @@ pub(super) fn read(name: Located<String>, item: &Item<'_>) -> Option<Material> {
         rolling: fields.read("rolling"),
         torsion: fields.read("torsion"),
         liquid: fields.read("liquid"),
+        adhesion: fields.read("adhesion"),
         normal: normal?,
     })
 }

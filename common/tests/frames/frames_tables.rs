@@ -137,6 +137,7 @@ fn contacts_come_back_and_have_one_partner_each() {
         membrane: false,
         torque: true,
         bridge: true,
+        adhesion: true,
         history: vec![spring("x"), spring("y"), spring("z")],
     };
     let frame = ContactFrame {
@@ -155,6 +156,7 @@ fn contacts_come_back_and_have_one_partner_each() {
         bridge_volume: Some(vec![1e-12, 0.0, 2e-12]),
         bridge_normal: Some(vec![-1e-5, 0.0, 1e-6]),
         bridge_shear: Some(vectors(3, 6.0)),
+        adhesion: Some(vec![-2e-5, 0.0, -1e-6]),
         history: vec![vec![1.0; 3], vec![2.0; 3], vec![3.0; 3]],
     };
     let mut writer = ContactWriter::create(&path, &header(), &columns).unwrap();

@@ -5,9 +5,12 @@ use std::borrow::Cow;
 /// Mechanisms by which contact laws take energy.
 const MECHANISMS: [&str; 4] = ["normal", "tangential", "rolling", "liquid"];
 
+/// Dry cohesion, in scenes that have it.
+pub(super) const ADHESION: &str = "adhesion";
+
 /// Energies by name, J: the mechanisms of the contact laws (`normal`: viscous and plastic normal forces; `tangential`: sliding friction
 /// and tangential dashpots; `rolling`: rolling and torsion resistance; `liquid`: viscous liquid, and bridges that form, grow and
-/// break), then the parts of the step that take energy, each by its name.
+/// break), then `adhesion`, dry cohesion as contacts begin and end, where there is any, then the parts of the step that take energy, each by its name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Losses(Vec<(Cow<'static, str>, f64)>);
 

@@ -36,8 +36,8 @@ pub(super) struct Sums {
     pub(super) dissipated_tangential: f64,
     /// By rolling and torsion resistance.
     pub(super) dissipated_rolling: f64,
-    /// By adhesion: by viscous liquid, and as bridges form, grow and break.
-    pub(super) dissipated_adhesion: f64,
+    /// By liquid: viscous forces, and bridges as they form, grow and break.
+    pub(super) dissipated_liquid: f64,
     /// Done by the walls on the particles.
     pub(super) wall_work: f64,
     /// The part of it that walls with a servo did.
@@ -100,8 +100,8 @@ pub(super) struct Powers {
     pub(super) tangential: f64,
     /// Taken by rolling and torsion couples, springs included.
     pub(super) rolling: f64,
-    /// Taken by the viscous part of adhesion.
-    pub(super) adhesion: f64,
+    /// Taken by viscous liquid.
+    pub(super) liquid: f64,
     /// Given by walls.
     pub(super) walls: f64,
     /// The part of it given by walls with a servo.
@@ -118,8 +118,8 @@ impl Sums {
         if dt > 0.0 {
             self.dissipated_normal +=
                 half * (last.normal + now.normal) - (stored.plastic - self.stored.plastic);
-            self.dissipated_adhesion +=
-                half * (last.adhesion + now.adhesion) + observation.dissipated_by_adhesion;
+            self.dissipated_liquid +=
+                half * (last.liquid + now.liquid) + observation.dissipated_by_liquid;
             self.dissipated_tangential += half * (last.tangential + now.tangential)
                 - (stored.tangential - self.stored.tangential);
             self.dissipated_rolling +=
@@ -146,7 +146,7 @@ crate::state::plain!(Powers {
     normal,
     tangential,
     rolling,
-    adhesion,
+    liquid,
     walls,
     servos
 });
@@ -162,7 +162,7 @@ crate::state::plain!(Sums {
     dissipated_normal,
     dissipated_tangential,
     dissipated_rolling,
-    dissipated_adhesion,
+    dissipated_liquid,
     wall_work,
     servo_work,
     left,

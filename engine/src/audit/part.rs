@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::losses::ADHESION;
 use super::{Audit, AuditedContact, Losses, Powers, Sums};
 use crate::bodies::{angular_velocity, constrained_spin};
 use crate::forces::{Exchange, FIRST_VERTEX, Needs, Observation, Partner};
@@ -24,6 +25,8 @@ struct Moving {
 #[derive(Debug, Default)]
 pub(crate) struct Auditor {
     sums: Sums,
+    /// Dissipated by dry cohesion since the start, J.
+    dissipated_adhesion: f64,
     /// The contacts of the last forces.
     contacts: Vec<AuditedContact>,
 }
@@ -66,13 +69,19 @@ impl Part for Auditor {
         }
     }
 
-    fn put(&self, _: &Core, pieces: &mut Pieces) {
+    fn put(&self, core: &Core, pieces: &mut Pieces) {
         self.sums.put(pieces.end());
+        if core.physics().laws.has_dry_cohesion() {
+            self.dissipated_adhesion.put(pieces.end());
+        }
         self.contacts.put(pieces.end());
     }
 
     fn take(&mut self, core: &mut Core, bytes: &mut &[u8]) -> Result<(), String> {
         self.sums = Plain::take(bytes)?;
+        if core.physics().laws.has_dry_cohesion() {
+            self.dissipated_adhesion = Plain::take(bytes)?;
+        }
         self.contacts = Plain::take(bytes)?;
         let (rows, walls) = (core.particles.len(), core.domain.walls.len());
         let leads_somewhere = |contact: &AuditedContact| contact.leads_somewhere(rows, walls);
@@ -94,8 +103,14 @@ impl Engine {
             sums.dissipated_normal,
             sums.dissipated_tangential,
             sums.dissipated_rolling,
-            sums.dissipated_adhesion,
+            sums.dissipated_liquid,
         ]);
+        if self.physics().laws.has_dry_cohesion() {
+            losses.add(
+                ADHESION,
+                auditor.map_or(0.0, |auditor| auditor.dissipated_adhesion),
+            );
+        }
         for part in self.parts() {
             if let Some(energy) = part.dissipated() {
                 losses.add(part.name(), energy);
@@ -163,11 +178,14 @@ impl Auditor {
             spin -= b.spin;
             powers.normal -= (normal * lossy).dot(velocity);
             powers.tangential -= tangential.dot(velocity);
-            powers.adhesion -= adhesive.dot(velocity) + adhesive_couple.dot(spin);
+            powers.liquid -= adhesive.dot(velocity) + adhesive_couple.dot(spin);
             powers.rolling -= (couple - adhesive_couple).dot(spin);
         }
         self.note_vanished_walls(core);
         self.sums.take_in(observation, powers, dt);
+        if dt > 0.0 {
+            self.dissipated_adhesion += observation.dissipated_by_adhesion;
+        }
         self.contacts.clear();
         let contacts = observation.exchanges.iter().map(AuditedContact::of);
         self.contacts.extend(contacts);
@@ -175,7 +193,7 @@ impl Auditor {
 
     /// Particles were removed since the last forces, and no list was built yet: what their contacts stored leaves with them.
     fn note_leavers(&mut self, core: &Core) {
-        let Self { sums, contacts } = self;
+        let Self { sums, contacts, .. } = self;
         let boundaries = core.boundaries();
         contacts.retain(|contact| {
             let is_gone = contact.row < FIRST_VERTEX && boundaries.is_removed(contact.row)

@@ -107,6 +107,13 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T
         dt: f64,
         history: &mut Histories<N, T, R, A, L>,
     ) -> Action<L> {
+        let joined;
+        let contact = if A::JOINS {
+            joined = self.adhesion.as_hertz(contact);
+            &joined
+        } else {
+            contact
+        };
         let normal = self.normal.force(contact, &mut history.0);
         let normal_total = normal.total();
         let mut adhesion = AdhesionForce::NONE;
@@ -162,14 +169,69 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T
         }
     }
 
+    /// Whether the two touch: they overlap, or a neck joins them across a gap.
+    #[inline(always)]
+    #[must_use]
+    pub fn touches(&self, contact: &Contact, history: &Histories<N, T, R, A>) -> bool {
+        contact.overlap > 0.0 || A::JOINS && self.adhesion.is_joined(contact, &history.3)
+    }
+
     /// Energy that the contact of two that touch could still give back, J.
     pub fn energy<L: Real>(&self, contact: &Contact<L>, history: &Histories<N, T, R, A, L>) -> L {
         let mut energy =
-            self.normal.energy(contact, &history.0) + self.friction_energy(contact, history);
+            self.normal_energy(contact, history) + self.friction_energy(contact, history);
         if A::ACTIVE {
-            energy = energy + self.adhesion.energy(contact, &history.3);
+            energy = energy + self.adhesion_energy(contact, history);
         }
         energy
+    }
+
+    /// The part of it that the normal law stores, J.
+    pub fn normal_energy<L: Real>(
+        &self,
+        contact: &Contact<L>,
+        history: &Histories<N, T, R, A, L>,
+    ) -> L {
+        (self.normal).energy(&self.adhesion.as_hertz(contact), &history.0)
+    }
+
+    /// The part of it that adhesion stores, J.
+    pub fn adhesion_energy<L: Real>(
+        &self,
+        contact: &Contact<L>,
+        history: &Histories<N, T, R, A, L>,
+    ) -> L {
+        (self.adhesion).energy(&self.adhesion.as_hertz(contact), &history.3)
+    }
+
+    /// Energy that adhesion dissipated since the geometry was `last`, J. Histories: before and after the step. Where the normal force and
+    /// adhesion are one force, all of it counts: it jumps where the two touch and where they part.
+    #[must_use]
+    pub fn adhesion_loss(
+        &self,
+        contact: &Contact,
+        last: &Contact,
+        action: &Action,
+        [before, after]: [&Histories<N, T, R, A>; 2],
+    ) -> f64 {
+        let elastic = action.adhesion.normal.elastic;
+        if !(A::JOINS && self.adhesion.is_one_with_normal()) {
+            return (self.adhesion).loss(contact, last, elastic, [&before.3, &after.3]);
+        }
+        let stored = |contact: &Contact, history| {
+            if self.touches(contact, history) {
+                self.normal_energy(contact, history) + self.adhesion_energy(contact, history)
+            } else {
+                0.0
+            }
+        };
+        let mut both = action.normal.elastic + elastic;
+        if self.touches(last, before) {
+            let earlier = self.act(last, 0.0, &mut before.clone());
+            both += earlier.normal.elastic + earlier.adhesion.normal.elastic;
+        }
+        let work = 0.5 * both * (contact.overlap - last.overlap);
+        work - (stored(contact, after) - stored(last, before))
     }
 
     /// The part of [`PairLaw::energy`] stored in the tangential, rolling and torsion springs, J.
@@ -178,6 +240,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T
         contact: &Contact<L>,
         history: &Histories<N, T, R, A, L>,
     ) -> L {
+        let contact = &self.adhesion.as_hertz(contact);
         let mut energy = self.tangential.energy(contact, &history.1);
         if R::ACTIVE {
             let stiffness = self.tangential.stiffness(contact);
@@ -197,6 +260,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T
         after: &Histories<N, T, R, A>,
         dt: f64,
     ) -> f64 {
+        let contact = &self.adhesion.as_hertz(contact);
         let load = friction_load::<A, f64>(action.normal.total(), &action.adhesion);
         if load > 0.0 {
             (self.tangential).slip(contact, load, dt, [&before.1, &after.1])
@@ -213,6 +277,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T
         action: &Action,
         history: &Histories<N, T, R, A>,
     ) -> FrictionNow {
+        let contact = &self.adhesion.as_hertz(contact);
         FrictionNow {
             load: friction_load::<A, f64>(action.normal.total(), &action.adhesion),
             force: action.tangential.into(),

@@ -26,8 +26,8 @@ pub mod tangential;
 mod tests;
 
 pub use adhesion::{
-    AdhesionForce, AdhesionLaw, AnyAdhesion, Bridge, BridgeEvent, EventOf, LawEvents, Liquid,
-    LiquidLaw, MemoryOf, NoAdhesion, NoEvents,
+    AdhesionForce, AdhesionLaw, AnyAdhesion, AnyMemory, Bridge, BridgeEvent, Dry, EventOf, Held,
+    LawEvents, Liquid, LiquidLaw, MemoryOf, NoAdhesion, NoEvents,
 };
 pub use any::OneOf;
 pub use evaluation::{Action, FrictionNow, Histories, PairLaw};
@@ -50,7 +50,8 @@ use crate::lanes::{Mask, Real, Vector};
 #[must_use]
 pub fn law_keys() -> Vec<&'static LawKeys> {
     let laws = [AnyNormal::KEYS, AnyTangential::KEYS, AnyRolling::KEYS];
-    [&laws.concat()[..], &adhesion::liquid::KEYS].concat()
+    let laws = laws.concat();
+    [&laws[..], &adhesion::liquid::KEYS, &adhesion::dry::KEYS].concat()
 }
 
 /// Geometry and kinematics of one contact, or of several in lanes, shared by all laws.

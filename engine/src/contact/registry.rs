@@ -32,6 +32,12 @@ impl LawTable {
         (self.laws.iter().flatten()).any(|law| law.adhesion.liquid().is_some())
     }
 
+    /// Whether any pair has dry cohesion.
+    #[must_use]
+    pub fn has_dry_cohesion(&self) -> bool {
+        (self.laws.iter().flatten()).any(|law| law.adhesion.dry().is_some())
+    }
+
     /// Whether any pair feels friction or rolling resistance, so that particles turn.
     #[must_use]
     pub fn turns(&self) -> bool {

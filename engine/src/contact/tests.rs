@@ -261,12 +261,15 @@ impl AdhesionLaw for Bridge {
     type History<L: Real> = Bond<L>;
     type Events = NoEvents;
     const ACTIVE: bool = true;
-    const FORMS_ON_CONTACT: bool = true;
     const TWISTS: bool = true;
     const PRESSES: bool = true;
 
     fn name(&self) -> &'static str {
         "bridge"
+    }
+
+    fn forms_on_contact(&self) -> bool {
+        true
     }
 
     fn range(&self) -> f64 {

@@ -4,8 +4,8 @@ use super::{ContactForces, ContactLoop};
 use crate::contact::adhesion::liquid::{CURVE, SHORT};
 use crate::contact::registry::LawTable;
 use crate::contact::{
-    AnyNormal, AnyRolling, AnyTangential, Hertz, LiquidLaw, Mindlin, NoAdhesion, NoRolling,
-    NormalLaw, OneOf, PairLaw, RollingLaw, TangentialLaw,
+    AdhesionLaw, AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Dry, Hertz, LiquidLaw, Mindlin,
+    NoAdhesion, NoRolling, NormalLaw, OneOf, PairLaw, RollingLaw, TangentialLaw,
 };
 #[cfg(not(test))]
 use crate::contact::{Linear, LinearFriction, Luding, NoFriction};
@@ -50,25 +50,25 @@ pub fn contact_loop(table: &LawTable) -> (Box<dyn ContactForces>, String) {
 /// The loop that chooses the law at each contact: for any table.
 #[must_use]
 pub fn dispatching_loop(table: &LawTable) -> Box<dyn ContactForces> {
-    type Any<A> = PairLaw<AnyNormal, AnyTangential, AnyRolling, A>;
-    // Scenes without adhesion need no memory for it.
-    match table.narrow() {
-        Some(laws) => Box::new(ContactLoop::new(
-            laws as Vec<Any<NoAdhesion>>,
-            table.materials,
-        )),
-        // Formulas of few numbers keep no room for tables of exact bridges.
-        None => match table.narrow() {
-            Some(laws) => Box::new(ContactLoop::new(
-                laws as Vec<Any<LiquidLaw<SHORT>>>,
-                table.materials,
-            )),
-            None => {
-                let laws: Vec<Any<LiquidLaw<CURVE>>> = table.narrow().unwrap_or_default();
-                Box::new(ContactLoop::new(laws, table.materials))
-            }
-        },
-    }
+    // Scenes without adhesion need no memory for it, those with dry cohesion alone none for bridges, and formulas of few numbers none for
+    // tables of exact bridges.
+    any_loop_of::<NoAdhesion>(table)
+        .or_else(|| any_loop_of::<Dry>(table))
+        .or_else(|| any_loop_of::<LiquidLaw<SHORT>>(table))
+        .or_else(|| any_loop_of::<LiquidLaw<CURVE>>(table))
+        .or_else(|| any_loop_of::<AnyAdhesion>(table))
+        .unwrap_or_else(|| {
+            let none: Vec<PairLaw<AnyNormal, AnyTangential, AnyRolling>> = Vec::new();
+            Box::new(ContactLoop::new(none, table.materials))
+        })
+}
+
+/// The loop that chooses all laws but that of adhesion at each contact, if the table has no other adhesion than `A`.
+fn any_loop_of<A: AdhesionLaw + OneOf<AnyAdhesion>>(
+    table: &LawTable,
+) -> Option<Box<dyn ContactForces>> {
+    let laws = table.narrow::<AnyNormal, AnyTangential, AnyRolling, A>()?;
+    Some(Box::new(ContactLoop::new(laws, table.materials)))
 }
 
 /// Loop with liquid bridges of which contacts keep `M` numbers.

@@ -128,10 +128,12 @@ pub struct ContactRecord {
     pub tangential_overlap: f64,
     /// Volume of the liquid bridge, m^3; 0 where there is none.
     pub bridge_volume: f64,
-    /// Force of adhesion on A along the normal, N; negative pulls.
-    pub adhesion_normal: f64,
-    /// Force of adhesion on A in the tangent plane, N.
-    pub adhesion_shear: DVec3,
+    /// Force of the liquid bridge on A along the normal, N; negative pulls.
+    pub bridge_normal: f64,
+    /// Force of the liquid bridge on A in the tangent plane, N.
+    pub bridge_shear: DVec3,
+    /// Force of dry cohesion on A along the normal, N; negative pulls.
+    pub adhesion: f64,
     /// Numbers of the history.
     pub history: Vec<f64>,
 }
@@ -160,7 +162,9 @@ pub struct Observation {
     pub wall_contacts: u64,
     /// Energy stored in the contacts, J; adhesion counts negative.
     pub elastic_energy: f64,
-    /// Audited steps: dissipated in this step as adhesion begins and ends, J; nothing of it is viscous.
+    /// Audited steps: dissipated in this step as liquid bridges begin and end, J; nothing of it is viscous.
+    pub dissipated_by_liquid: f64,
+    /// Audited steps: dissipated in this step as dry cohesion begins and ends, J.
     pub dissipated_by_adhesion: f64,
     /// Audited steps: the elastic energy by the springs that store it.
     pub stored: SpringEnergy,
@@ -198,6 +202,7 @@ impl Observation {
         self.particle_contacts += other.particle_contacts;
         self.wall_contacts += other.wall_contacts;
         self.elastic_energy += other.elastic_energy;
+        self.dissipated_by_liquid += other.dissipated_by_liquid;
         self.dissipated_by_adhesion += other.dissipated_by_adhesion;
         self.stored.add(&other.stored, 1.0);
         self.exchanges.extend_from_slice(&other.exchanges);
@@ -223,7 +228,8 @@ mod tests {
             particle_contacts: times.into(),
             wall_contacts: (2 * times).into(),
             elastic_energy: 3.0 * number,
-            dissipated_by_adhesion: 4.0 * number,
+            dissipated_by_liquid: 4.0 * number,
+            dissipated_by_adhesion: 6.0 * number,
             stored: SpringEnergy {
                 normal: 5.0 * number,
                 plastic: 6.0 * number,

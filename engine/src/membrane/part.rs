@@ -70,9 +70,10 @@ impl FeaturePlan for MembranePlan {
                     mass,
                 ));
             }
-            if surface.touches_walls && inputs.laws.has_liquid() {
+            if surface.touches_walls && (inputs.laws.has_liquid() || inputs.laws.has_dry_cohesion())
+            {
                 let what = format!("walls of {name}");
-                return Err(number(&what, "off in scenes with liquid", "on"));
+                return Err(number(&what, "off in scenes with liquid or adhesion", "on"));
             }
         }
         Ok(())

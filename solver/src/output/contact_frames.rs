@@ -36,6 +36,7 @@ pub(super) fn contact_columns(plan: &Plan, history: &[HistoryNumber]) -> Contact
     ContactColumns {
         torque: laws.any(|law| law.rolling != AnyRolling::None),
         bridge: plan.physics().laws.has_liquid(),
+        adhesion: plan.physics().laws.has_dry_cohesion(),
         membrane: plan.physics().plans.get::<MembranePlan>().is_some(),
         history: history
             .iter()
@@ -79,6 +80,7 @@ pub(super) fn contact_frame(state: &FrameCopy, columns: &ContactColumns) -> Cont
         bridge_volume: columns.bridge.then(Vec::new),
         bridge_normal: columns.bridge.then(Vec::new),
         bridge_shear: columns.bridge.then(Vec::new),
+        adhesion: columns.adhesion.then(Vec::new),
         history: vec![Vec::with_capacity(records.len()); columns.history.len()],
         ..ContactFrame::default()
     };
@@ -121,8 +123,11 @@ pub(super) fn contact_frame(state: &FrameCopy, columns: &ContactColumns) -> Cont
             &mut frame.bridge_shear,
         ) {
             volume.push(record.bridge_volume);
-            normal.push(record.adhesion_normal);
-            shear.push(record.adhesion_shear);
+            normal.push(record.bridge_normal);
+            shear.push(record.bridge_shear);
+        }
+        if let Some(adhesion) = &mut frame.adhesion {
+            adhesion.push(record.adhesion);
         }
         for (column, &number) in frame.history.iter_mut().zip(&record.history) {
             column.push(number);

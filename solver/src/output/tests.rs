@@ -37,8 +37,9 @@ fn particle(x: f64, radius: f64, flags: u32) -> Particle {
 fn record(row: u32, partner: Partner) -> ContactRecord {
     ContactRecord {
         bridge_volume: 0.0,
-        adhesion_normal: 0.0,
-        adhesion_shear: DVec3::ZERO,
+        bridge_normal: 0.0,
+        bridge_shear: DVec3::ZERO,
+        adhesion: 0.0,
         row,
         partner,
         feature: u32::MAX,
@@ -174,6 +175,7 @@ fn native_contacts_carry_ids_and_branch_vectors() {
     let columns = ContactColumns {
         membrane: false,
         bridge: false,
+        adhesion: false,
         torque: true,
         history: vec![mercury_common::frames::HistoryColumn {
             unit: "m".to_owned(),
@@ -198,6 +200,7 @@ fn branches_of_unequal_spheres_join_their_centres() {
     let columns = ContactColumns {
         membrane: false,
         bridge: false,
+        adhesion: false,
         torque: false,
         history: Vec::new(),
     };

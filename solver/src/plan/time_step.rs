@@ -56,6 +56,9 @@ impl Limit {
             LIQUID => {
                 "raise `roughness`, the least gap of the viscous force, or lower `viscosity`: a softer contact does not help"
             }
+            ADHESION => {
+                "soften the adhesion: a larger `separation`, or a smaller `stiffness`; `range` has to stay below the size of a grain"
+            }
             _ => "soften the contact",
         }
     }
@@ -63,6 +66,9 @@ impl Limit {
 
 /// The part of a law whose dashpots are films of liquid.
 const LIQUID: &str = "liquid";
+
+/// The part of a law that pulls over a gap.
+const ADHESION: &str = "adhesion";
 
 /// Wet neighbours of a grain: as many as equal spheres about one can be.
 const NEIGHBOURS: f64 = 12.0;
@@ -122,6 +128,8 @@ impl Meeting {
     /// `speed` (m/s). Films of liquid hold a grain on all sides for long, so their dashpots count for all neighbours: of N around a
     /// grain of mass m, evenly spread and at rest, those along the normals add up to N/3, those in the tangent planes to 2N/3, and
     /// against its spin to 5/2 times as much (from I = 2/5 m R^2).
+    ///
+    /// Dry cohesion counts where its force changes most steeply; that of `jkr` is one with the normal force.
     #[must_use]
     pub fn critical_step(
         &self,
@@ -131,6 +139,12 @@ impl Meeting {
     ) -> (f64, &'static str) {
         let (mass, radius) = (self.effective_mass, self.effective_radius);
         let (normal, contact_radius) = law.normal.stiffest(mass, radius, speed);
+        let dry = law.adhesion.dry();
+        let cohesion = dry.and_then(|dry| dry.stiffest(&law.normal, mass, radius, speed));
+        let (normal, contact_radius) = match cohesion {
+            Some(joined) if joined.1 > 0.0 => joined,
+            _ => (normal, contact_radius),
+        };
         let rates = (normal.stiffness / mass, normal.dissipation / mass);
         let mut least = (bearable(rates.0, rates.1), "normal");
         let mut add = |spring: SpringAndDashpot, inverse_mass: f64, part: &'static str| {
@@ -157,6 +171,9 @@ impl Meeting {
             add(tangential.spring, inverse_mass, "tangential");
         }
         let tangential_stiffness = tangential.map_or(0.0, |tangential| tangential.full);
+        if let Some((spring, 0.0)) = cohesion {
+            add(spring, 1.0 / mass, ADHESION);
+        }
         if let Some(liquid) = law.adhesion.liquid() {
             let [normal_film, tangential_film] = liquid.most_viscous(radius);
             let mut film = SpringAndDashpot {

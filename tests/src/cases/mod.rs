@@ -6,6 +6,7 @@
 
 mod collision;
 mod decay;
+mod dry;
 mod first_impacts;
 mod friction;
 mod golden;
@@ -148,5 +149,6 @@ pub fn all() -> Vec<Case> {
     cases.extend(membranes::cases());
     cases.extend(wet::cases());
     cases.extend(wet_pairs::cases());
+    cases.extend(dry::cases());
     cases
 }

@@ -182,6 +182,17 @@ pub(super) const SUBJECTS: &[Subject] = &[
         }],
     },
     Subject {
+        title: "Dry cohesion",
+        about: "",
+        sections: &[
+            Section {
+                about: "The curve of Johnson, Kendall & Roberts, and a sphere of 0.1 mm that meets a wall: below v_s = 22.2 mm/s it sticks ([theory](theory/contact-laws.md#dry-cohesion)).",
+                ..section("T28 ", "`jkr`: curve, restitution, loss")
+            },
+            section("T29 ", "Other laws"),
+        ],
+    },
+    Subject {
         title: "Rigid clumps",
         about: "",
         sections: &[

@@ -84,10 +84,13 @@ impl AdhesionLaw for Bridge {
     type History<L: Real> = Bond<L>;
     type Events = NoEvents;
     const ACTIVE: bool = true;
-    const FORMS_ON_CONTACT: bool = true;
 
     fn name(&self) -> &'static str {
         "bridge"
+    }
+
+    fn forms_on_contact(&self) -> bool {
+        true
     }
 
     fn range(&self) -> f64 {
@@ -127,10 +130,13 @@ impl AdhesionLaw for Attraction {
     type History<L: Real> = ();
     type Events = NoEvents;
     const ACTIVE: bool = true;
-    const FORMS_ON_CONTACT: bool = false;
 
     fn name(&self) -> &'static str {
         "attraction"
+    }
+
+    fn forms_on_contact(&self) -> bool {
+        false
     }
 
     fn range(&self) -> f64 {
@@ -693,11 +699,14 @@ impl AdhesionLaw for Twist {
     type History<L: Real> = ();
     type Events = NoEvents;
     const ACTIVE: bool = true;
-    const FORMS_ON_CONTACT: bool = true;
     const TWISTS: bool = true;
 
     fn name(&self) -> &'static str {
         "twist"
+    }
+
+    fn forms_on_contact(&self) -> bool {
+        true
     }
 
     fn range(&self) -> f64 {

@@ -3,6 +3,7 @@
 mod adhesion;
 mod contact_set;
 mod coulomb;
+mod dry_cohesion;
 mod energy_audit;
 mod impacts;
 mod laws_alone;

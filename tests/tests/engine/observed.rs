@@ -5,10 +5,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 use mercury_common::random::Stream;
-use mercury_common::scene::Files;
+use mercury_common::scene::{Files, LawPart};
 use mercury_engine::cell::Cell;
-use mercury_engine::contact::AnyAdhesion;
 use mercury_engine::contact::adhesion::liquid::Fit;
+use mercury_engine::contact::{AnyAdhesion, law_keys};
 use mercury_engine::forces::{ContactRecord, Partner, Watch};
 use mercury_engine::lanes::Width;
 use mercury_engine::state::Particle;
@@ -178,6 +178,16 @@ fn liquid(fit: Fit) -> String {
 /// Over a thousand grains, so that they are divided among threads, in a jittered grid whose neighbours touch or nearly touch, in random motion on a floor
 /// and across periodic faces. `several`: of three materials, one of which is dry and of other laws.
 fn jittered(laws: &str, several: bool) -> Arc<Plan> {
+    planned_text(&jittered_text(laws, several))
+}
+
+fn planned_text(text: &str) -> Arc<Plan> {
+    let scene = parse_scene(Path::new("jittered.toml"), text, &[], Files::Unchecked)
+        .unwrap_or_else(|error| panic!("{error}"));
+    Arc::new(plan(&scene).unwrap_or_else(|error| panic!("{error}")))
+}
+
+fn jittered_text(laws: &str, several: bool) -> String {
     const SIDE: u64 = 10;
     const LAYERS: u64 = 12;
     const SPACING: f64 = 2.0e-3;
@@ -240,9 +250,7 @@ fn jittered(laws: &str, several: bool) -> Arc<Plan> {
             "[[particles]]\nmaterial = \"{material}\"\nradius = {radius:?}\nposition = {place:?}\nvelocity = {velocity:?}\n{film}\n"
         ));
     }
-    let scene = parse_scene(Path::new("jittered.toml"), &text, &[], Files::Unchecked)
-        .unwrap_or_else(|error| panic!("{error}"));
-    Arc::new(plan(&scene).unwrap_or_else(|error| panic!("{error}")))
+    text
 }
 
 /// Time for grains to part by more than a bridge holds: some 1e-4 m.
@@ -291,6 +299,91 @@ fn observation_changes_no_byte_of_any_law_of_liquid() {
         | Fit::YoungLaplace => FITS.contains(&fit),
     };
     assert!(FITS.into_iter().all(is_here));
+}
+
+/// Laws of dry cohesion, as the keys of a material, and whether they act over a gap.
+const COHESIONS: [(&str, bool); 6] = [
+    (r#"{ law = "jkr", work_of_adhesion = 10.0 }"#, true),
+    (r#"{ law = "dmt", work_of_adhesion = 1.0 }"#, false),
+    (
+        r#"{ law = "van-der-waals", hamaker = 1.2e-8, separation = 1e-5, range = 1e-4 }"#,
+        true,
+    ),
+    (
+        r#"{ law = "reversible", force = 5e-3, stiffness = 50.0 }"#,
+        true,
+    ),
+    (
+        r#"{ law = "irreversible", work_of_adhesion = 2.0, stiffness = 50.0 }"#,
+        true,
+    ),
+    (
+        r#"{ law = "charged", charge = 1, force = 1e-3, stiffness = 50.0, van_der_waals_force = 5e-3 }"#,
+        true,
+    ),
+];
+
+#[test]
+fn observation_changes_no_byte_of_any_law_of_dry_cohesion() {
+    for (k, (cohesion, reaches)) in COHESIONS.into_iter().enumerate() {
+        let dry = if cohesion.contains("jkr") {
+            [DRY[2], DRY[3]]
+        } else {
+            [DRY[2], DRY[k % DRY.len()]]
+        };
+        for (laws, several) in [(dry[0], false), (dry[1], true)] {
+            let laws = format!("{laws}\nadhesion = {cohesion}");
+            let plan = jittered(&laws, several);
+            let law = plan.physics().laws.get(0, 0).expect("grains meet");
+            assert!(law.adhesion.dry().is_some());
+            let name = format!("{laws}, several materials: {several}");
+            let [touching, apart] = same_in_all_ways(&name, &plan, None, STEPS);
+            assert!(
+                touching > 300 && (apart > 40) == reaches,
+                "{name}: {touching} touch, {apart} are held across a gap"
+            );
+            // A run that stops between goes on to the same bytes.
+            let way = ways()[0];
+            let (_, half) = end_of(&plan, None, way, STEPS / 2);
+            let (rest, _) = end_of(&plan, Some(&half.snapshot()), way, STEPS - STEPS / 2);
+            let (whole, _) = end_of(&plan, None, way, STEPS);
+            assert!(
+                rest.state == whole.state,
+                "{name}: another state after a stop"
+            );
+        }
+    }
+    // A law that is added is added here, too.
+    let laws = law_keys().into_iter();
+    let of_part = laws.filter(|law| law.parts.contains(&LawPart::Adhesion));
+    assert!(
+        of_part
+            .map(|law| format!("\"{}\"", law.name))
+            .all(|name| COHESIONS.iter().any(|(keys, _)| keys.contains(&name)))
+    );
+}
+
+/// Wet grains and sticky ones in one scene, whose contacts with each other are dry.
+#[test]
+fn observation_changes_no_byte_where_liquid_and_dry_cohesion_meet() {
+    let wet = format!("{}\n{}", DRY[2], liquid(Fit::Bagheri));
+    let text = jittered_text(&wet, true);
+    let sticky = text.replace(
+        &format!("[materials.second]\ndensity = 1700.0\n{wet}"),
+        &format!(
+            "[materials.second]\ndensity = 1700.0\n{}\nadhesion = {}",
+            DRY[2], COHESIONS[0].0
+        ),
+    );
+    assert_ne!(text, sticky);
+    let plan = planned_text(&sticky);
+    let laws = &plan.physics().laws;
+    assert!(laws.has_liquid() && laws.has_dry_cohesion());
+    let [touching, apart] = same_in_all_ways("wet and sticky", &plan, None, STEPS);
+    assert!(
+        touching > 300 && apart > 100,
+        "{touching} touch, {apart} are held across a gap"
+    );
 }
 
 /// Every part of the step is in an example scene: sheets, sprays, wear, clumps, servos, the audit.

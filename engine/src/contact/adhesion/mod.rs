@@ -1,10 +1,12 @@
 //! Adhesion: what pulls two particles together, in contact and beyond it.
 
 mod any;
+pub mod dry;
 pub mod liquid;
 pub mod young_laplace;
 
-pub use any::AnyAdhesion;
+pub use any::{AnyAdhesion, AnyMemory};
+pub use dry::{Dry, Held};
 pub use liquid::{Bridge, BridgeEvent, Liquid, LiquidLaw};
 
 use super::{Contact, History, HistoryNumber, NormalForce};
@@ -117,8 +119,9 @@ impl<H> LawEvents<H> for NoEvents {
 /// law [presses](AdhesionLaw::PRESSES) the surfaces together, as that of Johnson, Kendall and Roberts does.
 ///
 /// It may act at a gap. The overlap of such a contact is negative, the contact point stands halfway across the gap, and all other
-/// parts of the pair's law are silent: friction and rolling springs end with the touch. The memory of adhesion lasts while the
-/// gap is below its range, through sorts of the particles and new lists, and is forgotten there.
+/// parts of the pair's law are silent: friction and rolling springs end with the touch, unless the law [joins](AdhesionLaw::JOINS)
+/// the surfaces. The memory of adhesion lasts while the gap is below its range, through sorts of the particles and new lists, and is
+/// forgotten there.
 pub trait AdhesionLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// Memory of the law. A history that differs from its default holds the pair together across a gap.
     type History<L: Real>: History<L, One = Self::History<f64>>;
@@ -126,20 +129,45 @@ pub trait AdhesionLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
     type Events: LawEvents<Self::History<f64>>;
     /// False for the law that does nothing: pairs then are not looked at before they touch.
     const ACTIVE: bool;
-    /// Whether it begins with a touch, as a liquid bridge does, so that pairs which never touched need no evaluation. Otherwise
-    /// it acts wherever the gap is below its range, as van der Waals forces do.
-    const FORMS_ON_CONTACT: bool;
     /// Whether its force may have a part in the tangent plane.
     const SHEARS: bool = false;
     /// Whether it may have a couple.
     const TWISTS: bool = false;
     /// Whether it adds a [load](AdhesionForce::friction_load) to the limits of friction and rolling.
     const PRESSES: bool = false;
+    /// Whether a neck may join the surfaces across a gap ([`AdhesionLaw::is_joined`]): the two then touch, and all parts of the pair's law act.
+    const JOINS: bool = false;
     /// Whether contacts by this law may have events: its memory is then changed from outside, and is never forgotten without an event.
     const HAS_EVENTS: bool = <Self::Events as LawEvents<Self::History<f64>>>::HAPPEN;
 
     /// How the plan and the log call it.
     fn name(&self) -> &'static str;
+
+    /// Whether it begins with a touch, as a liquid bridge does, so that pairs which never touched need no evaluation. Otherwise
+    /// it acts wherever the gap is below its range, as van der Waals forces do.
+    fn forms_on_contact(&self) -> bool;
+
+    /// Whether a neck joins a pair with this memory, whose surfaces are a gap apart.
+    #[inline(always)]
+    fn is_joined(&self, _: &Contact, _: &Self::History<f64>) -> bool {
+        false
+    }
+
+    /// The contact by Hertz with the contact radius that this law gives: all parts of a pair that touches are evaluated there, this law too.
+    #[inline(always)]
+    fn as_hertz<L: Real>(&self, contact: &Contact<L>) -> Contact<L> {
+        *contact
+    }
+
+    /// Whether it is dry cohesion: its losses are counted beside those of liquid.
+    fn is_dry(&self) -> bool {
+        false
+    }
+
+    /// Whether the elastic forces of the normal law and of this one are parts of one force, which begins and ends with a jump.
+    fn is_one_with_normal(&self) -> bool {
+        false
+    }
 
     /// Least volume of the films of both sides from which it begins, m^3.
     fn least_films(&self) -> f64 {
@@ -155,7 +183,7 @@ pub trait AdhesionLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// its history to the default itself.
     fn range(&self) -> f64;
 
-    /// Force on A. Called while the gap is below the range, in contact too; the history goes on by `dt` (s).
+    /// Force on A. Called while the gap is below the range, or once beyond it to end the history, in contact too; the history goes on by `dt` (s).
     fn force<L: Real>(
         &self,
         contact: &Contact<L>,
@@ -201,10 +229,13 @@ impl AdhesionLaw for NoAdhesion {
     type History<L: Real> = ();
     type Events = NoEvents;
     const ACTIVE: bool = false;
-    const FORMS_ON_CONTACT: bool = true;
 
     fn name(&self) -> &'static str {
         "no adhesion"
+    }
+
+    fn forms_on_contact(&self) -> bool {
+        true
     }
 
     fn range(&self) -> f64 {

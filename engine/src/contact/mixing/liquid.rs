@@ -17,7 +17,7 @@ pub(super) fn resolve(pair: &mut Pair<'_>, settings: &LiquidSettings) -> Option<
     if own.iter().any(Option::is_none) && !(over && own.iter().any(Option::is_some)) {
         return Some(AnyAdhesion::None);
     }
-    let (keys, origin) = law_of(pair)?;
+    let (keys, origin) = pair.common_law(&KEYS)?;
     let fit = Fit::named(keys.name)?;
     pair.ask(LawPart::Liquid, keys);
     pair.record_word("law", keys.name, origin);
@@ -110,32 +110,4 @@ fn contact_angle(pair: &mut Pair<'_>) -> Option<f64> {
     };
     pair.record(key, degrees, origin);
     Some(degrees.to_radians())
-}
-
-fn law_of(pair: &mut Pair<'_>) -> Option<(&'static LawKeys, Origin)> {
-    let over = pair
-        .contact
-        .and_then(|(_, contact)| contact.liquid.as_ref()?.name.as_ref());
-    let own = pair
-        .laws(LawPart::Liquid)
-        .map(|law| law.map(|law| law.name.value.as_str()));
-    let (name, origin) = match (over, own) {
-        (Some(name), _) => (name.value.as_str(), pair.contact_origin()),
-        (None, [Some(a), Some(b)]) if a == b => (a, pair.mixed_origin([true; 2])),
-        (None, [Some(only), None]) => (only, pair.mixed_origin([true, false])),
-        (None, [None, Some(only)]) => (only, pair.mixed_origin([false, true])),
-        (None, laws) => {
-            let [a, b] = laws.map(|law| law.unwrap_or("none"));
-            let message = format!(
-                "the contacts of {} have no liquid law in common: `{}` has {a}, `{}` has {b}",
-                pair.name(),
-                pair.sides[0].name.value,
-                pair.sides[1].name.value,
-            );
-            let help = format!("name it: {}", pair.entry("liquid = { law = \"...\" }"));
-            pair.error(message, help);
-            return None;
-        }
-    };
-    Some((pair.known(&KEYS, name)?, origin))
 }

@@ -7,6 +7,7 @@
 //!
 //! Rules in a law's table of keys are applied here ([`Pair::number`]); further rules stand in the law's own file.
 
+mod adhesion;
 mod damping;
 mod liquid;
 mod normal;
@@ -23,7 +24,7 @@ use mercury_common::scene::{
 
 use super::parameter::{Origin, Parameter, Value, short};
 use super::registry::AnyPairLaw;
-use super::{AnyNormal, PairLaw, SpringRotation};
+use super::{AnyAdhesion, AnyNormal, PairLaw, SpringRotation};
 
 /// The harmonic mean 2/(1/a + 1/b) of two numbers >= 0; 0 if either is 0.
 #[must_use]
@@ -48,7 +49,9 @@ pub fn resolve_pair(
     let needs_stiffness = rolling::needs_tangential_stiffness(&mut pair);
     let tangential = tangential::resolve(&mut pair, &normal, needs_stiffness);
     let rolling = rolling::resolve(&mut pair, tangential.as_ref()?);
-    let adhesion = liquid::resolve(&mut pair, &scene.liquid);
+    let liquid = liquid::resolve(&mut pair, &scene.liquid);
+    let dry = adhesion::resolve(&mut pair, &normal);
+    let adhesion = pair.one_of(liquid?, dry?);
     let law = PairLaw {
         normal,
         tangential: tangential?,
@@ -428,6 +431,53 @@ impl<'a> Pair<'a> {
 }
 
 impl Pair<'_> {
+    /// Liquid bridges or dry cohesion; reports an error where a pair has both.
+    fn one_of(&mut self, liquid: AnyAdhesion, dry: AnyAdhesion) -> Option<AnyAdhesion> {
+        if liquid != AnyAdhesion::None && dry != AnyAdhesion::None {
+            let message = format!(
+                "the contacts of {} have both liquid and adhesion: a pair has one of the two",
+                self.name()
+            );
+            let help = "leave out `liquid` or `adhesion` at one of the two materials";
+            self.error(message, help.to_owned());
+            return None;
+        }
+        Some(if dry == AnyAdhesion::None {
+            liquid
+        } else {
+            dry
+        })
+    }
+
+    /// The law of the part that is being read: named by `[[contacts]]`, by both materials, or by the only one that has one.
+    fn common_law(&mut self, laws: &[&'static LawKeys]) -> Option<(&'static LawKeys, Origin)> {
+        let part = self.part;
+        let over = (self.contact).and_then(|(_, contact)| contact.law(part)?.name.as_ref());
+        let own = self
+            .laws(part)
+            .map(|law| law.map(|law| law.name.value.as_str()));
+        let (name, origin) = match (over, own) {
+            (Some(name), _) => (name.value.as_str(), self.contact_origin()),
+            (None, [Some(a), Some(b)]) if a == b => (a, self.mixed_origin([true; 2])),
+            (None, [Some(only), None]) => (only, self.mixed_origin([true, false])),
+            (None, [None, Some(only)]) => (only, self.mixed_origin([false, true])),
+            (None, names) => {
+                let [a, b] = names.map(|law| law.unwrap_or("none"));
+                let word = part.word();
+                let message = format!(
+                    "the contacts of {} have no {word} law in common: `{}` has {a}, `{}` has {b}",
+                    self.name(),
+                    self.sides[0].name.value,
+                    self.sides[1].name.value,
+                );
+                let entry = self.entry(&format!("{word} = {{ law = \"...\" }}"));
+                self.error(message, format!("name it: {entry}"));
+                return None;
+            }
+        };
+        Some((self.known(laws, name)?, origin))
+    }
+
     /// The law of this name; reports an error where there is none, which the reader has excluded unless it was given no laws.
     fn known(&mut self, laws: &[&'static LawKeys], name: &str) -> Option<&'static LawKeys> {
         let law = laws.iter().copied().find(|law| law.name == name);

@@ -283,10 +283,17 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                     before[k] = slots[at[k]].history;
                 }
             }
-            let touching = L::ZERO.below(contact.overlap);
-            let all_touch = !A::ACTIVE || touching.all();
-            let one_kind = all_touch || !touching.any();
-            let touches = |k: usize| !A::ACTIVE || touching.bits() >> k & 1 == 1;
+            let mut touching = L::ZERO.below(contact.overlap).bits();
+            if A::JOINS {
+                for k in 0..L::LANES {
+                    let law = &self.laws[pair(k)];
+                    let touches = law.touches(&contact.lane(k), &slots[at[k]].history);
+                    touching |= u32::from(touches) << k;
+                }
+            }
+            let all_touch = !A::ACTIVE || touching == (1 << L::LANES) - 1;
+            let one_kind = all_touch || touching == 0;
+            let touches = |k: usize| !A::ACTIVE || touching >> k & 1 == 1;
             // Which of them have an event, where they are of one kind.
             let mut happens = 0;
             let action = if one_law && one_kind {
@@ -420,7 +427,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         if !A::ACTIVE {
             return false;
         }
-        if A::FORMS_ON_CONTACT && slot.state & WITH_HISTORY == 0 {
+        let pair = a.material.index() * self.materials + b.material.index();
+        let law = &self.laws[pair].adhesion;
+        let has_memory = slot.state & WITH_HISTORY != 0;
+        if law.forms_on_contact() && !has_memory {
             let Some(films) = self.films.filter(|_| A::HAS_EVENTS) else {
                 return false;
             };
@@ -430,15 +440,13 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             if squared > range * range {
                 return false;
             }
-            let pair = a.material.index() * self.materials + b.material.index();
-            return one[1] + two[1] >= self.laws[pair].adhesion.least_films();
+            return one[1] + two[1] >= law.least_films();
         }
-        if A::HAS_EVENTS && A::FORMS_ON_CONTACT {
+        if A::HAS_EVENTS && law.forms_on_contact() || A::JOINS && has_memory {
             // At any distance, so that the end of adhesion is seen.
             return true;
         }
-        let pair = a.material.index() * self.materials + b.material.index();
-        let range = reach + self.laws[pair].adhesion.range();
+        let range = reach + law.range();
         squared < range * range
     }
 

@@ -31,15 +31,16 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let (context, side, sheet) = (self.context, at.side, at.sheet);
         let reach = a.radius + side.wall.half_thickness();
         let overlap = reach - at.touch.distance;
-        let touches = !A::ACTIVE || overlap > 0.0;
-        let has_no_memory = A::FORMS_ON_CONTACT && slot.state & WITH_HISTORY == 0;
-        if !touches && has_no_memory && !self.films_meet(a, at, overlap) {
+        let pair = a.material.index() * self.materials + side.wall.material.index();
+        let law = &self.laws[pair];
+        let overlaps = !A::ACTIVE || overlap > 0.0;
+        let has_no_memory = law.adhesion.forms_on_contact() && slot.state & WITH_HISTORY == 0;
+        if !overlaps && has_no_memory && !self.films_meet(a, at, overlap) {
             return;
         }
         let meeting = self.meet_wall(a, at, overlap);
         let contact = &meeting.contact;
-        let pair = a.material.index() * self.materials + side.wall.material.index();
-        let law = &self.laws[pair];
+        let touches = overlaps || A::JOINS && law.touches(contact, &slot.history);
         let (before, touched) = (slot.history, slot.state & TOUCHING != 0);
         let mut action = if touches {
             law.act(contact, context.spring_time, &mut slot.history)
@@ -328,6 +329,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         wall_load.add(-force, -about.cross(force) - couple);
         *power += force.dot(state.velocity.at(point)) + couple.dot(state.velocity.angular_velocity);
         if acted.touches {
+            // A neck has no secant stiffness; Hertz' contact of its radius bounds the slope.
+            let contact = self.laws[acted.pair].adhesion.as_hertz(contact);
             observation.wall_stiffness[side.near.wall.index()].add_contact(
                 contact.effective_mass,
                 (action.normal.elastic, contact.overlap),

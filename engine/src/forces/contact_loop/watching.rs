@@ -108,10 +108,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         });
         if A::ACTIVE && dt > 0.0 {
             let last = contact.one_step_before(dt);
-            let elastic = action.adhesion.normal.elastic;
-            observation.dissipated_by_adhesion +=
-                law.adhesion
-                    .loss(contact, &last, elastic, [&before.3, &after.3]);
+            let loss = law.adhesion_loss(contact, &last, action, [before, after]);
+            if law.adhesion.is_dry() {
+                observation.dissipated_by_adhesion += loss;
+            } else {
+                observation.dissipated_by_liquid += loss;
+            }
         }
     }
 
@@ -124,6 +126,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         action: &Action,
         memory: Histories<N, T, R, A>,
     ) -> ContactRecord {
+        let is_dry = self.laws[site.pair].adhesion.is_dry();
+        let along = action.adhesion.normal.total();
         let mut record = ContactRecord {
             row: site.row as u32,
             partner: site.partner,
@@ -136,8 +140,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             couple: action.couple.into(),
             tangential_overlap: 0.0,
             bridge_volume: 0.0,
-            adhesion_normal: action.adhesion.normal.total(),
-            adhesion_shear: action.adhesion.tangential.into(),
+            bridge_normal: if is_dry { 0.0 } else { along },
+            bridge_shear: action.adhesion.tangential.into(),
+            adhesion: if is_dry { along } else { 0.0 },
             history: Vec::new(),
         };
         let (law, mut memory) = (&self.laws[site.pair], memory);
@@ -154,11 +159,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             record.force = -record.force;
             record.tangential = -record.tangential;
             record.couple = -record.couple;
-            record.adhesion_shear = -record.adhesion_shear;
+            record.bridge_shear = -record.bridge_shear;
             memory = memory.swapped();
         }
         if site.touches {
-            record.tangential_overlap = law.tangential.tangential_overlap(contact, &memory.1);
+            let contact = law.adhesion.as_hertz(contact);
+            record.tangential_overlap = law.tangential.tangential_overlap(&contact, &memory.1);
         }
         record.history = self.memory.show(site.pair, &memory);
         record
@@ -172,10 +178,17 @@ fn springs<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw>(
     memory: &Histories<N, T, R, A>,
 ) -> SpringEnergy {
     let mut stored = SpringEnergy::default();
+    let touches = law.touches(contact, memory);
+    let seen = if touches {
+        law.adhesion.as_hertz(contact)
+    } else {
+        *contact
+    };
+    let contact = &seen;
     if A::ACTIVE && -contact.overlap < law.adhesion.range() {
         stored.normal += law.adhesion.energy(contact, &memory.3);
     }
-    if contact.overlap > 0.0 {
+    if touches {
         let normal = law.normal.energy(contact, &memory.0);
         if law.normal.is_elastic() {
             stored.normal += normal;

@@ -18,6 +18,7 @@ use crate::plan::PairPlan;
 use crate::plan::usage::MaterialUse;
 use crate::plan::walls::ramp;
 use holds::{check_twice, check_walls_of_holds, plan_hold};
+use mercury_engine::contact::AnyAdhesion;
 use mercury_engine::contact::parameter::short;
 use mercury_engine::membrane::{
     Bending, Elasticity, HoldCourse, Law, Load, MembranePlan, Sheet, Topology,
@@ -44,7 +45,7 @@ pub(crate) fn lightest_vertex(plans: &Plans, material: usize) -> Option<f64> {
     masses.reduce(f64::min)
 }
 
-/// Warnings of liquid bridges, which have no energy where contacts with a sheet join.
+/// Warnings of liquid bridges and of adhesion, which have no energy where contacts with a sheet join.
 pub(crate) fn without_energy(
     plans: &Plans,
     pairs: &[PairPlan],
@@ -60,9 +61,14 @@ pub(crate) fn without_energy(
             meets(one, other) || meets(other, one)
         });
         for pair in own {
-            if pair.law.adhesion.liquid().is_some() {
+            let what = match &pair.law.adhesion {
+                AnyAdhesion::None => None,
+                AnyAdhesion::Liquid(_) => pair.law.adhesion.liquid().map(|_| "liquid bridges"),
+                AnyAdhesion::Dry(_) => pair.law.adhesion.dry().map(|_| "adhesion"),
+            };
+            if let Some(what) = what {
                 warnings.push(format!(
-                    "membranes.{}: contacts of {} and {} have liquid bridges; where the sheet bends around a grain, those beside the nearest one count by a part, and the energy budget closes to about 1 % only; momenta are kept",
+                    "membranes.{}: contacts of {} and {} have {what}; where the sheet bends around a grain, those beside the nearest one count by a part, and the energy budget closes to about 1 % only; momenta are kept",
                     surface.name, pair.names[0], pair.names[1]
                 ));
             }
@@ -97,10 +103,22 @@ pub(crate) fn membranes(
         .materials
         .iter()
         .any(|material| material.liquid.is_some());
-    if let Some(membrane) = (scene.membranes.iter()).find(|membrane| is_wet && membrane.walls) {
-        let message = "vertices of a membrane have no liquid bridges to walls, so they do not touch walls in a scene with liquid";
-        let error = membrane.name.place.error(message);
-        errors.push(error.with_help("leave out `walls`, or `liquid` at the materials"));
+    let is_sticky = scene
+        .materials
+        .iter()
+        .any(|material| material.adhesion.is_some());
+    for (is_there, what, key) in [
+        (is_wet, "liquid bridges", "liquid"),
+        (is_sticky, "adhesion", "adhesion"),
+    ] {
+        if let Some(membrane) = (scene.membranes.iter()).find(|one| is_there && one.walls) {
+            let message = format!(
+                "vertices of a membrane have no {what} to walls, so they do not touch walls in a scene with {key}"
+            );
+            let error = membrane.name.place.error(message);
+            let help = format!("leave out `walls`, or `{key}` at the materials");
+            errors.push(error.with_help(help));
+        }
     }
     for membrane in &scene.membranes {
         if let Some(planned) = plan_one(scene, membrane, walls, warnings, errors) {

@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::Finding;
 use crate::plan::Plan;
 use crate::plan::motions::vector;
+use mercury_engine::contact::AnyAdhesion;
 use mercury_engine::contact::parameter::Value;
 use mercury_engine::walls::{Component, Shape, Wall};
 
@@ -37,7 +38,7 @@ fn is_driven_away(plan: &Plan, wall: &Wall) -> Option<String> {
         let has_cohesion = parameters.any(|parameter| {
             parameter.name.contains("cohesion") && parameter.value != Value::Number(0.0)
         });
-        pair.at_walls && (has_cohesion || pair.law.adhesion.liquid().is_some())
+        pair.at_walls && (has_cohesion || pair.law.adhesion != AnyAdhesion::None)
     });
     if sticks || wall.motion.components().iter().any(turns) {
         return None;

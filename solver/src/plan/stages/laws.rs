@@ -28,7 +28,7 @@ impl Laws {
         }
     }
 
-    /// Makes the tables of exact bridges, and notes how far bridges reach between the smallest particles.
+    /// Makes the tables of exact bridges, and notes how far bridges and dry cohesion reach.
     pub(super) fn with_bridges(
         mut self,
         scene: &Scene,
@@ -52,8 +52,12 @@ impl Laws {
         }
         if sizes.smallest > 0.0 && sizes.smallest.is_finite() {
             for pair in &mut self.pairs {
-                if let AnyAdhesion::Liquid(liquid) = &mut pair.law.adhesion {
-                    *liquid = liquid.reaching(sizes.smallest, &self.tables);
+                match &mut pair.law.adhesion {
+                    AnyAdhesion::None => {}
+                    AnyAdhesion::Liquid(liquid) => {
+                        *liquid = liquid.reaching(sizes.smallest, &self.tables);
+                    }
+                    AnyAdhesion::Dry(dry) => *dry = dry.reaching(sizes.largest),
                 }
             }
             bridges::rough(scene, &self.pairs, &mut found.errors);

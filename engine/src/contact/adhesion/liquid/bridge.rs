@@ -1,5 +1,6 @@
 //! Memory of a contact of its liquid bridge.
 
+use super::super::dry;
 use super::{Fit, NO_LIQUID};
 use crate::contact::{History, HistoryNumber, LawEvents};
 use crate::lanes::{MOST_LANES, Real};
@@ -101,10 +102,11 @@ impl<L: Real, const N: usize> Bridge<L, N> {
 const FIRST: usize = 5;
 
 /// How many numbers at the end of the saved history of each contact are those of its bridge, in a run whose pairs of materials have
-/// laws of these names ([`names_of_pairs`](crate::contact::registry::LawTable::names_of_pairs)). One law that needs the long curve gives
-/// room for it to the contacts of all.
+/// laws of these names ([`names_of_pairs`](crate::contact::registry::LawTable::names_of_pairs)). One law that needs the long curve, or one
+/// of dry cohesion, gives room for it to the contacts of all.
 #[must_use]
 pub fn saved_numbers<'a>(names: impl Iterator<Item = &'a str>) -> usize {
+    let mut has_dry = false;
     let of_law = |law: &str| match law {
         NO_LIQUID => FIRST + SHORT,
         law => match Fit::named(law) {
@@ -113,8 +115,16 @@ pub fn saved_numbers<'a>(names: impl Iterator<Item = &'a str>) -> usize {
             None => 0,
         },
     };
-    let of_pair = |name: &str| name.rsplit(", ").next().map_or(0, of_law);
-    names.map(of_pair).max().unwrap_or(0)
+    let of_pair = |name: &'a str| {
+        let law = name.rsplit(", ").next().unwrap_or_default();
+        has_dry |= dry::KEYS.iter().any(|keys| keys.name == law);
+        of_law(law)
+    };
+    match names.map(of_pair).max() {
+        None | Some(0) => 0,
+        Some(_) if has_dry => FIRST + CURVE,
+        Some(most) => most,
+    }
 }
 
 /// Volume of the bridge in a saved history, whose last `numbers` are those of the bridge, m^3; 0 where there is none.

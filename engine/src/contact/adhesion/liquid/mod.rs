@@ -472,7 +472,6 @@ impl<const N: usize> AdhesionLaw for LiquidLaw<N> {
     type History<L: Real> = Bridge<L, N>;
     type Events = BridgeEvents;
     const ACTIVE: bool = true;
-    const FORMS_ON_CONTACT: bool = true;
     const SHEARS: bool = true;
 
     fn name(&self) -> &'static str {
@@ -485,6 +484,11 @@ impl<const N: usize> AdhesionLaw for LiquidLaw<N> {
 
     fn range(&self) -> f64 {
         self.0.range
+    }
+
+    #[inline(always)]
+    fn forms_on_contact(&self) -> bool {
+        true
     }
 
     fn least_films(&self) -> f64 {
