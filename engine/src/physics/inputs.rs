@@ -9,6 +9,7 @@ use mercury_common::particle_properties::{FILM_VOLUME, PARTICLE_PROPERTIES, Part
 use super::sizes::Sizes;
 use super::{Carried, Physics, Setup};
 use crate::bodies::{Clump, NewBody};
+use crate::bonds::BondPlan;
 use crate::boundaries::{DeletionPlan, InsertionPlan};
 use crate::cell::Cell;
 use crate::contact::SlidingNormal;
@@ -96,6 +97,8 @@ pub struct Inputs {
     pub surfaces: Vec<SurfacePlan>,
     /// Their mechanics, one for each, or none at all.
     pub membranes: Vec<MembranePlan>,
+    /// Bonds: what is glued, when and how.
+    pub bonds: Vec<BondPlan>,
     /// Particles of the start, in the order of their ids.
     pub particles: Vec<NewParticle>,
     /// Templates of rigid bodies.
@@ -151,6 +154,7 @@ impl Inputs {
             wear: Vec::new(),
             surfaces: Vec::new(),
             membranes: Vec::new(),
+            bonds: Vec::new(),
             particles: Vec::new(),
             clumps: Vec::new(),
             bodies: Vec::new(),

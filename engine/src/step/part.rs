@@ -10,6 +10,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::{Core, RunError};
+use crate::bonds::BondedStart;
 use crate::forces::{ContactForces, Needs, NewList, Observation, StepContext};
 use crate::membrane::MembranePlan;
 use crate::physics::{Physics, Setup};
@@ -166,6 +167,11 @@ pub trait Part: Any + Send {
         None
     }
 
+    /// Work that walls have done through it on the particles since the start, J: where it holds particles to walls.
+    fn wall_work(&self) -> f64 {
+        0.0
+    }
+
     /// Whether the run has come to where this part ends it.
     fn ends_run(&self) -> bool {
         false
@@ -200,6 +206,8 @@ pub struct BesideContacts<'a> {
     pub surfaces: &'a [SurfacePlan],
     /// Mechanics of the sheets, in the same order.
     pub membranes: &'a [MembranePlan],
+    /// Bonds of the start.
+    pub bonds: Option<&'a BondedStart>,
 }
 
 /// The largest time step at which the integrator bears a feature.

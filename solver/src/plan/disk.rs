@@ -40,6 +40,8 @@ mod row {
     pub(super) const TRACK: f64 = 360.0;
     /// A grain in `.left.csv`.
     pub(super) const LEFT: f64 = 190.0;
+    /// A bond in `.bonds.arrow`: 16 numbers, three ids, and their validity.
+    pub(super) const BOND: f64 = 150.0;
     /// A number of a table of fields: of scenes/profiles.toml, in text.
     pub(super) const FIELD: f64 = 17.0;
 }
@@ -88,7 +90,11 @@ impl Disk {
             spheres + bodies
         };
         let frame = of(row::FRAME * spheres + row::BODY * bodies, files.frames)
-            + of(row::DATA * rows_of_data, files.data);
+            + of(row::DATA * rows_of_data, files.data)
+            + of(
+                row::BOND * touching,
+                files.bonds && !physics.bonds.is_empty(),
+            );
         let contacts = (row::CONTACT + row::FSTAT) * touching;
         let with_contacts = of(row::VTK_CONTACT * touching, files.fstat);
         let vtk = row::VTK * spheres + with_contacts;

@@ -1,5 +1,6 @@
 //! The plan: the meaning of a scene. Everything is resolved, checked and decided here, so that the kernels can trust it.
 
+mod bonds;
 mod checkpoint_identity;
 mod checks;
 mod closing;

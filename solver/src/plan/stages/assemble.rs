@@ -62,6 +62,7 @@ pub(super) fn assemble(
         fluxes,
         fields,
         sheets,
+        bonds,
         sizes,
         ..
     } = parts;
@@ -162,6 +163,7 @@ pub(super) fn assemble(
         wear,
         surfaces: sheets.surfaces,
         membranes: sheets.membranes,
+        bonds,
         particles: start.particles,
         clumps,
         bodies: start.bodies,
@@ -172,6 +174,7 @@ pub(super) fn assemble(
         deletions,
         orientations: scene.output.switches.data
             || scene.output.switches.vtk
+            || !scene.bonds.is_empty()
             || !track.is_empty()
             || !track_insertions.is_empty(),
         energy_budget: scene.output.energy_budget,

@@ -3,6 +3,7 @@
 use mercury_common::scene::{Dimensions, Scene};
 
 use super::Findings;
+use crate::plan::bonds::{bonded_start, bonds};
 use crate::plan::fields::{FieldPlan, fields};
 use crate::plan::fluxes::fluxes;
 use crate::plan::insertions::{deletions, insertions};
@@ -13,6 +14,7 @@ use crate::plan::sprays::sprays;
 use crate::plan::usage::{MaterialUse, material_uses};
 use crate::plan::walls::walls;
 use mercury_engine::bodies::Clump;
+use mercury_engine::bonds::{BondPlan, BondedStart};
 use mercury_engine::boundaries::{CountedRegion, DeletionPlan, FluxPlan, InsertionPlan};
 use mercury_engine::physics::Sizes;
 use mercury_engine::spray::SprayPlan;
@@ -32,6 +34,9 @@ pub(super) struct Parts {
     pub(super) fluxes: Vec<FluxPlan>,
     pub(super) fields: Vec<FieldPlan>,
     pub(super) sheets: Sheets,
+    pub(super) bonds: Vec<BondPlan>,
+    /// What they glue at the start, where there are any.
+    pub(super) bonded: Option<BondedStart>,
     /// How each material is used.
     pub(super) uses: Vec<MaterialUse>,
     /// Sizes of all particles, of the start and of insertions.
@@ -68,6 +73,9 @@ impl Parts {
         for (material, used) in uses.iter_mut().enumerate() {
             used.lightest_vertex = sheets.lightest_vertex(material);
         }
+        let bonds = bonds(scene, &walls, warnings, errors);
+        let around = (clumps.as_slice(), walls.as_slice());
+        let bonded = bonded_start(scene, &bonds, &start, around, &uses, errors);
         let sizes = Sizes::of(
             &densities(scene),
             (&start.particles, &start.bodies),
@@ -87,6 +95,8 @@ impl Parts {
             fluxes,
             fields,
             sheets,
+            bonds,
+            bonded,
             uses,
             sizes,
         }

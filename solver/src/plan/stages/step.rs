@@ -102,6 +102,7 @@ pub(super) fn plan_step(
     let beside = critical_step(&BesideContacts {
         surfaces: &parts.sheets.surfaces,
         membranes: &parts.sheets.membranes,
+        bonds: parts.bonded.as_ref(),
     });
     let (speed, speed_reason) = reference_speed(scene, parts);
     let Limits {
