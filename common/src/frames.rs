@@ -9,13 +9,14 @@
 //!
 //! The modules: [`FrameSchema`], [`Frame`] and [`Column`] describe the stored data; [`FrameWriter`] and [`FrameReader`] move it;
 //! a [`Table`] is a type whose rows a file of frames holds, and declares its columns once. [`ParticleFrame`], [`ContactFrame`],
-//! [`BodyFrame`], [`WallFrame`], [`TriangleLoadFrame`], [`WearFrame`], [`WearTriangleFrame`],
+//! [`BodyFrame`], [`BondFrame`], [`WallFrame`], [`TriangleLoadFrame`], [`WearFrame`], [`WearTriangleFrame`],
 //! [`MembraneFrame`] and [`MembraneTriangleFrame`] are the tables that the Mercury tools exchange.
 
 // A `FormatError` gives the place of the error, a description and advice. It is made once per file, never in a loop.
 #![allow(clippy::result_large_err)]
 
 mod bodies;
+mod bonds;
 mod choice;
 mod clump_surfaces;
 mod columns;
@@ -37,6 +38,7 @@ mod wear;
 mod writer;
 
 pub use bodies::{BodyFrame, BodyReader, BodyWriter};
+pub use bonds::{BondFrame, BondNames, BondReader, BondWriter};
 pub use choice::FrameChoice;
 pub use clump_surfaces::ClumpKind;
 pub use columns::{ColumnVisitor, Values};

@@ -201,6 +201,22 @@ pub static LIQUID: TableSpec = TableSpec {
     },
 };
 
+/// Bonds that broke.
+pub static BREAKS: TableSpec = TableSpec {
+    file: "breaks.csv",
+    row_of: "broken bond",
+    from: "[[bonds]] in the scene, without bonds = false in [output],",
+    columns: columns! {
+        Value "time" ["s"]: "end of the step in which it broke";
+        Label "i" "j" [""]: "ids of the particles; `j` is empty at a wall";
+        Label "bond" [""]: "name of the entry of `[[bonds]]`";
+        Label "mode" [""]: "`tension`, `shear`, or `deletion` (one of its ends left the simulation)";
+        Value "x" "y" "z" ["m"]: "middle of the bond";
+        Value "energy" ["J"]: "elastic energy that the bond set free";
+        Label "wall" [""]: "name of the wall; empty between particles";
+    },
+};
+
 /// Wear of walls.
 pub static WEAR: TableSpec = TableSpec {
     file: "wear.csv",
@@ -311,8 +327,8 @@ pub static ENERGIES: TableSpec = TableSpec {
 };
 
 /// All tables with commas between their columns.
-pub static ALL: [&TableSpec; 10] = [
-    &WALLS, &REGIONS, &FLUX, &LEFT, &TRACK, &BUDGET, &LIQUID, &WEAR, &MEMBRANES, &HOLDS,
+pub static ALL: [&TableSpec; 11] = [
+    &WALLS, &REGIONS, &FLUX, &LEFT, &TRACK, &BUDGET, &LIQUID, &BREAKS, &WEAR, &MEMBRANES, &HOLDS,
 ];
 
 #[cfg(test)]

@@ -107,7 +107,8 @@ impl FramesHeader {
     }
 }
 
-fn list(metadata: &BTreeMap<String, String>, key: &str) -> Vec<String> {
+/// Entries `key.0`, `key.1`, ... up to the first that is missing.
+pub(super) fn list(metadata: &BTreeMap<String, String>, key: &str) -> Vec<String> {
     let entry = |k: usize| metadata.get(&format!("{key}.{k}")).cloned();
     (0..).map_while(entry).collect()
 }

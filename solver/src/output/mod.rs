@@ -5,6 +5,7 @@
 //! file has its own module; `folder` guards what is already there.
 
 mod body_frames;
+mod bond_files;
 mod budget;
 mod budget_file;
 mod contact_frames;
@@ -65,6 +66,8 @@ const STREAMS: &[StreamEntry] = &[
     entry::<body_frames::BodyFrames>(),
     entry::<triangle_loads::TriangleLoads>(),
     entry::<droplet_frames::DropletFrames>(),
+    entry::<bond_files::BondFrames>(),
+    entry::<TableFile<bond_files::BreakFile>>(),
     entry::<vtk_files::VtkFiles>(),
     entry::<contact_frames::ContactFrames>(),
     entry::<TableFile<track_file::TrackFile>>(),
