@@ -9,6 +9,7 @@
 
 pub mod audit;
 pub mod bodies;
+pub mod bonds;
 pub mod boundaries;
 pub mod cell;
 pub mod contact;

@@ -1,12 +1,13 @@
 //! The solver: from a scene to the files of a run, over the [engine](mercury_engine).
 //!
 //! The modules, each of which may use those below it: [`run`], [`results`], [`output`], [`plan`]. Beside them [`study`]: many runs of one
-//! scene; [`starters`]: scenes to start from. Plans and output of some features have a folder for each: `boundaries`, `liquid`, `membranes`,
+//! scene; [`starters`]: scenes to start from. Plans and output of some features have a folder for each: `bonds`, `boundaries`, `liquid`, `membranes`,
 //! `sprays`, `wear`.
 
 #![warn(clippy::disallowed_methods)]
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
+mod bonds;
 mod boundaries;
 mod liquid;
 mod membranes;

@@ -113,7 +113,7 @@ fn read(item: &Item<'_>, words: &LawWords) -> Option<ContactOverride> {
     })
 }
 
-struct Pair([Located<MaterialIndex>; 2]);
+pub(super) struct Pair(pub(super) [Located<MaterialIndex>; 2]);
 
 impl FromItem for Pair {
     fn from_item(item: &Item<'_>, _: &'static Kind) -> Option<Self> {

@@ -10,6 +10,7 @@
 //! section of the format holds the types of the section and their reader; `docs/formats/scene.md` is
 //! the users' page.
 
+mod bonds;
 mod boundaries;
 mod clump_file;
 mod contacts;
@@ -55,6 +56,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+pub use bonds::{BondLaw, BondPoisson, BondTime, Bonds};
 pub use boundaries::{Flux, FluxPart, NamedRegion};
 pub use clump_file::{parse_clump, read_clump};
 pub use contacts::ContactOverride;
@@ -96,6 +98,7 @@ pub use statement::{NamedFile, Statement, differences};
 pub use tree::help_with_backslashes;
 pub use walls::{Oka, Wall, Wear, WearBasis, WearLaw};
 
+use bonds::BONDS;
 use boundaries::{FLUX, NAMED_REGION};
 use contacts::CONTACTS;
 use cursor::{Context, Fields};
@@ -187,6 +190,8 @@ pub struct Scene {
     pub fluxes: Vec<Flux>,
     /// `[[membranes]]`
     pub membranes: Vec<Membrane>,
+    /// `[[bonds]]`
+    pub bonds: Vec<Bonds>,
     /// `[[sprays]]`
     pub sprays: Vec<Spray>,
     /// `[[fields]]`
@@ -499,6 +504,7 @@ pub static SCENE: TableKeys = TableKeys::new(&[&[
     tables("deletions", &Kind::Table(&NAMED_REGION), "[]", "where particles are taken out"),
     tables("fluxes", &Kind::Table(&FLUX), "[]", "planes whose crossings are counted"),
     tables("membranes", &Kind::Table(&MEMBRANE), "[]", "elastic sheets"),
+    tables("bonds", &Kind::Table(&BONDS), "[]", "grains that are glued, to each other and to walls"),
     tables("sprays", &Kind::Table(&SPRAY), "[]", "nozzles whose droplets wet particles"),
     tables("fields", &Kind::Table(&FIELD), "[{ name = \"profile\" }]", "fields of the continuum while the run goes on"),
     key("results", Kind::Texts, "{ torque = \"mean(walls.drum.ty, steady..)\" }", "[numbers of the run by name](../how-to/results-and-errors.md), in its report and summary").absent(Absent::EmptyTable),
@@ -546,6 +552,7 @@ fn read_document(
     let deletions = read_list(context, &root, "deletions", boundaries::read_region);
     let fluxes = read_list(context, &root, "fluxes", boundaries::read_flux);
     let membranes = read_list(context, &root, "membranes", membranes::read);
+    let bonds = read_list(context, &root, "bonds", bonds::read);
     let sprays = read_list(context, &root, "sprays", sprays::read);
     let fields = read_list(context, &root, "fields", fields::read);
     let results = root.get("results").and_then(|item| item.table());
@@ -584,6 +591,7 @@ fn read_document(
         deletions,
         fluxes,
         membranes,
+        bonds,
         sprays,
         fields,
         results,

@@ -28,6 +28,8 @@ pub struct Switches {
     pub liquid: bool,
     /// `.droplets.arrow`, in scenes with sprays.
     pub droplets: bool,
+    /// `.bonds.arrow` and `.breaks.csv`, in scenes with bonds.
+    pub bonds: bool,
     /// `.left.csv`.
     pub left: bool,
     /// Pictures at the end.
@@ -102,6 +104,7 @@ pub(super) static OUTPUT: TableKeys = TableKeys::new(&[&[
     key("triangle_loads", Kind::Flag, "true", "pressure, shear and power of sliding on each triangle of mesh walls: [`.triangle_loads.arrow`](walls.md#triangle_loadsarrow), arrays in `vtk/`").or_flag(false),
     key("liquid", Kind::Flag, "false", "[`.liquid.csv`](liquid.md), where there is liquid").or_flag(true),
     key("droplets", Kind::Flag, "false", "[`.droplets.arrow`](frames.md#droplets), where there are sprays").or_flag(true),
+    key("bonds", Kind::Flag, "false", "[`.bonds.arrow`](bonds.md) and [`.breaks.csv`](bonds.md#broken-bonds), where there are bonds").or_flag(true),
     key("left", Kind::Flag, "true", "[`.left.csv`](tables.md#grains-that-pass): a row for each grain that leaves, or crosses a plane of `[[fluxes]]`").or_flag(false),
     key("pictures", Kind::Flag, "false", "pictures of the end").or_flag(true),
     key("track", Kind::List("", &Kind::Text), "[\"first\"]", "names of single particles or clumps, and of insertions, whose grains are followed from when they come: rows of [`.track.csv`](#trackcsv)").absent(Absent::EmptyList),
@@ -135,6 +138,7 @@ pub(super) fn read(fields: &Fields<'_>, names: &[(String, Trackable)]) -> Output
             triangle_loads: fields.read("triangle_loads"),
             liquid: fields.read("liquid"),
             droplets: fields.read("droplets"),
+            bonds: fields.read("bonds"),
             left: fields.read("left"),
             pictures: fields.read("pictures"),
         },

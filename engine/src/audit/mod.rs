@@ -8,7 +8,7 @@ mod losses;
 mod part;
 
 pub use losses::Losses;
-pub(crate) use part::Auditor;
+pub(crate) use part::{Auditor, Moving};
 
 use crate::forces::{Exchange, FIRST_VERTEX, Observation, Partner, SpringEnergy};
 

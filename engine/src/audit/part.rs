@@ -14,11 +14,11 @@ use crate::walls::{RigidVelocity, ServoState, WallNow};
 
 /// How a body or a wall moves at the time of the forces.
 #[derive(Debug, Clone, Copy)]
-struct Moving {
+pub(crate) struct Moving {
     /// Of the particle's centre, or of a wall at the contact point, m/s.
-    velocity: DVec3,
+    pub(crate) velocity: DVec3,
     /// rad/s
-    spin: DVec3,
+    pub(crate) spin: DVec3,
 }
 
 /// The part that audits the energy.
@@ -99,6 +99,7 @@ impl Engine {
     pub fn audit(&self) -> Audit {
         let auditor = self.part::<Auditor>();
         let sums = auditor.map_or_else(Sums::default, |auditor| auditor.sums);
+        let wall_work = self.parts().map(Part::wall_work).sum::<f64>();
         let mut losses = Losses::of_laws([
             sums.dissipated_normal,
             sums.dissipated_tangential,
@@ -118,7 +119,7 @@ impl Engine {
         }
         Audit {
             losses,
-            wall_work: sums.wall_work,
+            wall_work: sums.wall_work + wall_work,
             servo_work: sums.servo_work,
             left: sums.left,
             vanished: sums.vanished,
@@ -217,7 +218,7 @@ impl Auditor {
 
 impl Core {
     /// The velocities of a wall half a step before and after the present forces; before the first step those of the start.
-    fn wall_fields(&self, wall: usize, dt: f64) -> [RigidVelocity; 2] {
+    pub(crate) fn wall_fields(&self, wall: usize, dt: f64) -> [RigidVelocity; 2] {
         let Some(planned) = self.physics().walls.get(wall) else {
             return [RigidVelocity::REST; 2];
         };
@@ -240,7 +241,7 @@ impl Core {
     }
 
     /// How a particle moves at the time of the present forces, `half` (s) after the velocities that are kept.
-    fn moving(&self, row: Row, half: f64) -> Moving {
+    pub(crate) fn moving(&self, row: Row, half: f64) -> Moving {
         if row.index() >= FIRST_VERTEX as usize {
             return self.moving_vertex(row.index() - FIRST_VERTEX as usize, half);
         }

@@ -5,6 +5,7 @@ mod block;
 mod carry_histories;
 mod contact_batch;
 mod contact_point;
+mod glued;
 mod joined;
 mod memory;
 mod pairs;

@@ -15,6 +15,7 @@ mod feature_loads;
 mod near_walls;
 mod needs;
 mod observation;
+mod offsets;
 mod reports;
 mod rubs;
 mod saved;
@@ -29,6 +30,7 @@ pub use feature_loads::{FeatureKey, FeatureLoad, FeatureLoads, LoadSums};
 pub use near_walls::{NearWall, find_near_walls, near_walls_of_vertices};
 pub use needs::{Needs, NewList};
 pub use observation::{ContactRecord, Exchange, Observation, Partner, SpringEnergy, Watch};
+pub use offsets::OverlapOffsets;
 pub use reports::Reports;
 pub use rubs::{Impact, Rub};
 pub use saved::{SavedSlot, SavedSlots};
@@ -57,6 +59,8 @@ pub struct StepContext<'a> {
     pub surfaces: &'a [Surface],
     /// Whether each row may come near a sheet before the next list, where there are sheets: these separate pairs.
     pub beside_sheets: Option<&'a [bool]>,
+    /// Overlaps that contacts of glued pairs do not count, where there are any.
+    pub offsets: Option<&'a OverlapOffsets>,
     /// Films of walls, where bridges form as films meet.
     pub wall_films: Option<&'a WallFilms>,
     /// Whether R* includes the curvature of walls.

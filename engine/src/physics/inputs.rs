@@ -81,7 +81,7 @@ pub struct Inputs {
     pub guard: Guard,
     /// Walls.
     pub walls: Vec<Wall>,
-    /// Plans of features, each of which has its folder: liquid, sprays, wear, sheets.
+    /// Plans of features, each of which has its folder: liquid, sprays, wear, sheets, bonds.
     pub plans: Plans,
     /// Particles of the start, in the order of their ids.
     pub particles: Vec<NewParticle>,

@@ -12,6 +12,7 @@ mod new_particle;
 mod particles;
 mod record;
 mod sections;
+mod unpaired;
 
 pub use crate::plain;
 pub use bodies::{Bodies, Body, BodyPebble, PrescribedBody};
@@ -23,3 +24,4 @@ pub use particles::{Particles, Prescribed};
 pub use rayon::ThreadPool;
 pub use record::{FIXED, Load, PEBBLE, PRESCRIBED, Particle, inverse_inertia_factor, volume};
 pub use sections::Sections;
+pub use unpaired::Unpaired;

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::{
     Bodies, Body, BodyIndex, BodyPebble, Columns, FIXED, Id, Load, PEBBLE, PRESCRIBED, Particle,
-    PebbleIndex, PrescribedBody, Row,
+    PebbleIndex, PrescribedBody, Row, Unpaired,
 };
 
 /// Components of motion that a scene prescribes for one particle; `None` is free.
@@ -96,6 +96,8 @@ macro_rules! row_columns {
             pub prescribed: Vec<Prescribed>,
             /// Rigid bodies, whose pebbles are rows; only in scenes with clumps.
             pub bodies: Option<Bodies>,
+            /// Pairs without contact, beside the pebbles of one body: named anew by what excludes them when a state is taken back.
+            pub unpaired: Unpaired,
             /// The id of the next particle.
             pub next_id: u32,
         }
@@ -131,7 +133,7 @@ macro_rules! row_columns {
             prescribed,
             bodies,
             next_id;
-            $($derived),*
+            unpaired, $($derived),*
         });
     };
 }
@@ -279,7 +281,7 @@ impl Particles {
 
     /// Lets what names rows follow them to their new places.
     fn follow(&mut self, order: &[u32]) {
-        if !self.prescribed.is_empty() || self.bodies.is_some() {
+        if !self.prescribed.is_empty() || self.bodies.is_some() || !self.unpaired.is_empty() {
             let mut new_row = vec![None; self.len()];
             for (new, &old) in order.iter().enumerate() {
                 new_row[old as usize] = Some(Row::new(new));
@@ -287,6 +289,7 @@ impl Particles {
             if let Some(bodies) = &mut self.bodies {
                 bodies.follow(&new_row, order.len());
             }
+            self.unpaired.follow(&new_row);
             self.prescribed = (self.prescribed.iter())
                 .filter_map(|prescribed| {
                     let row = new_row[prescribed.row.index()]?;

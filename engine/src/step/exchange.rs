@@ -88,9 +88,8 @@ impl Core {
         self.contacts.memories_of::<Bridge>(&|_| true)
     }
 
-    /// Particles were placed anew from outside: the next step makes new lists.
-    #[cfg(test)]
-    pub(crate) fn lists_are_stale(&mut self) {
+    /// The next step makes new lists: particles were placed anew, or other pairs have contacts.
+    pub fn lists_are_stale(&mut self) {
         self.lists.rows_changed = true;
     }
 

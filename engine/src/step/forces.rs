@@ -158,6 +158,7 @@ fn unobserved<'a>(
         walls,
         surfaces,
         beside_sheets: None,
+        offsets: None,
         wall_films: None,
         wall_curvature: physics.wall_curvature,
         contact_point_mass: physics.contact_point_mass,

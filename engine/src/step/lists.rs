@@ -116,7 +116,7 @@ impl Engine {
         for wall in &mut core.domain.walls {
             wall.note_images(&core.domain.cell);
         }
-        let near_walls = find_near_walls(
+        let mut near_walls = find_near_walls(
             &core.particles,
             &extra,
             &grid,
@@ -125,6 +125,10 @@ impl Engine {
             &margin,
             parallel,
         );
+        let unpaired = &core.particles.unpaired;
+        if !unpaired.is_empty() {
+            near_walls.retain(|near| !unpaired.holds_wall(near.row, u32::from(near.wall.number())));
+        }
         core.note_rooms(&extra, &margin);
         let new_row: Vec<Option<Row>> = each(removed.len(), parallel, |old| {
             removed[old].map(|row| sorted[row.index()])

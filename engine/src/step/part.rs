@@ -164,6 +164,11 @@ pub trait Part: Any + Send {
         None
     }
 
+    /// Work that walls have done through it on the particles since the start, J: where it holds particles to walls.
+    fn wall_work(&self) -> f64 {
+        0.0
+    }
+
     /// Whether the run has come to where this part ends it.
     fn ends_run(&self) -> bool {
         false

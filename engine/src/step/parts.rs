@@ -4,6 +4,7 @@ use std::any::Any;
 
 use super::{Core, CriticalStep, Engine, Part, SizeEstimate};
 use crate::audit::Auditor;
+use crate::bonds::Bonds;
 use crate::guard::GuardPart;
 use crate::liquid::Liquids;
 use crate::membrane::Membranes;
@@ -39,6 +40,7 @@ const PARTS: &[PartKind] = &[
     kind::<Tracks>(),
     kind::<LoadSeries>(),
     kind::<Wear>(),
+    kind::<Bonds>(),
     // What is beyond a limit stops the run when all others have made their step.
     kind::<GuardPart>(),
 ];

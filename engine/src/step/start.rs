@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use glam::DQuat;
+
 use super::core::{Clock, Constants, Core, Domain, Threads};
 use super::{Engine, Lists, Part, RunError};
 use super::{parts, surfaces};
@@ -235,6 +237,11 @@ impl Engine {
         let of_parts = parts.iter().map(|part| part.needs());
         let of_parts = of_parts.fold(Needs::default(), Needs::and);
         core.constants.needs = core.constants.needs.and(of_parts);
+        // Torques beside those of contacts turn particles too.
+        core.constants.turns |= of_parts.orientations;
+        if of_parts.orientations && core.particles.orientations.is_none() {
+            core.particles.orientations = Some(vec![DQuat::IDENTITY; core.particles.len()]);
+        }
         core.constants.ranges = core.contacts.ranges();
         if of_parts.range > 0.0 {
             // What acts beside the contacts does not say between which materials.

@@ -8,6 +8,7 @@ use super::track_file::{TrackPoint, track_points};
 use super::{BudgetRow, Due};
 use crate::membranes::output::MembraneState;
 use crate::wear::output::WearState;
+use mercury_engine::bonds::{Bond, Bonds, Break};
 use mercury_engine::boundaries::{Crossed, Passage};
 use mercury_engine::cell::Cell;
 use mercury_engine::forces::{LoadSums, Observation};
@@ -66,6 +67,10 @@ pub struct FrameCopy {
     pub liquid: Option<LiquidRow>,
     /// Droplets in flight, by ascending id.
     pub droplets: Vec<Droplet>,
+    /// Bonds that hold; empty if no frame is due.
+    pub bonds: Vec<Bond>,
+    /// Bonds that broke since the last frame; empty if no frame is due.
+    pub breaks: Vec<Break>,
     /// Worn walls, in scenes that have any.
     pub wear: Option<WearState>,
     /// Sheets, in scenes that have any.
@@ -97,6 +102,13 @@ impl FrameCopy {
         } else {
             (Vec::new(), Vec::new())
         };
+        let (mut bonds, mut breaks) = (Vec::new(), Vec::new());
+        if due.frame
+            && let Some((part, _)) = engine.part_and_core::<Bonds>()
+        {
+            bonds = part.all().to_vec();
+            breaks = part.take_breaks();
+        }
         let observation = engine.take_observation();
         let flows = energy_flows(engine, at_start);
         let particles = &engine.particles;
@@ -134,6 +146,8 @@ impl FrameCopy {
             liquid: engine.liquid(),
             droplets: (engine.sprays())
                 .map_or_else(Vec::new, |sprays| sprays.state.droplets.clone()),
+            bonds,
+            breaks,
             wear: engine.wear().map(|wear| WearState::new(wear, (time, step))),
             membranes: MembraneState::of(engine),
         }

@@ -45,6 +45,7 @@ pub use writer::{Positions, ToWrite, Writer, Written};
 use stream::{StreamEntry, entry};
 use table_file::TableFile;
 
+use crate::bonds::output::{BondFrames, BreakFile};
 pub use crate::boundaries::output::region_counts::materials as counted_materials;
 use crate::boundaries::output::{flux_counts, passage_file, region_counts};
 use crate::liquid::output::LiquidFile;
@@ -64,6 +65,8 @@ const STREAMS: &[StreamEntry] = &[
     entry::<body_frames::BodyFrames>(),
     entry::<triangle_loads::TriangleLoads>(),
     entry::<DropletFrames>(),
+    entry::<BondFrames>(),
+    entry::<TableFile<BreakFile>>(),
     entry::<vtk_files::VtkFiles>(),
     entry::<contact_frames::ContactFrames>(),
     entry::<TableFile<track_file::TrackFile>>(),

@@ -52,6 +52,12 @@ pub struct Summary {
     /// Where the liquid is, in scenes that have any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub liquid: Option<LiquidSummary>,
+    /// Bonds by the names of their entries, in scenes that have any.
+    #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "by_name")]
+    pub bonds: Vec<(String, BondSummary)>,
+    /// Grains that hang together by bonds, by their number; those without bonds are fragments of one grain.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub fragments: Vec<FragmentSummary>,
     /// Walls that wear, in scenes that have any.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub wear: Vec<WearSummary>,
@@ -132,8 +138,8 @@ pub struct ResultEstimate {
 }
 
 /// A list as an object whose members are in the order of the list.
-fn by_name<S: Serializer>(
-    results: &[(String, ResultValue)],
+fn by_name<S: Serializer, T: Serialize>(
+    results: &[(String, T)],
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
     serializer.collect_map(results.iter().map(|(name, value)| (name, value)))
@@ -264,6 +270,26 @@ impl From<LiquidRow> for LiquidSummary {
             clamped: row.balance.clamped,
         }
     }
+}
+
+/// Bonds of an entry at the end of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct BondSummary {
+    /// Glued since the start.
+    pub made: u64,
+    /// Broken since the start, also by the removal of an end.
+    pub broken: u64,
+    /// Those that hold.
+    pub left: u64,
+}
+
+/// Fragments of one size at the end of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct FragmentSummary {
+    /// Grains of the fragment.
+    pub grains: u64,
+    /// Fragments of this size.
+    pub count: u64,
 }
 
 /// A worn wall at the end of a run, as in the last rows of `.wear.csv`; volumes in m^3.

@@ -3,6 +3,7 @@
 use mercury_common::readable::bytes;
 
 use super::{Expected, Plan, expected};
+use mercury_engine::bonds::BondPlan;
 use mercury_engine::contact::parameter::short;
 
 /// Frames above which a run draws a warning: a film of 10,000 pictures lasts 7 minutes.
@@ -40,6 +41,8 @@ mod row {
     pub(super) const TRACK: f64 = 360.0;
     /// A grain in `.left.csv`.
     pub(super) const LEFT: f64 = 190.0;
+    /// A bond in `.bonds.arrow`: 16 numbers, three ids, and their validity.
+    pub(super) const BOND: f64 = 150.0;
     /// A number of a table of fields: of scenes/profiles.toml, in text.
     pub(super) const FIELD: f64 = 17.0;
 }
@@ -88,7 +91,11 @@ impl Disk {
             spheres + bodies
         };
         let frame = of(row::FRAME * spheres + row::BODY * bodies, files.frames)
-            + of(row::DATA * rows_of_data, files.data);
+            + of(row::DATA * rows_of_data, files.data)
+            + of(
+                row::BOND * touching,
+                files.bonds && physics.plans.get::<BondPlan>().is_some(),
+            );
         let contacts = (row::CONTACT + row::FSTAT) * touching;
         let with_contacts = of(row::VTK_CONTACT * touching, files.fstat);
         let vtk = row::VTK * spheres + with_contacts;

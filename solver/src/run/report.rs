@@ -9,9 +9,11 @@ use super::shortfall::{all_left, shortfalls};
 use super::{Ending, RunOptions, StopReason, exit_report, insertions, servos};
 use crate::output::Written;
 use crate::output::summary::{
-    LiquidSummary, MembraneSummary, ResultValue, Status, Summary, WearSummary,
+    BondSummary, FragmentSummary, LiquidSummary, MembraneSummary, ResultValue, Status, Summary,
+    WearSummary,
 };
 use crate::plan::Plan;
+use mercury_engine::bonds::{BondPlan, Bonds};
 use mercury_engine::membrane::MembranePlan;
 use mercury_engine::step::Engine;
 
@@ -118,6 +120,13 @@ impl fmt::Display for Report {
         }
         if let Some(error) = e.closure_error {
             writeln!(f, "  closure    {error:.1e} of the largest energy")?;
+        }
+        for (name, bonds) in &s.bonds {
+            writeln!(
+                f,
+                "  bonds      {name}: {} made, {} broken, {} left",
+                bonds.made, bonds.broken, bonds.left
+            )?;
         }
         if let Some(liquid) = &s.liquid {
             writeln!(
@@ -304,6 +313,8 @@ pub(super) fn report(
             deleted: created - particles as u64,
             inserted_behind_walls: insertions::number_behind(plan, engine.boundaries()),
             liquid: engine.liquid().map(LiquidSummary::from),
+            bonds: bonds(engine),
+            fragments: fragments(engine),
             wear: wear(engine),
             membranes: membranes(engine),
             settled: plan.settled().time,
@@ -331,6 +342,28 @@ pub(super) fn report(
         laws: engine.law_names().to_owned(),
         total_seconds: 0.0,
     }
+}
+
+/// Bonds in numbers, by the names of their entries.
+fn bonds(engine: &Engine) -> Vec<(String, BondSummary)> {
+    let counts = engine.part::<Bonds>().map_or(&[][..], Bonds::counts);
+    let entries = engine.physics().plans.all::<BondPlan>().iter().zip(counts);
+    let summary = entries.map(|(entry, counts)| {
+        let summary = BondSummary {
+            made: counts.made,
+            broken: counts.broken,
+            left: counts.left(),
+        };
+        (entry.name.clone(), summary)
+    });
+    summary.collect()
+}
+
+/// Grains that hang together, by their number.
+fn fragments(engine: &Engine) -> Vec<FragmentSummary> {
+    let sizes = (engine.part::<Bonds>()).map(|bonds| bonds.fragments(&engine.particles));
+    let summary = |(grains, count)| FragmentSummary { grains, count };
+    sizes.into_iter().flatten().map(summary).collect()
 }
 
 /// Worn walls in numbers.

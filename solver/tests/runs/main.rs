@@ -2,6 +2,8 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+
+mod bonds;
 mod fields;
 mod guard;
 mod liquid;

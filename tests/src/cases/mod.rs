@@ -4,6 +4,7 @@
 //! come and why that is fair (the tolerances are derived beside the rows). *law* in a name: one law was evaluated on its own;
 //! *engine*: the whole engine ran the scene. Each row is a test of its own (`cargo test -p tests --test validation`); the validation page prints them.
 
+mod bonds;
 mod collision;
 mod decay;
 mod dry;
@@ -150,5 +151,6 @@ pub fn all() -> Vec<Case> {
     cases.extend(wet::cases());
     cases.extend(wet_pairs::cases());
     cases.extend(dry::cases());
+    cases.extend(bonds::cases());
     cases
 }

@@ -193,6 +193,14 @@ pub(super) const SUBJECTS: &[Subject] = &[
         ],
     },
     Subject {
+        title: "Bonds",
+        about: "",
+        sections: &[Section {
+            about: "One element by the numbers of the theory, and the scenes [bonded-cantilever](../scenes/bonded-cantilever.toml) and [agglomerate](../scenes/agglomerate.toml) ([theory](theory/bonds.md)).",
+            ..section("T31 ", "Glued grains")
+        }],
+    },
+    Subject {
         title: "Rigid clumps",
         about: "",
         sections: &[

@@ -83,6 +83,13 @@ where
                 let events = &mut block.events;
                 count = pass.leave_out_separated(beside, slots, rows, found, events);
             }
+            if let Some(offsets) = pass.context.offsets
+                && count > 0
+            {
+                let (rows, found) = ((first_row, rows), (&mut found, count));
+                let events = &mut block.events;
+                count = pass.take_off_overlaps(offsets, slots, rows, found, events);
+            }
             let by_touch = A::ACTIVE && L::LANES > 1;
             let turn = found.put_in_turn(count, pass.materials, L::LANES, by_touch);
             let end = turn.end;
@@ -416,7 +423,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
 
     /// Whether two that do not touch act on each other by adhesion. `squared`: distance of the centres, m^2.
     #[inline(always)]
-    fn acts_apart<H>(
+    pub(super) fn acts_apart<H>(
         &self,
         a: &Particle,
         b: &Particle,

@@ -30,7 +30,17 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
     ) {
         let (context, side, sheet) = (self.context, at.side, at.sheet);
         let reach = a.radius + side.wall.half_thickness();
-        let overlap = reach - at.touch.distance;
+        let mut overlap = reach - at.touch.distance;
+        if let Some(offsets) = context.offsets {
+            let (row, wall) = (side.near.row, side.near.wall.number());
+            let offset = offsets.at_wall(row, u32::from(wall));
+            overlap -= offset;
+            // A glued pair that overlaps no more than when it was glued.
+            if !A::ACTIVE && offset > 0.0 && overlap <= 0.0 {
+                slot.clear();
+                return;
+            }
+        }
         let pair = a.material.index() * self.materials + side.wall.material.index();
         let law = &self.laws[pair];
         let overlaps = !A::ACTIVE || overlap > 0.0;

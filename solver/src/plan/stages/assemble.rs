@@ -159,6 +159,7 @@ pub(super) fn assemble(
         deletions,
         orientations: scene.output.switches.data
             || scene.output.switches.vtk
+            || !scene.bonds.is_empty()
             || !track.is_empty()
             || !track_insertions.is_empty(),
         energy_budget: scene.output.energy_budget,

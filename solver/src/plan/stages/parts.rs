@@ -3,6 +3,7 @@
 use mercury_common::scene::{Dimensions, Scene};
 
 use super::Findings;
+use crate::bonds::plan::{bonded_start, bonds};
 use crate::boundaries::plan::fluxes::fluxes;
 use crate::boundaries::plan::insertions::{deletions, insertions};
 use crate::boundaries::plan::regions::{DomainBox, regions};
@@ -72,6 +73,11 @@ impl Parts {
         for (material, used) in uses.iter_mut().enumerate() {
             used.lightest_vertex = lightest_vertex(&plans, material);
         }
+        let bonds = bonds(scene, &walls, warnings, errors);
+        let around = (clumps.as_slice(), walls.as_slice());
+        let bonded = bonded_start(scene, &bonds, &start, around, &uses, errors);
+        plans.all_mut().extend(bonds);
+        plans.all_mut().extend(bonded);
         let sizes = Sizes::of(
             &densities(scene),
             (&start.particles, &start.bodies),
