@@ -1057,6 +1057,36 @@ def check_taken_back():
         must(row["run"] == run and served.json("GET", "/shares") == [row], f"{row}")
         cli("share", "rm", str(row["id"]))
         must(status(shared) == 401, "a session outlives its share")
+        # Many sessions of links hide none of the user's own.
+        share = served.json("POST", f"/runs/{run}/share", {"days": 1})["token"]
+        for _ in range(210):
+            served.request("POST", "/session", {"token": share}, expect=200)
+        must([row["current"] for row in served.json("GET", "/sessions")].count(True) == 1, "the session itself is not listed")
+        # A link to log in ends with the token that it was made with, and so does the session that it begins.
+        token = served.json("POST", "/tokens", {"name": "links"}, 201)
+        bearer = {"Authorization": f"Bearer {token['secret']}"}
+        served.cookie = None
+        link = served.json("POST", "/links", {"rotate": False}, 201, bearer)["secret"]
+        made = session(token=link)
+        served.cookie = admin
+        served.request("DELETE", f"/tokens/{token['id']}", expect=204)
+        must(status(made) == 401, "the session of a link outlives the token of the link")
+        # So does a link to a run of another member of a project.
+        served.cookie = admin
+        cli("user", "bea", text="correct horse\n")
+        project = served.json("POST", "/projects", {"name": "p"}, 201)["id"]
+        served.request("PUT", f"/projects/{project}/members/bea", {"role": "member"}, expect=204)
+        served.request("PATCH", f"/runs/{run}", {"project": project}, expect=200)
+        served.cookie = member = session(name="bea", password="correct horse")
+        token = served.json("POST", "/tokens", {"name": "member"}, 201)
+        served.cookie = None
+        bearer = {"Authorization": f"Bearer {token['secret']}"}
+        shared = session(token=served.json("POST", f"/runs/{run}/share", {"days": 1}, headers=bearer)["token"])
+        must(status(shared) == 200, "the session of a link")
+        served.cookie = member
+        served.request("DELETE", f"/tokens/{token['id']}", expect=204)
+        must(status(shared) == 401, "a link to a run outlives the token that made it")
+        served.cookie = admin
         # A password, and a user.
         cli("user", "ada", "--disk", "5", text="correct horse\n")
         first = session(name="ada", password="correct horse")

@@ -354,9 +354,7 @@ pub(crate) async fn session_list(
         current: user.secret == Some(found.id),
     };
     let found = secrets::list(&app.db, SecretKind::Session, Some(user.id), None)?;
-    // Sessions of links to runs end with those.
-    let own = found.into_iter().filter(|found| found.run.is_none());
-    Ok(Json(own.map(row).collect()))
+    Ok(Json(found.into_iter().map(row).collect()))
 }
 
 /// Ends a session of this user.
@@ -389,12 +387,11 @@ fn take_back(
 ) -> Result<StatusCode, ApiError> {
     owner(user)?;
     let id: i64 = id.parse().map_err(|_| ApiError::not_found())?;
-    let own = secrets::list(&app.db, kind, Some(user.id), None)?;
-    if !own.iter().any(|own| own.id == id) {
-        return Err(ApiError::not_found());
+    if secrets::take_back(&app.db, kind, user.id, id)? {
+        Ok(StatusCode::NO_CONTENT)
+    } else {
+        Err(ApiError::not_found())
     }
-    secrets::remove(&app.db, id)?;
-    Ok(StatusCode::NO_CONTENT)
 }
 
 fn row_of(found: secrets::Listed) -> TokenRow {
@@ -456,13 +453,20 @@ pub(crate) async fn link_add(
         return Err(ApiError::new(StatusCode::FORBIDDEN, "not allowed", detail));
     }
     blocking(move || {
-        let link = if body.rotate {
-            // The secret of the request may be one of those that end.
-            app.rotate()?;
-            secrets::link(&app.db, Right::Server, None)?
+        let (right, root) = if body.rotate {
+            let token = app.rotate(user.right())?.ok_or_else(not_logged_in)?;
+            // The secret of the request may be one of those that have ended: the new one has their place.
+            let root = match user.root {
+                Some((root, _)) if !secrets::is_good(&app.db, root)? => {
+                    Some((token.id, token.expires))
+                }
+                root => root,
+            };
+            (Right::Server, root)
         } else {
-            secrets::link(&app.db, user.right(), None)?
+            (user.right(), user.root)
         };
+        let link = secrets::link(&app.db, right, root)?;
         let link = link.ok_or_else(not_logged_in)?;
         let row = TokenRow {
             id: 0,

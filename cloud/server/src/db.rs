@@ -193,7 +193,9 @@ impl Db {
         connection.execute_batch(
             "CREATE INDEX IF NOT EXISTS runs_study ON runs(study, number);
              CREATE INDEX IF NOT EXISTS runs_project ON runs(project, number, state, label, title);
-             CREATE INDEX IF NOT EXISTS studies_project ON studies(project, number);",
+             CREATE INDEX IF NOT EXISTS studies_project ON studies(project, number);
+             CREATE INDEX IF NOT EXISTS secrets_expires ON secrets(expires);
+             CREATE INDEX IF NOT EXISTS secrets_parent ON secrets(parent);",
         )?;
         let reader = Connection::open(path)?;
         reader.pragma_update(None, "query_only", true)?;

@@ -436,14 +436,25 @@ pub(crate) fn is_good(db: &Db, secret: i64) -> db::Result<bool> {
     Ok(count > 0)
 }
 
-/// Removes a secret with all that were made with it.
-pub(crate) fn remove(db: &Db, secret: i64) -> db::Result<()> {
-    db.lock().execute(
-        "WITH RECURSIVE gone(id) AS (SELECT ?1 UNION SELECT s.id FROM secrets s JOIN gone ON s.parent = gone.id)
-         DELETE FROM secrets WHERE id IN (SELECT id FROM gone)",
-        [secret],
-    )?;
-    Ok(())
+/// Takes a secret of a user back, with all that were made with it. `false`: the user has no such secret.
+pub(crate) fn take_back(db: &Db, kind: SecretKind, user: i64, id: i64) -> db::Result<bool> {
+    let which = "id = ?1 AND user = ?2 AND kind = ?3";
+    let removed = remove_tree(&db.lock(), which, params![id, user, kind.word()])?;
+    Ok(removed > 0)
+}
+
+/// Removes the secrets that a condition names, with all that were made with them.
+fn remove_tree(
+    connection: &Connection,
+    condition: &str,
+    values: &[&dyn rusqlite::ToSql],
+) -> db::Result<usize> {
+    let remove = format!(
+        "WITH RECURSIVE gone(id) AS (SELECT id FROM secrets WHERE {condition}
+           UNION SELECT s.id FROM secrets s JOIN gone ON s.parent = gone.id)
+         DELETE FROM secrets WHERE id IN (SELECT id FROM gone)"
+    );
+    connection.execute(&remove, values)
 }
 
 /// A secret as lists show it, with its kind.
@@ -458,7 +469,7 @@ pub(crate) struct Listed {
     pub(crate) made_with: Option<String>,
 }
 
-/// The secrets of a kind that a user has, or that a run has.
+/// The secrets of a kind that a user has, or that a run has. Sessions of links to runs end with those, and are in no list.
 pub(crate) fn list(
     db: &Db,
     kind: SecretKind,
@@ -468,7 +479,8 @@ pub(crate) fn list(
     let connection = db.lock();
     let mut query = connection.prepare(
         "SELECT s.id, s.name, s.run, s.created, s.expires, s.read_only, p.name FROM secrets s LEFT JOIN secrets p ON p.id = s.parent
-         WHERE s.kind = ?1 AND s.expires > ?2 AND (?3 IS NULL OR s.user = ?3) AND (?4 IS NULL OR s.run = ?4) ORDER BY s.id DESC LIMIT 200",
+         WHERE s.kind = ?1 AND s.expires > ?2 AND (?3 IS NULL OR s.user = ?3) AND (?4 IS NULL OR s.run = ?4)
+           AND (s.kind <> 'session' OR s.run IS NULL) ORDER BY s.id DESC LIMIT 200",
     )?;
     let rows = query.query_map(params![kind.word(), now(), user, run], |row| {
         Ok(Listed {
@@ -547,22 +559,30 @@ pub(crate) fn link(db: &Db, right: Right, root: Option<(i64, f64)>) -> Result<Op
 }
 
 /// The token of the command line of this machine: kept in the data folder, readable by its owner alone. `rotate`: a new one, and all
-/// sessions of the user of this machine end.
-pub(crate) fn machine_token(db: &Db, data: &Path, rotate: bool) -> Result<String> {
+/// sessions of the user of this machine end; with what allows that. `None`: it does not hold any more.
+pub(crate) fn machine_token(db: &Db, data: &Path, rotate: Option<Right>) -> Result<Option<Issued>> {
     let path = data.join("token");
-    if !rotate
+    if rotate.is_none()
         && let Ok(token) = fs::read_to_string(&path)
-        && recognise(db, SecretKind::Token, token.trim())?.is_some()
+        && let Some(user) = recognise(db, SecretKind::Token, token.trim())?
+        && let Some((id, expires)) = user.root
     {
-        return Ok(token.trim().to_owned());
+        return Ok(Some(Issued {
+            id,
+            secret: token.trim().to_owned(),
+            expires,
+        }));
     }
-    let old = list(db, SecretKind::Token, Some(LOCAL_ID), None)?;
-    for old in old.iter().filter(|old| old.name == COMMAND_LINE) {
-        remove(db, old.id)?;
+    let mut connection = db.lock();
+    let transaction = connection.transaction()?;
+    if let Some(right) = rotate {
+        if !holds(&transaction, LOCAL_ID, right)? {
+            return Ok(None);
+        }
+        end_sessions_in(&transaction, LOCAL_ID)?;
     }
-    if rotate {
-        end_sessions(db, LOCAL_ID)?;
-    }
+    let old = params![COMMAND_LINE, LOCAL_ID, SecretKind::Token.word()];
+    remove_tree(&transaction, "name = ?1 AND user = ?2 AND kind = ?3", old)?;
     let token = NewSecret {
         kind: SecretKind::Token,
         user: LOCAL_ID,
@@ -573,15 +593,21 @@ pub(crate) fn machine_token(db: &Db, data: &Path, rotate: bool) -> Result<String
         days: 3650.0,
         read_only: false,
     };
-    let token = issue(db, &token)?.context("the user of this machine is not in the database")?;
-    write_secret(&path, &token.secret)?;
-    Ok(token.secret)
+    let issued = issue_in(&transaction, &token)?
+        .context("the user of this machine is not in the database")?;
+    transaction.commit()?;
+    write_secret(&path, &issued.secret)?;
+    Ok(Some(issued))
 }
 
 /// Logs a user out everywhere.
 pub(crate) fn end_sessions(db: &Db, user: i64) -> db::Result<()> {
+    end_sessions_in(&db.lock(), user)
+}
+
+fn end_sessions_in(connection: &Connection, user: i64) -> db::Result<()> {
     let sessions = "DELETE FROM secrets WHERE user = ?1 AND kind = 'session' AND run IS NULL";
-    db.lock().execute(sessions, [user])?;
+    connection.execute(sessions, [user])?;
     Ok(())
 }
 
@@ -753,7 +779,9 @@ mod tests {
         assert_eq!(second_end, end);
         let second = recognise(&db, SecretKind::Token, &second).unwrap().unwrap();
         let (last, _, _) = make(SecretKind::Session, second.root, 30.0);
-        remove(&db, id).unwrap();
+        assert!(!take_back(&db, SecretKind::Share, 1, id).unwrap());
+        assert!(!take_back(&db, SecretKind::Token, 2, id).unwrap());
+        assert!(take_back(&db, SecretKind::Token, 1, id).unwrap());
         assert_eq!(recognise(&db, SecretKind::Session, &session).unwrap(), None);
         assert!(!is_good(&db, last).unwrap());
     }
@@ -826,8 +854,52 @@ mod tests {
         assert_eq!(eve.id, 4);
         // A secret has no number of one that was taken back.
         let (last, _, _) = made(&db, SecretKind::Token, LOCAL_ID, None, 1.0);
-        remove(&db, last).unwrap();
+        take_back(&db, SecretKind::Token, LOCAL_ID, last).unwrap();
         assert!(made(&db, SecretKind::Token, LOCAL_ID, None, 1.0).0 > last);
+    }
+
+    /// A link of a token ends with it, and so does the session that it begins; a new token of the machine ends the old one.
+    #[test]
+    fn a_link_of_a_token_ends_with_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let db = Db::open(&folder.path().join("db"), Policy::default(), None).unwrap();
+        first_user(&db).unwrap();
+        let (id, token, end) = made(&db, SecretKind::Token, LOCAL_ID, None, 0.5);
+        let user = recognise(&db, SecretKind::Token, &token).unwrap().unwrap();
+        let made_link = link(&db, user.right(), user.root).unwrap().unwrap();
+        assert_eq!(made_link.expires, end);
+        let user = recognise(&db, SecretKind::Link, &made_link.secret)
+            .unwrap()
+            .unwrap();
+        assert_eq!(user.root, Some((id, end)));
+        assert!(take_back(&db, SecretKind::Token, LOCAL_ID, id).unwrap());
+        assert!(!is_good(&db, made_link.id).unwrap());
+        // A token that was taken back rotates nothing, and leaves the link of another one.
+        let kept = link(&db, Right::Server, None).unwrap().unwrap();
+        assert!(link(&db, Right::Secret(id), None).unwrap().is_none());
+        assert!(is_good(&db, kept.id).unwrap());
+        let rotate = |right| machine_token(&db, folder.path(), right).unwrap();
+        let first = rotate(None).unwrap();
+        assert!(rotate(Some(Right::Secret(id))).is_none());
+        assert_eq!(rotate(None).unwrap().id, first.id);
+        let second = rotate(Some(Right::Secret(first.id))).unwrap();
+        assert!(!is_good(&db, first.id).unwrap());
+        assert_eq!(rotate(None).unwrap().id, second.id);
+    }
+
+    /// Many sessions of links to runs hide none of the user's own.
+    #[test]
+    fn a_list_of_sessions_has_those_of_users() {
+        let folder = tempfile::tempdir().unwrap();
+        let db = Db::open(&folder.path().join("db"), Policy::default(), None).unwrap();
+        first_user(&db).unwrap();
+        let (own, _, _) = made(&db, SecretKind::Session, LOCAL_ID, None, 1.0);
+        let add = "INSERT INTO secrets(hash, kind, user, name, run, expires, read_only)
+                   WITH RECURSIVE n(k) AS (SELECT 1 UNION SELECT k + 1 FROM n WHERE k < 300)
+                   SELECT k, 'session', 1, '', 'r', 1e12, 1 FROM n";
+        assert_eq!(db.lock().execute(add, []).unwrap(), 300);
+        let listed = list(&db, SecretKind::Session, Some(LOCAL_ID), None).unwrap();
+        assert_eq!(listed.iter().map(|row| row.id).collect::<Vec<_>>(), [own]);
     }
 
     #[test]

@@ -198,7 +198,7 @@ impl App {
                 address,
             });
         }
-        self.write_link(false)?;
+        self.write_link(None)?;
         let link = secrets::link(&self.db, secrets::Right::Server, None)?
             .context("the user of this machine is not in the database")?;
         Ok(Links {
@@ -207,19 +207,24 @@ impl App {
         })
     }
 
-    fn write_link(&self, rotate: bool) -> Result<()> {
+    fn write_link(&self, rotate: Option<secrets::Right>) -> Result<Option<secrets::Issued>> {
         let data = &self.options.data;
-        let token = secrets::machine_token(&self.db, data, rotate)?;
+        let Some(token) = secrets::machine_token(&self.db, data, rotate)? else {
+            return Ok(None);
+        };
         let address = self
             .address
             .lock()
             .unwrap_or_else(|poisoned| poisoned.into_inner());
-        secrets::write_secret(&data.join("link"), &format!("{address}#token={token}"))
+        let link = format!("{address}#token={}", token.secret);
+        secrets::write_secret(&data.join("link"), &link)?;
+        Ok(Some(token))
     }
 
-    /// Makes the secrets of the machine anew, and ends the sessions of its user.
-    pub(crate) fn rotate(&self) -> Result<()> {
-        self.write_link(true)
+    /// Makes the secrets of the machine anew, and ends the sessions of its user. Returns the new token; `None` where what allowed the
+    /// request does not hold any more.
+    pub(crate) fn rotate(&self, right: secrets::Right) -> Result<Option<secrets::Issued>> {
+        self.write_link(Some(right))
     }
 
     /// Ends all streams of events.

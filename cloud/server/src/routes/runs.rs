@@ -293,7 +293,7 @@ pub(crate) async fn run_share(
             kind: SecretKind::Share,
             user: owner,
             right: user.right(),
-            root: user.root.filter(|_| user.id == owner),
+            root: user.root,
             name: "share",
             run: Some(id.as_str()),
             days,
