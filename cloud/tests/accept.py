@@ -679,6 +679,25 @@ def check_stop_resume():
         served.wait(run)
         served.json("POST", f"/runs/{run}/stop", {}, expect=409)
         served.same_as_alone(run, reference)
+        # Of a deletion and a resumption at once one is accepted: a run that goes on has its files.
+        for _ in range(6):
+            run = served.submit()
+            wait_for(lambda: served.worker(run), 60, "no worker")
+            served.json("POST", f"/runs/{run}/stop", {})
+            wait_for(lambda: served.run(run)["state"] == "stopped", 60, "not stopped")
+            answers = {}
+            work = {"DELETE": f"/runs/{run}", "POST": f"/runs/{run}/resume"}
+            def ask(method):
+                answers[method] = served.request(method, work[method], None if method == "DELETE" else {}).status
+            threads = [threading.Thread(target=ask, args=(method,)) for method in work]
+            [thread.start() for thread in threads]
+            [thread.join() for thread in threads]
+            deleted = answers == {"DELETE": 204, "POST": 404}
+            must(deleted or answers == {"DELETE": 409, "POST": 200}, f"{answers}")
+            must(served.request("GET", f"/runs/{run}").status == (404 if deleted else 200), "neither there nor gone")
+            if not deleted:
+                must(served.head(run)["epoch"] >= 1, "a run without its head")
+                served.json("POST", f"/runs/{run}/kill", {})
 
 
 def check_idempotent():
@@ -1468,7 +1487,7 @@ def check_limits():
         # A new password would end the session.
         limit(20_000_000, password="correct horse")
         answer = served.request("POST", "/session", {"name": "ada", "password": "correct horse"}, expect=200)
-        served.cookie = answer.headers["set-cookie"].split(";")[0]
+        served.cookie = ada = answer.headers["set-cookie"].split(";")[0]
         def at_once(one, count):
             answers = []
             def answer(k):
@@ -1521,6 +1540,25 @@ def check_limits():
         must(statuses.count(200) == 1 and statuses.count(409) == 3, f"extensions: {statuses}")
         served.wait(run)
         must(abs(served.run(run)["time"] - ends[200][0]) < 1e-3, f"ends at {served.run(run)['time']}, accepted {ends[200]}")
+        # Files of a run of another user, the state that a run starts from, and texts of scenes count, too.
+        project = served.json("POST", "/projects", {"name": "p"}, 201)["id"]
+        served.request("PATCH", f"/runs/{run}", {"project": project}, expect=200)
+        served.cookie = served.admin
+        served.request("POST", "/users", {"name": "bea", "disk": 100, "password": "correct horse"}, expect=204)
+        served.cookie = ada
+        served.request("PUT", f"/projects/{project}/members/bea", {"role": "member"}, expect=204)
+        answer = served.request("POST", "/session", {"name": "bea", "password": "correct horse"}, expect=200)
+        served.cookie = answer.headers["set-cookie"].split(";")[0]
+        served.request("POST", f"/runs/{run}/clone", {}, expect=403)
+        from_run = {"scene": {"name": "from.toml", "text": FROM_RUN.replace("RUN", run)}}
+        served.request("POST", "/check", from_run, expect=403)
+        limit = {"name": "bea", "disk": needs + 100}
+        bea, served.cookie = served.cookie, served.admin
+        served.request("POST", "/users", limit, expect=204)
+        served.cookie = bea
+        served.request("POST", "/runs", {"scene": {"text": SCENE, "set": LONG}}, expect=403)
+        must(served.json("GET", "/session")["usage"]["disk"] == 0, "what was refused counts")
+        must(served.json("GET", "/inputs") == [], "what was refused is an input")
 
 
 def check_inputs():
@@ -1548,6 +1586,13 @@ def check_inputs():
         served.request("DELETE", f"/runs/{runs[1]}", expect=204)
         must(rows() == {} and not kept.exists(), f"an input outlives its runs: {rows()}")
         must(served.json("GET", "/session")["usage"]["disk"] == 0, "disk that is not given back")
+        # Of requests at once that send and remove one content none leaves a row without it, or it without a row.
+        for _ in range(20):
+            work = [lambda: upload(served, path), lambda: served.request("DELETE", f"/inputs/{digits}")] * 3
+            threads = [threading.Thread(target=one) for one in work]
+            [thread.start() for thread in threads]
+            [thread.join() for thread in threads]
+            must((digits in rows()) == kept.exists(), f"listed: {rows()}, in the store: {kept.exists()}")
 
 
 def check_csrf():

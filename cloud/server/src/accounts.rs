@@ -16,6 +16,7 @@ use tokio::sync::OwnedSemaphorePermit;
 
 use crate::access::{ApiError, Client, LoggedIn, cookie, cookie_name, not_logged_in};
 use crate::db::Applied;
+use crate::inputs;
 use crate::routes::{Answer, JsonBody, Shared, days};
 use crate::runs::{self, blocking};
 use crate::secrets::{self, NewSecret, Right, SecretKind};
@@ -320,11 +321,8 @@ pub(crate) async fn user_remove(
         for (run, _) in &runs {
             runs::forget(&app, run)?;
         }
-        for sha256 in
-            secrets::remove_user(&app.db, (user.id, user.right()), id)?.map_err(refused)?
-        {
-            app.store.delete(&format!("inputs/{sha256}"))?;
-        }
+        let gone = secrets::remove_user(&app.db, (user.id, user.right()), id)?.map_err(refused)?;
+        inputs::remove(&app, &gone)?;
         Ok(StatusCode::NO_CONTENT)
     })
     .await

@@ -45,6 +45,8 @@ CREATE TABLE IF NOT EXISTS members(project TEXT NOT NULL, user INTEGER NOT NULL,
 CREATE INDEX IF NOT EXISTS members_user ON members(user);
 CREATE TABLE IF NOT EXISTS counters(name TEXT PRIMARY KEY, last INTEGER NOT NULL);
 CREATE TABLE IF NOT EXISTS inputs(sha256 TEXT NOT NULL, owner INTEGER NOT NULL, bytes INTEGER NOT NULL, PRIMARY KEY(sha256, owner));
+CREATE TABLE IF NOT EXISTS run_inputs(run TEXT NOT NULL, sha256 TEXT NOT NULL, owner INTEGER NOT NULL, PRIMARY KEY(run, sha256));
+CREATE INDEX IF NOT EXISTS run_inputs_content ON run_inputs(sha256, owner);
 ";
 
 /// Columns that databases of earlier versions do not have.
@@ -65,6 +67,11 @@ const LATER: &[(&str, &str, &str)] = &[
     ("secrets", "created", "REAL NOT NULL DEFAULT 0"),
     ("runs", "reserved", "INTEGER NOT NULL DEFAULT 0"),
 ];
+
+/// Records the contents that the specs of runs name.
+const NAME_INPUTS: &str =
+    "INSERT OR IGNORE INTO run_inputs SELECT r.id, json_extract(f.value, '$.sha256'), r.owner
+  FROM runs r, json_each(r.spec, '$.files') f";
 
 /// Owner of what belongs to all: the files of templates.
 pub(crate) const ALL: i64 = 0;
@@ -131,6 +138,8 @@ pub(crate) enum Reserved<T> {
     Full(Usage),
     /// Nothing was changed: the user does not exist any more.
     NoUser,
+    /// Nothing was changed: the user does not have a content that the run needs any more.
+    NoInput,
 }
 
 /// A study that is new.
@@ -181,6 +190,8 @@ impl Db {
         let connection = Connection::open(path)?;
         connection.pragma_update(None, "journal_mode", "WAL")?;
         connection.pragma_update(None, "synchronous", "FULL")?;
+        let new = "SELECT NOT EXISTS (SELECT 1 FROM sqlite_master WHERE name = 'run_inputs')";
+        let new: bool = connection.query_row(new, [], |row| row.get(0))?;
         connection.execute_batch(SCHEMA)?;
         for (table, column, kind) in LATER {
             let known = "SELECT count(*) FROM pragma_table_info(?1) WHERE name = ?2";
@@ -197,6 +208,9 @@ impl Db {
              CREATE INDEX IF NOT EXISTS secrets_expires ON secrets(expires);
              CREATE INDEX IF NOT EXISTS secrets_parent ON secrets(parent);",
         )?;
+        if new {
+            connection.execute(NAME_INPUTS, [])?;
+        }
         let reader = Connection::open(path)?;
         reader.pragma_update(None, "query_only", true)?;
         Ok(Self {
@@ -304,6 +318,13 @@ impl Db {
                     run.reserved as i64,
                 ],
             )?;
+            transaction.execute(&format!("{NAME_INPUTS} WHERE r.id = ?1"), [run.id])?;
+            // One that has gone with another run, since this one was checked.
+            let gone = "SELECT EXISTS (SELECT 1 FROM run_inputs n WHERE run = ?1
+                          AND NOT EXISTS (SELECT 1 FROM inputs i WHERE i.sha256 = n.sha256 AND i.owner IN (n.owner, ?2)))";
+            if transaction.query_row(gone, params![run.id, ALL], |row| row.get(0))? {
+                return Ok(Reserved::NoInput);
+            }
             events.push(add_event(
                 &transaction,
                 run.id,
@@ -555,18 +576,18 @@ impl Db {
         }
     }
 
-    /// Ends an upload for which bytes were reserved, and records the content that came, if it came whole.
+    /// Ends an upload for which bytes were reserved, and gives the user the content that came, if it came whole.
     pub(crate) fn end_upload(
         &self,
         user: i64,
         reserved: u64,
         input: Option<(&str, u64)>,
-    ) -> Result<()> {
-        let connection = self.lock();
+    ) -> Result<Reserved<()>> {
+        let mut connection = self.lock();
         self.release_upload(user, reserved);
         match input {
-            Some((sha256, bytes)) => insert_input(&connection, sha256, user, bytes),
-            None => Ok(()),
+            Some((sha256, bytes)) => self.add_input_in(&mut connection, sha256, user, bytes),
+            None => Ok(Reserved::Done(())),
         }
     }
 
@@ -759,40 +780,49 @@ impl Db {
         rows.collect()
     }
 
-    /// Forgets a run with all that belongs to it, also the inputs of its owner that no other run of the owner names. Returns the contents
-    /// that nothing needs any more.
-    pub(crate) fn delete(&self, id: &str) -> Result<Vec<String>> {
+    /// Forgets a run that is not live with all that belongs to it, also the inputs of its owner that no other run of the owner names.
+    pub(crate) fn delete(&self, id: &str) -> Result<Deleted> {
         let mut connection = self.lock();
         let transaction = connection.transaction()?;
-        let run = "SELECT owner, spec FROM runs WHERE id = ?1";
-        let run: Option<(i64, String)> = transaction
-            .query_row(run, [id], |row| Ok((row.get(0)?, row.get(1)?)))
+        let run = "SELECT owner, state FROM runs WHERE id = ?1";
+        let run: Option<(i64, RunState)> = transaction
+            .query_row(run, [id], |row| Ok((row.get(0)?, state_of(row)?)))
             .optional()?;
-        transaction.execute("DELETE FROM runs WHERE id = ?1", [id])?;
-        transaction.execute("DELETE FROM attempts WHERE run = ?1", [id])?;
-        transaction.execute("DELETE FROM events WHERE run = ?1", [id])?;
-        transaction.execute("DELETE FROM secrets WHERE run = ?1", [id])?;
-        let mut gone = Vec::new();
-        if let Some((owner, spec)) = run {
-            let spec: Value = serde_json::from_str(&spec).unwrap_or(Value::Null);
-            let files = spec["files"].as_object().into_iter().flatten();
-            for sha256 in files.filter_map(|(_, file)| file["sha256"].as_str()) {
-                if forget_input(&transaction, sha256, owner)? == Forgotten::Content {
-                    gone.push(sha256.to_owned());
-                }
+        let owner = match run {
+            None => return Ok(Deleted::Missing),
+            // Also one that was resumed since the user looked at it.
+            Some((_, state)) if state.is_live() => return Ok(Deleted::Live),
+            Some((owner, _)) => owner,
+        };
+        let named = {
+            let mut query = transaction.prepare("SELECT sha256 FROM run_inputs WHERE run = ?1")?;
+            let rows = query.query_map([id], |row| row.get(0))?;
+            rows.collect::<Result<Vec<String>>>()?
+        };
+        for (table, column) in [
+            ("runs", "id"),
+            ("attempts", "run"),
+            ("events", "run"),
+            ("secrets", "run"),
+            ("run_inputs", "run"),
+        ] {
+            let remove = format!("DELETE FROM {table} WHERE {column} = ?1");
+            transaction.execute(&remove, [id])?;
+        }
+        let mut forgotten = Vec::new();
+        for sha256 in named {
+            if forget_input(&transaction, &sha256, owner)? == Forgotten::Done {
+                forgotten.push(sha256);
             }
         }
         transaction.commit()?;
-        Ok(gone)
+        Ok(Deleted::Done(forgotten))
     }
 
     /// Inputs of a user, the largest first: SHA-256, length, and how many runs of the user name it.
     pub(crate) fn inputs(&self, owner: i64) -> Result<Vec<InputRow>> {
-        let connection = self.lock();
-        let mut query = connection.prepare(
-            "SELECT sha256, bytes, (SELECT count(*) FROM runs r WHERE r.owner = ?1 AND instr(r.spec, i.sha256) > 0) FROM inputs i
-             WHERE owner = ?1 ORDER BY bytes DESC, sha256 LIMIT ?2",
-        )?;
+        let connection = self.reader();
+        let mut query = connection.prepare_cached(INPUTS)?;
         let rows = query.query_map(params![owner, MOST_ROWS as i64], |row| {
             Ok(InputRow {
                 sha256: row.get(0)?,
@@ -812,9 +842,39 @@ impl Db {
         Ok(forgotten)
     }
 
-    /// Notes that a user has sent a content.
-    pub(crate) fn add_input(&self, sha256: &str, owner: i64, bytes: u64) -> Result<()> {
-        insert_input(&self.lock(), sha256, owner, bytes)
+    /// Whether a user, a template or a run has this content.
+    pub(crate) fn is_needed(&self, sha256: &str) -> Result<bool> {
+        let needed = "SELECT EXISTS (SELECT 1 FROM inputs WHERE sha256 = ?1) OR EXISTS (SELECT 1 FROM run_inputs WHERE sha256 = ?1)";
+        self.lock().query_row(needed, [sha256], |row| row.get(0))
+    }
+
+    /// Gives a user (or all, [`ALL`]) a content, within the limit of the user.
+    pub(crate) fn add_input(&self, sha256: &str, owner: i64, bytes: u64) -> Result<Reserved<()>> {
+        self.add_input_in(&mut self.lock(), sha256, owner, bytes)
+    }
+
+    fn add_input_in(
+        &self,
+        connection: &mut Connection,
+        sha256: &str,
+        owner: i64,
+        bytes: u64,
+    ) -> Result<Reserved<()>> {
+        let transaction = connection.transaction()?;
+        if owner != ALL && !has_user(&transaction, owner)? {
+            return Ok(Reserved::NoUser);
+        }
+        let added = transaction.execute(
+            "INSERT OR IGNORE INTO inputs VALUES (?1, ?2, ?3)",
+            params![sha256, owner, bytes as i64],
+        )?;
+        if added > 0
+            && let Some(usage) = self.beyond(&transaction, owner)?
+        {
+            return Ok(Reserved::Full(usage));
+        }
+        transaction.commit()?;
+        Ok(Reserved::Done(()))
     }
 
     /// Length of a content that this user (or a template) has sent.
@@ -830,6 +890,20 @@ impl Db {
     }
 }
 
+/// The inputs of a user, with the number of runs that name each.
+const INPUTS: &str = "SELECT sha256, bytes, (SELECT count(*) FROM run_inputs n WHERE n.sha256 = i.sha256 AND n.owner = ?1) FROM inputs i
+  WHERE owner = ?1 ORDER BY bytes DESC, sha256 LIMIT ?2";
+
+/// Result of [`Db::delete`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Deleted {
+    /// With the inputs that the owner does not have any more.
+    Done(Vec<String>),
+    Missing,
+    /// Nothing was changed: the run is queued, or has an attempt.
+    Live,
+}
+
 /// Result of forgetting an input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Forgotten {
@@ -837,54 +911,26 @@ pub(crate) enum Forgotten {
     Missing,
     /// A run of the user names it.
     Named,
-    /// The content is still needed: by another user, or by a template.
-    Row,
-    /// Nothing needs the content.
-    Content,
+    Done,
 }
 
 fn forget_input(transaction: &Transaction, sha256: &str, owner: i64) -> Result<Forgotten> {
-    let named = |owner: Option<i64>| {
-        let count = "SELECT EXISTS (SELECT 1 FROM runs WHERE (?1 IS NULL OR owner = ?1) AND instr(spec, ?2) > 0)";
-        transaction.query_row(count, params![owner, sha256], |row| row.get::<_, bool>(0))
-    };
-    if named(Some(owner))? {
+    let named = "SELECT EXISTS (SELECT 1 FROM run_inputs WHERE sha256 = ?1 AND owner = ?2)";
+    if transaction.query_row(named, params![sha256, owner], |row| row.get(0))? {
         return Ok(Forgotten::Named);
     }
     let remove = "DELETE FROM inputs WHERE sha256 = ?1 AND owner = ?2";
-    if transaction.execute(remove, params![sha256, owner])? == 0 {
-        return Ok(Forgotten::Missing);
-    }
-    let others = "SELECT EXISTS (SELECT 1 FROM inputs WHERE sha256 = ?1)";
-    let others: bool = transaction.query_row(others, [sha256], |row| row.get(0))?;
-    Ok(match others || named(None)? {
-        true => Forgotten::Row,
-        false => Forgotten::Content,
+    Ok(match transaction.execute(remove, params![sha256, owner])? {
+        0 => Forgotten::Missing,
+        _ => Forgotten::Done,
     })
 }
 
-/// Forgets all inputs of a user who has no run. Returns the contents that nothing needs any more.
+/// Forgets all inputs of a user who has no run, and returns them.
 pub(crate) fn forget_inputs(transaction: &Transaction, owner: i64) -> Result<Vec<String>> {
-    let inputs = {
-        let mut query = transaction.prepare("SELECT sha256 FROM inputs WHERE owner = ?1")?;
-        let rows = query.query_map([owner], |row| row.get(0))?;
-        rows.collect::<Result<Vec<String>>>()?
-    };
-    let mut gone = Vec::new();
-    for sha256 in inputs {
-        if forget_input(transaction, &sha256, owner)? == Forgotten::Content {
-            gone.push(sha256);
-        }
-    }
-    Ok(gone)
-}
-
-fn insert_input(connection: &Connection, sha256: &str, owner: i64, bytes: u64) -> Result<()> {
-    connection.execute(
-        "INSERT OR IGNORE INTO inputs VALUES (?1, ?2, ?3)",
-        params![sha256, owner, bytes as i64],
-    )?;
-    Ok(())
+    let mut query = transaction.prepare("DELETE FROM inputs WHERE owner = ?1 RETURNING sha256")?;
+    let rows = query.query_map([owner], |row| row.get(0))?;
+    rows.collect()
 }
 
 fn has_user(connection: &Connection, user: i64) -> Result<bool> {
@@ -1089,26 +1135,87 @@ mod tests {
     #[test]
     fn an_input_goes_with_the_last_run_that_names_it() {
         let (_folder, db) = db();
-        let spec = r#"{"files":{"a.stl":{"sha256":"abc","bytes":3}}}"#;
+        let spec =
+            r#"{"files":{"a.stl":{"sha256":"abc","bytes":3},"b.stl":{"sha256":"abc","bytes":3}}}"#;
         let run = |id, owner| NewRun {
             owner,
             spec,
             ..new(id, None)
         };
-        db.insert(&[run("a", 1), run("b", 1), run("c", 2)], None)
-            .unwrap();
+        let add = |id, owner| db.insert(&[run(id, owner)], None).unwrap();
+        assert!(matches!(add("a", 1), Reserved::NoInput));
+        assert!(db.run("a").unwrap().is_none());
         db.add_input("abc", 1, 3).unwrap();
+        assert!(matches!(add("c", 2), Reserved::NoInput));
         db.add_input("abc", 2, 3).unwrap();
+        for (id, owner) in [("a", 1), ("b", 1), ("c", 2)] {
+            assert!(matches!(add(id, owner), Reserved::Done(_)));
+        }
         assert_eq!(db.inputs(1).unwrap()[0].runs, 2);
         assert_eq!(db.remove_input("abc", 1).unwrap(), Forgotten::Named);
-        assert!(db.delete("a").unwrap().is_empty());
+        assert_eq!(db.delete("a").unwrap(), Deleted::Live);
+        assert_eq!(db.inputs(1).unwrap()[0].runs, 2);
+        let over = "UPDATE runs SET state = 'finished'";
+        db.lock().execute(over, []).unwrap();
+        assert_eq!(db.delete("a").unwrap(), Deleted::Done(Vec::new()));
+        assert_eq!(db.delete("a").unwrap(), Deleted::Missing);
         assert_eq!(db.inputs(1).unwrap()[0].runs, 1);
-        assert!(db.delete("b").unwrap().is_empty());
+        let forgotten = Deleted::Done(vec!["abc".to_owned()]);
+        assert_eq!(db.delete("b").unwrap(), forgotten);
         assert!(db.inputs(1).unwrap().is_empty());
-        assert_eq!(db.delete("c").unwrap(), ["abc"]);
+        assert!(db.is_needed("abc").unwrap());
+        assert_eq!(db.delete("c").unwrap(), forgotten);
+        assert!(!db.is_needed("abc").unwrap());
         assert_eq!(db.remove_input("abc", 2).unwrap(), Forgotten::Missing);
         db.add_input("abc", 1, 3).unwrap();
-        assert_eq!(db.remove_input("abc", 1).unwrap(), Forgotten::Content);
+        assert_eq!(db.remove_input("abc", 1).unwrap(), Forgotten::Done);
+    }
+
+    /// A list of inputs reads no row of a run, whose specs are long.
+    #[test]
+    fn a_list_of_inputs_looks_runs_up_by_an_index() {
+        let (_folder, db) = db();
+        let connection = db.lock();
+        let explain = format!("EXPLAIN QUERY PLAN {INPUTS}");
+        let mut query = connection.prepare(&explain).unwrap();
+        let steps = query.query_map(params![1, 10], |row| row.get("detail"));
+        let steps: Vec<String> = steps.unwrap().map(Result::unwrap).collect();
+        let by = "SEARCH n USING COVERING INDEX run_inputs_content (sha256=? AND owner=?)";
+        assert!(steps.iter().any(|step| step == by), "{steps:?}");
+    }
+
+    /// Runs of a database from before this table name their contents, too.
+    #[test]
+    fn contents_of_earlier_runs_are_named() {
+        let (folder, db) = db();
+        db.add_input("abc", 1, 3).unwrap();
+        let spec = r#"{"files":{"a.stl":{"sha256":"abc","bytes":3}}}"#;
+        let run = NewRun {
+            spec,
+            ..new("a", None)
+        };
+        db.insert(&[run], None).unwrap();
+        db.lock().execute("DROP TABLE run_inputs", []).unwrap();
+        drop(db);
+        for _ in 0..2 {
+            let db = Db::open(&folder.path().join("db"), Policy::default(), None).unwrap();
+            assert_eq!(db.remove_input("abc", 1).unwrap(), Forgotten::Named);
+        }
+    }
+
+    /// A content is within the limit of its user, whatever brought it.
+    #[test]
+    fn contents_keep_the_limit() {
+        let (_folder, db) = db();
+        let limit = "UPDATE users SET disk = 100 WHERE id = 1";
+        db.lock().execute(limit, []).unwrap();
+        let add = |sha256, bytes| db.add_input(sha256, 1, bytes).unwrap();
+        assert!(matches!(add("a", 60), Reserved::Done(())));
+        assert!(matches!(add("b", 60), Reserved::Full(_)));
+        assert!(matches!(add("a", 60), Reserved::Done(())));
+        assert_eq!(db.usage(1).unwrap().disk, 60);
+        let gone = db.add_input("a", 3, 1).unwrap();
+        assert!(matches!(gone, Reserved::NoUser));
     }
 
     /// Of two extensions of one revision the second one changes nothing.

@@ -11,7 +11,7 @@ mod db;
 mod downloads;
 mod earlier;
 mod frames;
-
+mod inputs;
 mod openapi;
 mod prices;
 mod projects;

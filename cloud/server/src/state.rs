@@ -22,7 +22,7 @@ use crate::db::Db;
 use crate::frames::Cache;
 use crate::secrets::Tries;
 use crate::turns::Turns;
-use crate::{EngineChoice, Options, downloads, secrets, templates};
+use crate::{EngineChoice, Options, downloads, inputs, secrets, templates};
 
 /// How many messages a slow listener may be behind before it gets a notice that it missed some.
 const BACKLOG: usize = 1024;
@@ -80,6 +80,7 @@ pub(crate) struct App {
     pub(crate) checks: Turns,
     /// Turns of programs that read walls and previews.
     pub(crate) views: Turns,
+    pub(crate) inputs: inputs::Busy,
     /// Held while a run gets a further revision.
     pub(crate) extensions: Mutex<()>,
     pub(crate) downloads: Turns,
@@ -163,6 +164,7 @@ impl App {
             tries: Tries::default(),
             checks: Turns::new(CHECKS, 1),
             views: Turns::new(VIEWS, 2),
+            inputs: inputs::Busy::default(),
             extensions: Mutex::new(()),
             downloads: Turns::new(downloads::ALL, downloads::EACH),
             hashes: Arc::new(Semaphore::new(HASHES)),

@@ -21,12 +21,12 @@ use rusqlite::{OptionalExtension, params};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use crate::access::{ApiError, not_logged_in};
+use crate::access::ApiError;
 use crate::check::{LARGEST_SCENE, inspect, lay_out, solve};
 use crate::content::Content;
-use crate::db::{ListScope, MOST_ROWS, NewRun, NewStudy, Reserved};
+use crate::db::{ListScope, MOST_ROWS, NewRun, NewStudy};
 use crate::runs::{
-    PreparedRun, blocking, by_idempotency_key, expected_bytes, full, label, prepare, title,
+    PreparedRun, blocking, by_idempotency_key, expected_bytes, granted, label, prepare, title,
     within_quota, write,
 };
 use crate::secrets::{self, User};
@@ -315,26 +315,21 @@ pub(crate) async fn submit(
             plan: &plan,
             project: base.project.as_deref(),
         };
-        match app.db.insert(&new, Some(&row)) {
-            Ok(Reserved::Done(events)) => app.publish(events),
-            // Other requests of this user have taken the rest since.
-            Ok(Reserved::Full(usage)) => {
-                for name in &ids {
-                    app.store.delete_all(&format!("runs/{name}/"))?;
-                }
-                return Err(full(&usage, bytes));
+        let undo = || -> Result<(), ApiError> {
+            for name in &ids {
+                app.store.delete_all(&format!("runs/{name}/"))?;
             }
-            Ok(Reserved::NoUser) => {
-                for name in &ids {
-                    app.store.delete_all(&format!("runs/{name}/"))?;
-                }
-                return Err(not_logged_in());
+            Ok(())
+        };
+        match (app.db.insert(&new, Some(&row))).map(|new| granted(new, bytes)) {
+            Ok(Ok(events)) => app.publish(events),
+            Ok(Err(refused)) => {
+                undo()?;
+                return Err(refused);
             }
             // Two requests with one key at once: the other one was faster.
             Err(error) => {
-                for name in &ids {
-                    app.store.delete_all(&format!("runs/{name}/"))?;
-                }
+                undo()?;
                 return submitted(&app, &user, key.as_deref(), &body)?
                     .ok_or_else(|| ApiError::internal(error));
             }

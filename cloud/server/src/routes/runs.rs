@@ -20,7 +20,7 @@ use crate::db::MOST_ROWS;
 use crate::runs::{blocking, visible_run, with_life};
 use crate::secrets::{NewSecret, SecretKind};
 use crate::state::App;
-use crate::{projects, runs, secrets};
+use crate::{inputs, projects, runs, secrets};
 
 #[derive(Deserialize)]
 pub(crate) struct ListQuery {
@@ -260,7 +260,9 @@ pub(crate) async fn run_clone(
         let scene: Scene = runs::scene(&app, &spec)?;
         // Files of a run that one may see are files that one may use.
         for file in spec.files.values() {
-            app.db.add_input(&file.sha256, user.id, file.bytes)?;
+            // A content that this run named, until now.
+            let gone = || Err(ApiError::not_found());
+            inputs::add(&app, user.id, &file.sha256, file.bytes, gone)?;
         }
         let label = (!row.label.is_empty()).then_some(row.label);
         Ok(Json(Submit {

@@ -16,10 +16,10 @@ use tokio_stream::StreamExt;
 
 use super::{Answer, JsonBody, Shared};
 use crate::access::{ApiError, LoggedIn, not_logged_in};
-use crate::check;
 use crate::db::{Forgotten, Reserved};
 use crate::runs::{blocking, full};
 use crate::state::App;
+use crate::{check, inputs};
 
 /// The largest input, in bytes.
 const LARGEST_INPUT: u64 = 2 << 30;
@@ -86,17 +86,17 @@ impl Reservation {
                     return Err(full(&usage, more));
                 }
                 Reserved::Full(_) => {}
-                Reserved::NoUser => return Err(not_logged_in()),
+                Reserved::NoUser | Reserved::NoInput => return Err(not_logged_in()),
             }
         }
         Ok(self)
     }
 
     /// The content has come whole.
-    fn keep(mut self, sha256: &str, bytes: u64) -> Result<(), ApiError> {
+    fn keep(mut self, sha256: &str, bytes: u64) -> rusqlite::Result<Reserved<()>> {
         let reserved = std::mem::take(&mut self.bytes);
         let input = Some((sha256, bytes));
-        Ok(self.app.db.end_upload(self.user, reserved, input)?)
+        self.app.db.end_upload(self.user, reserved, input)
     }
 }
 
@@ -174,11 +174,13 @@ pub(crate) async fn input_put(
         ));
     }
     blocking(move || {
-        let key = format!("inputs/{sha256}");
-        if app.store.bytes(&key)?.is_none() {
+        let put = || {
+            let key = inputs::key(&sha256);
             app.store.put_file(&key, &mut file, 0..bytes)?;
-        }
-        reservation.keep(&sha256, bytes)?;
+            Ok(())
+        };
+        let record = || reservation.keep(&sha256, bytes);
+        inputs::keep(&app, &sha256, bytes, put, record)?;
         Ok(StatusCode::CREATED)
     })
     .await
@@ -210,9 +212,8 @@ pub(crate) async fn input_remove(
             "the input is in use",
             "A run names it. It goes with the last of them.",
         )),
-        Forgotten::Row => Ok(StatusCode::NO_CONTENT),
-        Forgotten::Content => {
-            app.store.delete(&format!("inputs/{sha256}"))?;
+        Forgotten::Done => {
+            inputs::remove(&app, &[sha256])?;
             Ok(StatusCode::NO_CONTENT)
         }
     })
