@@ -1244,20 +1244,25 @@ def check_log_in():
         def unknown(k):
             answer = served.request("POST", "/session", {"name": f"user{k}", "password": "correct horse"})
             answers.append(answer.status)
-        answers = []
-        threads = [threading.Thread(target=unknown, args=(k,)) for k in range(120)]
-        [thread.start() for thread in threads]
-        [thread.join() for thread in threads]
-        must(set(answers) <= {401, 429} and len(answers) == 120, f"answers: {answers}")
-        more = memory_of(served) - before
-        print(f"    {more} kB of memory more")
-        must(more < 100_000, "too much memory")
         def log_in(password, address="127.0.0.1"):
             connection = http.client.HTTPConnection("127.0.0.1", served.port, timeout=60, source_address=(address, 0))
             connection.request("POST", "/api/v1/session", json.dumps({"name": "ada", "password": password}),
                                {"Sec-Fetch-Site": "same-origin", "Content-Type": "application/json"})
             answer = connection.getresponse()
             return answer.status, answer.headers.get("retry-after"), answer.read()
+        answers = []
+        threads = [threading.Thread(target=unknown, args=(k,)) for k in range(120)]
+        [thread.start() for thread in threads]
+        # One address takes no turn of another one.
+        begin = time.monotonic()
+        must(log_in("correct horse", "127.0.0.3")[0] == 200, "a login of another address")
+        seconds = time.monotonic() - begin
+        must(seconds < 5, f"a login of another address takes {seconds:.1f} s")
+        [thread.join() for thread in threads]
+        must(set(answers) <= {401, 429} and len(answers) == 120, f"answers: {answers}")
+        more = memory_of(served) - before
+        print(f"    {more} kB of memory more")
+        must(more < 100_000, "too much memory")
         begin = time.monotonic()
         wrong = [log_in("wrong")[0] for _ in range(8)]
         must(wrong[:3] == [401] * 3 and wrong.count(429) >= 2, f"wrong tries: {wrong}")

@@ -1,5 +1,6 @@
 //! Sessions, users, tokens, links to runs, and the link of the machine.
 
+use std::net::IpAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -12,7 +13,6 @@ use cloud_api::lifecycle::RunEvent;
 use cloud_api::names::LONGEST_NAME;
 use cloud_api::requests::{LogIn, NewLink, NewToken, NewUser};
 use rusqlite::OptionalExtension;
-use tokio::sync::OwnedSemaphorePermit;
 
 use crate::access::{ApiError, Client, LoggedIn, cookie, cookie_name, not_logged_in};
 use crate::db::Applied;
@@ -21,6 +21,7 @@ use crate::routes::{Answer, JsonBody, Shared, days};
 use crate::runs::{self, blocking};
 use crate::secrets::{self, NewSecret, Right, SecretKind};
 use crate::state::App;
+use crate::turns::Turn;
 
 fn session_of(app: &App, user: &secrets::User) -> Session {
     if user.share.is_some() {
@@ -74,11 +75,10 @@ fn not_known() -> ApiError {
 /// How long a request waits until its password is hashed.
 const HASH_TURN: Duration = Duration::from_secs(10);
 
-/// Waits for a turn to hash a password.
-async fn hash_turn(app: &App) -> Result<OwnedSemaphorePermit, ApiError> {
-    let turn = Arc::clone(&app.hashes).acquire_owned();
-    match tokio::time::timeout(HASH_TURN, turn).await {
-        Ok(turn) => turn.map_err(ApiError::internal),
+/// Waits for a turn of an address to hash a password.
+async fn hash_turn(app: &App, address: IpAddr) -> Result<Turn, ApiError> {
+    match tokio::time::timeout(HASH_TURN, app.hashes.take(address)).await {
+        Ok(turn) => turn,
         Err(_) => Err(ApiError::too_many(
             "too many tries",
             "Many users log in at once. Try again.",
@@ -103,8 +103,12 @@ pub(crate) async fn session_begin(
             let detail = format!("Several tries were wrong. Try again in {seconds} s.");
             return Err(ApiError::too_many("too many tries", detail, seconds));
         }
-        // Only a try that is allowed waits for its turn.
-        turn = Some(hash_turn(&app).await?);
+        // Only a try that is allowed waits for its turn; one that gets none was not made.
+        let given = hash_turn(&app, address).await;
+        if given.is_err() {
+            app.tries.take_back(address, name);
+        }
+        turn = Some(given?);
     }
     let shared = Arc::clone(&app);
     let (user, secret) = blocking(move || {
@@ -241,6 +245,7 @@ pub(crate) async fn user_list(
 pub(crate) async fn user_set(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
+    Client(address): Client,
     JsonBody(body): JsonBody<NewUser>,
 ) -> Result<StatusCode, ApiError> {
     admin(&user)?;
@@ -266,7 +271,7 @@ pub(crate) async fn user_set(
         ));
     }
     let turn = match &body.password {
-        Some(_) => Some(hash_turn(&app).await?),
+        Some(_) => Some(hash_turn(&app, address).await?),
         None => None,
     };
     blocking(move || {

@@ -208,6 +208,9 @@ impl Db {
              CREATE INDEX IF NOT EXISTS secrets_expires ON secrets(expires);
              CREATE INDEX IF NOT EXISTS secrets_parent ON secrets(parent);",
         )?;
+        // Of earlier versions: it is not known which of them a token has begun, so they could outlive it.
+        let earlier = "DELETE FROM secrets WHERE kind = 'session' AND created = 0";
+        connection.execute(earlier, [])?;
         if new {
             connection.execute(NAME_INPUTS, [])?;
         }
@@ -1102,6 +1105,24 @@ mod tests {
         assert!(db.over_limit().unwrap().is_empty());
         db.set_bytes("a", 81).unwrap();
         assert_eq!(db.over_limit().unwrap(), [1]);
+    }
+
+    /// Of a database from before secrets had parents, tokens stay and sessions go.
+    #[test]
+    fn sessions_without_a_known_parent_end() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("db");
+        let old = Connection::open(&path).unwrap();
+        old.execute_batch(SCHEMA).unwrap();
+        let add = "INSERT INTO secrets VALUES (1, 'a', 'session', 1, '', NULL, 1e12, 0), (2, 'b', 'token', 1, '', NULL, 1e12, 0)";
+        old.execute(add, []).unwrap();
+        for _ in 0..2 {
+            let db = Db::open(&path, Policy::default(), None).unwrap();
+            let ids: String = (db.lock())
+                .query_row("SELECT group_concat(id) FROM secrets", [], |row| row.get(0))
+                .unwrap();
+            assert_eq!(ids, "2");
+        }
     }
 
     /// Nothing is made for a user who is gone, and no other user gets the number.

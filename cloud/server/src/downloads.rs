@@ -109,7 +109,7 @@ const SLOWEST: Duration = Duration::from_secs(60);
 
 /// Waits for the turn of a download; not for ever.
 async fn turn(app: &App, user: &User) -> Result<Turn, ApiError> {
-    let turn = app.downloads.take(user.id, user.share.is_some());
+    let turn = app.downloads.take((user.id, user.share.is_some()));
     match tokio::time::timeout(TURN, turn).await {
         Ok(turn) => turn,
         Err(_) => Err(ApiError::too_many(

@@ -681,6 +681,13 @@ impl Tries {
         Ok(())
     }
 
+    /// Takes a try back that was not made.
+    pub(crate) fn take_back(&self, address: IpAddr, name: &str) {
+        if let Some(wrong) = self.lock().get_mut(&(address, name.to_owned())) {
+            wrong.count = wrong.count.saturating_sub(1);
+        }
+    }
+
     /// Forgets the wrong tries of a user who has logged in.
     pub(crate) fn forget(&self, address: IpAddr, name: &str) {
         self.lock().remove(&(address, name.to_owned()));
@@ -990,6 +997,8 @@ mod tests {
         for _ in 0..3 {
             assert_eq!(tries.begin(here, "ada"), Ok(()));
         }
+        tries.take_back(here, "ada");
+        assert_eq!(tries.begin(here, "ada"), Ok(()));
         assert_eq!(tries.begin(here, "ada"), Err(1));
         assert_eq!(tries.begin(elsewhere, "ada"), Ok(()));
         assert_eq!(tries.begin(here, "bob"), Ok(()));

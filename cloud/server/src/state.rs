@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::fs::{self, File, OpenOptions};
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
 use std::path::PathBuf;
 use std::process::Command;
@@ -15,7 +15,7 @@ use cloud_api::lifecycle::Policy;
 use cloud_api::{Head, RunId};
 use cloud_engine::{Engine, Local, Slurm};
 use cloud_store::Store;
-use tokio::sync::{Semaphore, broadcast, watch};
+use tokio::sync::{broadcast, watch};
 
 use crate::attempts::Attempts;
 use crate::db::Db;
@@ -36,8 +36,11 @@ const CHECKS: usize = 2;
 /// How many walls and previews are read at once.
 const VIEWS: usize = 4;
 
-/// How many passwords are hashed at once.
+/// How many passwords are hashed at once, one for each address.
 const HASHES: usize = 2;
+
+/// How many more requests of an address wait until their passwords are hashed.
+const HASHES_WAITING: usize = 16;
 
 /// A message to listeners of `GET /events`.
 #[derive(Clone, Debug)]
@@ -85,7 +88,7 @@ pub(crate) struct App {
     pub(crate) extensions: Mutex<()>,
     pub(crate) downloads: Turns,
     /// Turns of hashing a password, which takes 19 MB.
-    pub(crate) hashes: Arc<Semaphore>,
+    pub(crate) hashes: Turns<IpAddr>,
     pub(crate) news: broadcast::Sender<Arc<Message>>,
     pub(crate) wake: std::sync::mpsc::SyncSender<()>,
     pub(crate) woken: Mutex<Option<std::sync::mpsc::Receiver<()>>>,
@@ -167,7 +170,7 @@ impl App {
             inputs: inputs::Busy::default(),
             extensions: Mutex::new(()),
             downloads: Turns::new(downloads::ALL, downloads::EACH),
-            hashes: Arc::new(Semaphore::new(HASHES)),
+            hashes: Turns::new(HASHES, 1).with_waiting(HASHES_WAITING),
             news: broadcast::channel(BACKLOG).0,
             wake,
             woken: Mutex::new(Some(woken)),

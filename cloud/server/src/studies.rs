@@ -224,7 +224,7 @@ pub(crate) async fn check(
     user: &User,
     mut study: Study,
 ) -> Result<StudyChecked, ApiError> {
-    let _turn = app.checks.take(user.id, false).await?;
+    let _turn = app.checks.take((user.id, false)).await?;
     let (app, owner) = (Arc::clone(app), user.id);
     blocking(move || {
         earlier::pin(&app, owner, &mut study.base.scene)?;
@@ -250,7 +250,7 @@ pub(crate) async fn submit(
     if let Some(before) = submitted(app, user, key.as_deref(), &body)? {
         return Ok(before);
     }
-    let _turn = app.checks.take(user.id, false).await?;
+    let _turn = app.checks.take((user.id, false)).await?;
     let (app, user) = (Arc::clone(app), user.clone());
     blocking(move || {
         earlier::pin(&app, user.id, &mut study.base.scene)?;

@@ -255,7 +255,7 @@ pub(crate) async fn run_walls(
     Path((id, k)): Path<(String, String)>,
 ) -> Result<Response, ApiError> {
     let k: usize = k.parse().map_err(|_| ApiError::not_found())?;
-    let turn = app.views.take(user.id, user.share.is_some()).await?;
+    let turn = app.views.take((user.id, user.share.is_some())).await?;
     let walls = blocking(move || {
         let _turn = turn;
         let walls = with_files(&app, &user, &id, |id, head| {
