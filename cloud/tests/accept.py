@@ -1224,6 +1224,15 @@ def check_unread():
         more = memory_of(served) - before
         print(f"    {more} kB of memory more")
         must(more < 200_000, "memory grew")
+        # Links to the runs of a user have 256 streams of events, and take none of the user's own. A name that comes twice counts once.
+        events = f"/events?runs={run},{run}"
+        unread += stalled(served, events, shared, 256)
+        def status(cookie):
+            connection = http.client.HTTPConnection("127.0.0.1", served.port, timeout=30)
+            connection.request("GET", f"/api/v1{events}", headers={"Cookie": cookie})
+            return connection.getresponse().status
+        wait_for(lambda: status(shared) == 429, 30, "streams of events without a limit")
+        must(status(served.cookie) == 200, "the owner gets no stream")
         # A head that never ends is cut.
         begin = time.monotonic()
         slow = socket.create_connection(("127.0.0.1", served.port))

@@ -2,7 +2,7 @@
 //!
 //! Every change of a run's state is one transaction that writes the row and an event, through [`Db::apply`].
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -16,6 +16,7 @@ use rusqlite::{Connection, OptionalExtension, Row, Transaction, params};
 use serde_json::{Value, json};
 
 use crate::prices::{Cost, Prices};
+use crate::secrets::User;
 
 const SCHEMA: &str = "
 CREATE TABLE IF NOT EXISTS users(id INTEGER PRIMARY KEY, name TEXT NOT NULL UNIQUE, hash TEXT, admin INTEGER NOT NULL);
@@ -740,6 +741,29 @@ impl Db {
         rows.collect()
     }
 
+    /// Whether a user may see all of these runs, and the secret of the request is still good.
+    pub(crate) fn may_see(&self, user: &User, runs: &BTreeSet<String>) -> Result<bool> {
+        let ids = serde_json::to_string(runs).unwrap_or_default();
+        let connection = self.reader();
+        let mut query = connection.prepare_cached(
+            "SELECT (?1 IS NULL OR EXISTS (SELECT 1 FROM secrets WHERE id = ?1 AND expires > ?2))
+               AND (SELECT count(*) FROM json_each(?3) w JOIN runs r ON r.id = w.value
+                    WHERE CASE WHEN ?4 IS NULL THEN r.owner = ?5 OR r.project IN (SELECT project FROM members WHERE user = ?5)
+                          ELSE r.id = ?4 END) = ?6",
+        )?;
+        query.query_row(
+            params![
+                user.secret,
+                now(),
+                ids,
+                user.share,
+                user.id,
+                runs.len() as i64
+            ],
+            |row| row.get(0),
+        )
+    }
+
     /// The users who may see a run: its owner and the members of its project.
     pub(crate) fn audience(&self, run: &str) -> Result<Vec<i64>> {
         let connection = self.lock();
@@ -1237,6 +1261,45 @@ mod tests {
         assert_eq!(db.usage(1).unwrap().disk, 60);
         let gone = db.add_input("a", 3, 1).unwrap();
         assert!(matches!(gone, Reserved::NoUser));
+    }
+
+    /// Runs of others are seen by members of their project, a link sees its own run, and a secret that is gone sees nothing.
+    #[test]
+    fn one_query_finds_whether_runs_may_be_seen() {
+        let (_folder, db) = db();
+        let shared = NewRun {
+            owner: 2,
+            project: Some("p"),
+            ..new("c", None)
+        };
+        db.insert(&[new("a", None), new("b", None), shared], None)
+            .unwrap();
+        let ada = User {
+            id: 1,
+            ..crate::secrets::local()
+        };
+        let may = |user: &User, runs: &[&str]| {
+            let runs = runs.iter().map(|run| (*run).to_owned()).collect();
+            db.may_see(user, &runs).unwrap()
+        };
+        assert!(may(&ada, &[]));
+        assert!(may(&ada, &["a", "b", "a"]));
+        assert!(!may(&ada, &["a", "c"]));
+        assert!(!may(&ada, &["a", "unknown"]));
+        let join = "INSERT INTO members VALUES ('p', 1, 'viewer')";
+        db.lock().execute(join, []).unwrap();
+        assert!(may(&ada, &["a", "c"]));
+        let link = User {
+            share: Some("b".to_owned()),
+            ..ada.clone()
+        };
+        assert!(may(&link, &["b"]));
+        assert!(!may(&link, &["a"]));
+        let gone = User {
+            secret: Some(7),
+            ..ada
+        };
+        assert!(!may(&gone, &["a"]));
     }
 
     /// Of two extensions of one revision the second one changes nothing.

@@ -42,6 +42,12 @@ const HASHES: usize = 2;
 /// How many more requests of an address wait until their passwords are hashed.
 const HASHES_WAITING: usize = 16;
 
+/// The most streams of events at once.
+const STREAMS: usize = 4096;
+
+/// The most streams of a user at once, and of all links to runs of that user.
+const STREAMS_EACH: usize = 256;
+
 /// A message to listeners of `GET /events`.
 #[derive(Clone, Debug)]
 pub(crate) struct Message {
@@ -87,6 +93,10 @@ pub(crate) struct App {
     /// Held while a run gets a further revision.
     pub(crate) extensions: Mutex<()>,
     pub(crate) downloads: Turns,
+    /// Turns of streams of events.
+    pub(crate) streams: Turns,
+    /// Turns of frames and walls, until they are read.
+    pub(crate) frames: Turns,
     /// Turns of hashing a password, which takes 19 MB.
     pub(crate) hashes: Turns<IpAddr>,
     pub(crate) news: broadcast::Sender<Arc<Message>>,
@@ -170,6 +180,8 @@ impl App {
             inputs: inputs::Busy::default(),
             extensions: Mutex::new(()),
             downloads: Turns::new(downloads::ALL, downloads::EACH),
+            streams: Turns::new(STREAMS, STREAMS_EACH).with_waiting(0),
+            frames: Turns::new(downloads::ALL_FRAMES, downloads::EACH_FRAMES),
             hashes: Turns::new(HASHES, 1).with_waiting(HASHES_WAITING),
             news: broadcast::channel(BACKLOG).0,
             wake,

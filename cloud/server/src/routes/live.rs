@@ -1,7 +1,8 @@
 //! Routes that follow what happens: live events, and counts for Prometheus.
 
+use std::collections::BTreeSet;
 use std::convert::Infallible;
-
+use std::sync::Arc;
 use std::time::Duration;
 
 use axum::extract::State;
@@ -15,8 +16,9 @@ use super::{QueryParams, Shared};
 use crate::access::{ApiError, LoggedIn};
 use crate::accounts;
 use crate::db::MOST_ROWS;
-use crate::runs::visible_run;
-use crate::secrets::{self, User};
+use crate::downloads;
+use crate::runs::blocking;
+use crate::secrets::User;
 use crate::state::App;
 
 /// How often a stream of events without any says that it lives.
@@ -32,13 +34,11 @@ pub(crate) struct EventsQuery {
 /// How often the right to a stream of events is looked at again.
 const RECHECK: Duration = Duration::from_secs(5);
 
-/// Whether a user may still see these runs: the secret of the stream is good, and the runs are there and shared.
-fn still_may(app: &App, user: &User, runs: &[String]) -> bool {
-    let good = match user.secret {
-        Some(secret) => secrets::is_good(&app.db, secret).unwrap_or(true),
-        None => true,
-    };
-    good && runs.iter().all(|run| visible_run(app, user, run).is_ok())
+/// Whether a user may see all of these runs, and the secret of the stream is good. An answer that does not come is a no.
+async fn may(app: &Arc<App>, user: &Arc<User>, runs: &Arc<BTreeSet<String>>) -> bool {
+    let (app, user, runs) = (Arc::clone(app), Arc::clone(user), Arc::clone(runs));
+    let may = blocking(move || Ok(app.db.may_see(&user, &runs)?)).await;
+    may.unwrap_or(false)
 }
 
 /// Live events: first what happened since `Last-Event-ID`, then what happens.
@@ -50,7 +50,7 @@ pub(crate) async fn events(
     QueryParams(query): QueryParams<EventsQuery>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    let mut wanted: Vec<String> = query
+    let mut wanted: BTreeSet<String> = query
         .runs
         .split(',')
         .filter(|run| !run.is_empty())
@@ -62,22 +62,26 @@ pub(crate) async fn events(
             "At most 200 at once; none: all of yours.",
         ));
     }
-    for run in &wanted {
-        visible_run(&app, &user, run)?;
-    }
     if wanted.is_empty() {
         wanted.extend(user.share.clone());
     }
+    let (user, wanted) = (Arc::new(user), Arc::new(wanted));
+    if !may(&app, &user, &wanted).await {
+        return Err(ApiError::not_found());
+    }
+    let turn = downloads::turn(&app.streams, &user).await?;
     // Heard from now on, so that nothing falls between the replay and the news.
     let mut news = app.news.subscribe();
     let last = headers
         .get("last-event-id")
         .and_then(|id| id.to_str().ok()?.parse::<i64>().ok())
         .or(query.after);
-    let newest = app.db.newest_event()?;
+    let shared = Arc::clone(&app);
+    let newest = blocking(move || Ok(shared.db.newest_event()?)).await?;
     let (send, receive) = tokio::sync::mpsc::channel::<Result<Sse, Infallible>>(64);
     let mut closing = app.closing();
     tokio::spawn(async move {
+        let _turn = turn;
         let hears = |run: &String| wanted.is_empty() || wanted.contains(run);
         // So that a listener that comes back later knows from where on.
         let mut at = last.unwrap_or(newest).min(newest);
@@ -86,13 +90,10 @@ pub(crate) async fn events(
             return;
         }
         loop {
-            let rows = match app
-                .db
-                .events(wanted.is_empty().then_some(user.id), None, at)
-            {
-                Ok(rows) => rows,
-                Err(error) => return eprintln!("{error}"),
-            };
+            let (shared, of) = (Arc::clone(&app), wanted.is_empty().then_some(user.id));
+            let rows = blocking(move || Ok(shared.db.events(of, None, at)?)).await;
+            // The log has the error.
+            let Ok(rows) = rows else { return };
             let Some(end) = rows.last().map(|row| row.id) else {
                 break;
             };
@@ -112,7 +113,7 @@ pub(crate) async fn events(
         loop {
             let message = tokio::select! {
                 message = news.recv() => message,
-                _ = again.tick() => match still_may(&app, &user, &wanted) {
+                _ = again.tick() => match may(&app, &user, &wanted).await {
                     true => continue,
                     false => return,
                 },

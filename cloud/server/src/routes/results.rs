@@ -1,5 +1,7 @@
 //! Routes of what a run has written: its log, tables, charts and frames.
 
+use std::sync::Arc;
+
 use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::{StatusCode, header};
@@ -13,6 +15,7 @@ use serde_json::{Value, json};
 use super::{Answer, QueryParams, Shared};
 use crate::access::{ApiError, LoggedIn};
 use crate::content::Content;
+use crate::downloads::{holding, turn};
 use crate::runs::{blocking, visible_run};
 use crate::state::App;
 use crate::{charts, check, frames, secrets};
@@ -206,6 +209,7 @@ pub(crate) async fn run_frame(
         ));
     }
     let most = query.most.clamp(1, 10_000_000);
+    let turn = turn(&app.frames, &user).await?;
     let frame = blocking(move || {
         with_files(&app, &user, &id, |id, head| {
             frames::frame(&app.cache, app.store.as_ref(), id, head, k, &columns, most)
@@ -223,7 +227,7 @@ pub(crate) async fn run_frame(
             (header::CONTENT_TYPE, "application/octet-stream"),
             (header::CACHE_CONTROL, kept),
         ],
-        bytes,
+        holding(bytes, Arc::new(turn)),
     )
         .into_response())
 }
@@ -255,6 +259,7 @@ pub(crate) async fn run_walls(
     Path((id, k)): Path<(String, String)>,
 ) -> Result<Response, ApiError> {
     let k: usize = k.parse().map_err(|_| ApiError::not_found())?;
+    let held = turn(&app.frames, &user).await?;
     let turn = app.views.take((user.id, user.share.is_some())).await?;
     let walls = blocking(move || {
         let _turn = turn;
@@ -264,5 +269,6 @@ pub(crate) async fn run_walls(
         })?;
         walls.ok_or_else(ApiError::not_found)
     });
-    Ok(([(header::CONTENT_TYPE, "application/json")], walls.await?).into_response())
+    let walls = holding(walls.await?.into(), Arc::new(held));
+    Ok(([(header::CONTENT_TYPE, "application/json")], walls).into_response())
 }
