@@ -63,6 +63,8 @@ def program(name):
 
 CLOUD = program("mercury-cloud")
 SOLVE = program("mercury-solve")
+# Root has to say as which user it serves.
+SERVE = [CLOUD, "serve", *(["--user", "root"] if os.geteuid() == 0 else [])]
 
 
 def wait_for(what, seconds, message):
@@ -197,7 +199,7 @@ class Server:
 
     def start(self):
         self.log = open(self.folder / "server.log", "a")
-        command = [CLOUD, "serve", "--data", str(self.folder / "data"), "--port", str(self.port), "--solver", SOLVE,
+        command = [*SERVE, "--data", str(self.folder / "data"), "--port", str(self.port), "--solver", SOLVE,
                    "--checkpoint-every", self.checkpoint, "--retry-wait", "0.2", *self.options]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=self.log, env=self.environment, text=True)
         link = self.process.stdout.readline()
@@ -302,6 +304,8 @@ class Server:
 @contextlib.contextmanager
 def server(*options, **more):
     folder = tempfile.mkdtemp(prefix="accept-")
+    # A server of another user enters it.
+    os.chmod(folder, 0o711)
     started = Server(folder, *options, **more)
     try:
         yield started
@@ -474,7 +478,7 @@ def check_store_gone():
 def with_s3():
     """Whether the program can use buckets, and moto is there."""
     with tempfile.TemporaryDirectory() as folder:
-        command = [CLOUD, "serve", "--data", folder, "--port", "0", "--solver", SOLVE, "--store", "s3://"]
+        command = [*SERVE, "--data", folder, "--port", "0", "--solver", SOLVE, "--store", "s3://"]
         text = subprocess.run(command, capture_output=True, text=True).stderr
     return "built without" not in text and shutil.which("moto_server") is not None
 
@@ -514,7 +518,7 @@ def check_s3():
     with tempfile.TemporaryDirectory() as folder:
         environment = dict(os.environ) | {"AWS_ENDPOINT_URL": f"http://127.0.0.1:{plain.server_port}", "AWS_ACCESS_KEY_ID": "x",
                                           "AWS_SECRET_ACCESS_KEY": "x", "AWS_REGION": "us-east-1"}
-        command = [CLOUD, "serve", "--data", folder, "--port", "0", "--solver", SOLVE, "--store", "s3://bucket/x"]
+        command = [*SERVE, "--data", folder, "--port", "0", "--solver", SOLVE, "--store", "s3://bucket/x"]
         refused = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=60)
         must(refused.returncode == 1 and "conditional writes" in refused.stderr, f"{refused}")
     plain.shutdown()
@@ -1076,6 +1080,7 @@ def check_taken_back():
         must(row["run"] == run and served.json("GET", "/shares") == [row], f"{row}")
         cli("share", "rm", str(row["id"]))
         must(status(shared) == 401, "a session outlives its share")
+        served.cookie = admin
         # Many sessions of links hide none of the user's own.
         share = served.json("POST", f"/runs/{run}/share", {"days": 1})["token"]
         for _ in range(210):
@@ -1283,6 +1288,8 @@ def check_log_in():
             return status == 200
         wait_for(waited, 30, "the user is locked out")
         must(log_in("x" * 2000)[0] == 401, "a long password")
+        # Servers on other ports of this machine have other cookies.
+        must(served.admin.startswith(f"mercury-{served.port}="), served.admin.split("=")[0])
         served.request("POST", "/session", {"name": "x" * 1000, "password": "correct horse"}, expect=401)
         served.request("POST", "/session", {"name": "ada", "password": "x" * 100_000}, expect=413)
 
@@ -1315,6 +1322,92 @@ def check_archives():
             content = archive.read("big.stl")
             must(content == (served.folder / "big.stl").read_bytes(), "the input has other bytes")
             must("drum/run.log" in archive.namelist(), f"files: {archive.namelist()}")
+
+
+# What a program in a cage tries: each line prints what it reached.
+ATTEMPTS = """
+import os, socket, sys
+server, worker = sys.argv[1:]
+def attempt(what, action):
+    try:
+        action()
+    except OSError:
+        return
+    print(what)
+for pid in ("1", server, worker):
+    for name in ("environ", "cmdline", "maps", "fd"):
+        path = f"/proc/{pid}/{name}"
+        attempt(path, lambda: os.listdir(path) if name == "fd" else open(path, "rb").read())
+attempt("/proc", lambda: os.listdir("/proc"))
+for family in ("AF_INET", "AF_INET6", "AF_UNIX", "AF_NETLINK", "AF_PACKET"):
+    for kind in ("SOCK_STREAM", "SOCK_DGRAM", "SOCK_RAW"):
+        attempt(f"{family} {kind}", lambda: socket.socket(getattr(socket, family), getattr(socket, kind)))
+attempt("a signal", lambda: os.kill(int(server), 0))
+attempt("a link", lambda: os.symlink("/etc/passwd", "link"))
+attempt("/etc/passwd", lambda: open("/etc/passwd").read())
+attempt("the data", lambda: os.listdir(".."))
+with open("program", "w") as file:
+    file.write("#!/bin/sh\\necho executed\\n")
+os.chmod("program", 0o700)
+attempt("a program of its own", lambda: os.execv("./program", ["program"]))
+"""
+
+
+def check_cage():
+    """A program in a cage reads nothing of other processes, has no socket, sends no signal, and has no capabilities."""
+    python = os.path.realpath("/usr/bin/python3")
+    if not os.path.exists(python):
+        raise Skipped("/usr/bin/python3 is missing")
+    def caged(folder, *words):
+        done = subprocess.run([CLOUD, "confine", "--folder", str(folder), "--", *words], capture_output=True, text=True, cwd=folder,
+                              env={"PATH": "/usr/bin:/bin"})
+        must(done.returncode == 0, f"{words[0]}: {done.stderr}")
+        return done.stdout
+    with server(environment={"A_SECRET": "of the server"}) as served:
+        run = served.submit()
+        [worker, *_] = wait_for(lambda: served.worker(run), 60, "no worker")
+        folder = served.folder / "data/caged"
+        folder.mkdir()
+        reached = caged(folder, python, "-c", ATTEMPTS, str(served.process.pid), str(worker))
+        must(reached == "", f"reached from a cage: {reached}")
+        status = caged(folder, "/bin/cat", "/proc/self/status")
+        def field(name):
+            return re.search(rf"^{name}:\s+(\S+)", status, re.M)[1]
+        must(int(field("CapEff"), 16) == int(field("CapPrm"), 16) == int(field("CapBnd"), 16) == 0 or os.geteuid() != 0, status)
+        must((field("NoNewPrivs"), field("Seccomp")) == ("1", "2"), status)
+        # The solver of a run is in such a cage.
+        found = [int(entry.name) for entry in Path("/proc").iterdir() if entry.name.isdigit()
+                 and (entry / "stat").exists() and (entry / "stat").read_text().rsplit(")", 1)[1].split()[1] == str(worker)]
+        must(found, "the worker has no solver")
+        must(re.search(r"^Seccomp:\s+2", Path(f"/proc/{found[0]}/status").read_text(), re.M), "the solver has no filter")
+        served.wait(run)
+
+
+def check_root():
+    """Root is refused unless it names a user; server, workers and solvers run as that user, without groups and capabilities."""
+    if os.geteuid() != 0:
+        raise Skipped("this is not root")
+    user = "nobody"
+    with tempfile.TemporaryDirectory() as base:
+        os.chmod(base, 0o755)
+        data = Path(base) / "data"
+        command = [CLOUD, "serve", "--port", "0", "--solver", SOLVE]
+        for words, word in [([], "--user"), (["--user", "no such user"], "no such user"), (["--user", user], "--data")]:
+            refused = subprocess.run([*command, *words], capture_output=True, text=True, env={"PATH": os.environ["PATH"], "HOME": base})
+            must(refused.returncode == 2 and word in refused.stderr, f"{words}: {refused.returncode} {refused.stderr}")
+    real, SERVE[:] = list(SERVE), [CLOUD, "serve", "--user", user]
+    try:
+        with server() as served:
+            run = served.submit()
+            [worker, *_] = wait_for(lambda: served.worker(run), 60, "no worker")
+            for pid in (served.process.pid, worker):
+                status = Path(f"/proc/{pid}/status").read_text()
+                ids = [re.search(rf"^{name}:\s*(.*)", status, re.M)[1].split() for name in ("Uid", "Gid", "Groups", "CapEff")]
+                must("0" not in ids[0] + ids[1] + ids[2] and int(ids[3][0], 16) == 0, f"{ids}")
+            must((served.folder / "data").stat().st_uid != 0, "root owns the data")
+            served.wait(run)
+    finally:
+        SERVE[:] = real
 
 
 def check_projects():
@@ -1406,7 +1499,7 @@ def check_prices():
             must(sum(one["cost"] for one in served.attempts(run)) == row["cost"], f"{served.attempts(run)}")
             must(served.json("GET", "/session")["usage"]["cost"] == row["cost"], "the usage of the user")
         file.write_text('currency = "EUR"\n[core_hour]\nlocal = -1\n')
-        refused = subprocess.run([CLOUD, "serve", "--data", folder, "--prices", str(file)], capture_output=True, text=True)
+        refused = subprocess.run([*SERVE, "--data", folder, "--prices", str(file)], capture_output=True, text=True)
         must(refused.returncode == 2 and "local: -1" in refused.stderr, f"{refused}")
 
 
@@ -1678,7 +1771,7 @@ def check_start():
 def check_second_server():
     """A second server on the same data is refused."""
     with server() as served:
-        command = [CLOUD, "serve", "--data", str(served.folder / "data"), "--port", "0", "--solver", SOLVE]
+        command = [*SERVE, "--data", str(served.folder / "data"), "--port", "0", "--solver", SOLVE]
         second = subprocess.run(command, capture_output=True, text=True, timeout=20)
         must(second.returncode == 1 and "another server" in second.stderr, f"{second}")
 
@@ -1783,6 +1876,83 @@ def check_slurm():
     finally:
         subprocess.run([here / "slurm-down.sh", folder / "slurm"])
         time.sleep(1)
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+# Stands for `sbatch`, `squeue` and `scancel`: jobs wait while there is a file `hold`, and then run.
+SLURM = """
+import json, os, pathlib, signal, subprocess, sys
+folder, (name, *words) = pathlib.Path(sys.argv[0]).parent, [pathlib.Path(sys.argv[0]).name, *sys.argv[1:]]
+def jobs():
+    return sorted((json.loads(path.read_text()) for path in folder.glob("job.*")), key=lambda job: job["id"])
+def keep(job):
+    (folder / f"job.{job['id']}").write_text(json.dumps(job))
+def look(job):
+    if job["state"] == "PENDING" and not (folder / "hold").exists():
+        script = folder / f"script.{job['id']}"
+        script.write_text(job["script"])
+        out = open(folder / "out", "a")
+        job |= {"state": "RUNNING", "pid": subprocess.Popen(["sh", script], stdout=out, stderr=out, start_new_session=True).pid}
+    if job["state"] == "RUNNING":
+        try:
+            state = pathlib.Path(f"/proc/{job['pid']}/stat").read_text().rsplit(")", 1)[1].split()[0]
+        except OSError:
+            state = "Z"
+        job["state"] = "COMPLETED" if state == "Z" else "RUNNING"
+    keep(job)
+    return job
+if name == "sbatch":
+    job = {"id": len(jobs()) + 1, "name": [word[11:] for word in words if word.startswith("--job-name=")][0], "state": "PENDING"}
+    keep(job | {"script": sys.stdin.read()})
+    print(job["id"])
+elif name == "squeue":
+    for job in map(look, jobs()):
+        print(f"{job['id']}|{job['name']}|{job['state']}|Resources|n1|0:00")
+else:
+    [job] = [job for job in jobs() if str(job["id"]) == words[-1]]
+    if job["state"] == "PENDING" and len(words) == 1:
+        keep(job | {"state": "CANCELLED"})
+    elif job["state"] == "RUNNING" and len(words) == 1:
+        os.killpg(job["pid"], signal.SIGKILL)
+    elif job["state"] == "RUNNING":
+        os.kill(job["pid"], signal.SIGTERM)
+"""
+
+
+def check_slurm_stop():
+    """A job of Slurm that waits shows the reason; Stop and End of one that waits or runs take effect within 10 s, by the user."""
+    folder = Path(tempfile.mkdtemp(prefix="accept-slurm-"))
+    try:
+        for name in ("sbatch", "squeue", "scancel"):
+            (folder / name).write_text(f"#!{sys.executable}\n{SLURM}")
+            (folder / name).chmod(0o755)
+        site = folder / "site.toml"
+        site.write_text("poll = 1.0\n")
+        with server("--slurm", str(site), environment={"PATH": f"{folder}:{os.environ['PATH']}"}) as served:
+            def over(run, what):
+                begin = time.monotonic()
+                served.json("POST", f"/runs/{run}/{what}", {})
+                wait_for(lambda: served.run(run)["state"] == "stopped", 20, f"not over after {what}")
+                seconds = time.monotonic() - begin
+                print(f"    {what}: {seconds:.1f} s")
+                must(seconds < 10, f"{what} takes {seconds:.1f} s")
+                must(served.run(run)["cause"] == "user", f"{served.run(run)['cause']}: {served.run(run)['message']}")
+            for what in ("stop", "kill"):
+                (folder / "hold").touch()
+                run = served.submit(sets=LONG)
+                wait_for(lambda: served.run(run)["waits"] == "Resources", 30, "no reason")
+                over(run, what)
+                (folder / "hold").unlink()
+                time.sleep(5)
+                must(not served.worker(run) and served.run(run)["state"] == "stopped", "what was stopped starts")
+                served.json("POST", f"/runs/{run}/resume", {})
+                wait_for(lambda: served.worker(run) and committed(served, run) > 0, 60, "no worker")
+                must(served.run(run)["waits"] is None, "a job that runs waits")
+                over(run, what)
+                served.json("POST", f"/runs/{run}/resume", {})
+                served.wait(run)
+                served.same_as_alone(run, alone())
+    finally:
         shutil.rmtree(folder, ignore_errors=True)
 
 
@@ -2038,6 +2208,17 @@ def check_page():
         study = served.json("POST", "/studies", study, 201)["id"]
         wait_for(lambda: served.json("GET", f"/studies/{study}")["states"] == {"finished": 2}, 120, "not finished")
         browser("axe.mjs", served.link, modules / "axe-core/axe.min.js")
+
+
+def check_attacks():
+    """The twelve attacks of attacks.sh: the server holds, and nothing of them is left."""
+    with server() as served:
+        here = Path(__file__).parent
+        done = subprocess.run([here / "attacks.sh", served.link], capture_output=True, text=True)
+        print("".join(f"    {line}\n" for line in done.stdout.splitlines()), end="")
+        must(done.returncode == 0, f"{done.stdout}{done.stderr}")
+        must([user["name"] for user in served.json("GET", "/users")] == ["local"], "users that are left")
+        must(served.json("GET", "/runs")["runs"] == [], "runs that are left")
 
 
 def check_contract():

@@ -52,6 +52,8 @@ pub struct RunRow {
     pub message: String,
     /// Seconds left, as the solver expects.
     pub seconds_left: Option<f64>,
+    /// Reason for which its job waits in the queue of the engine, as that says it.
+    pub waits: Option<String>,
     /// Particles at present.
     pub particles: Option<u64>,
     /// `--set` of this run.

@@ -3,6 +3,7 @@
 mod client;
 mod commands;
 mod diff;
+mod user;
 
 use std::ffi::OsString;
 use std::io::IsTerminal;
@@ -156,6 +157,9 @@ struct Serve {
     /// Prices of cores, so that runs show money beside core hours (example: cloud/deploy/prices.toml)
     #[arg(long, value_name = "PRICES.toml")]
     prices: Option<PathBuf>,
+    /// User that the server and all solvers run as, where root starts it; `root` serves as root all the same
+    #[arg(long, value_name = "NAME")]
+    user: Option<String>,
     /// Do not confine the solver: a scene can then read any file that this user can
     #[arg(long)]
     no_sandbox: bool,
@@ -345,6 +349,7 @@ fn keep_private() {
 
 fn serve(serve: Serve) -> Result<()> {
     keep_private();
+    user::become_user(serve.user.as_deref(), serve.data.as_deref())?;
     let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get() as u32);
     let engine = engine(&serve)?;
     let prices: Option<cloud_server::Prices> = (serve.prices.as_ref())
@@ -403,6 +408,7 @@ fn worker(worker: Worker) -> Result<()> {
     keep_private();
     // Outlives the server and its terminal. It fails where this process leads a group already, which is as good.
     let _ = rustix::process::setsid();
+    cloud_engine::record().context("the record of this worker cannot be written")?;
     let store = cloud_store::open(&worker.store)?;
     let attempt = Attempt {
         store: store.as_ref(),

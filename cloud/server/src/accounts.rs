@@ -14,17 +14,19 @@ use cloud_api::names::LONGEST_NAME;
 use cloud_api::requests::{LogIn, NewLink, NewToken, NewUser};
 use rusqlite::OptionalExtension;
 
-use crate::access::{ApiError, Client, LoggedIn, cookie, cookie_name, not_logged_in};
+use crate::access::{
+    Admin, Anyone, ApiError, Client, LoggedIn, cookie, cookie_name, not_logged_in,
+};
 use crate::db::Applied;
 use crate::inputs;
 use crate::routes::{Answer, JsonBody, Shared, days};
 use crate::runs::{self, blocking};
-use crate::secrets::{self, NewSecret, Right, SecretKind};
+use crate::secrets::{self, Caller, NewSecret, Right, SecretKind};
 use crate::state::App;
 use crate::turns::Turn;
 
-fn session_of(app: &App, user: &secrets::User) -> Session {
-    if user.share.is_some() {
+fn session_of(app: &App, caller: &Caller) -> Session {
+    let Caller::User(user) = caller else {
         return Session {
             user: String::new(),
             admin: false,
@@ -34,7 +36,7 @@ fn session_of(app: &App, user: &secrets::User) -> Session {
             usage: Usage::default(),
             price: None,
         };
-    }
+    };
     let cores = app.options.cores;
     let busy: u32 = app.db.live().map_or(0, |runs| {
         runs.iter()
@@ -60,8 +62,8 @@ fn session_of(app: &App, user: &secrets::User) -> Session {
 
 /// Which user this is, and what is free.
 #[utoipa::path(get, path = "/api/v1/session", responses((status = 200, body = Session)))]
-pub(crate) async fn session_get(State(app): Shared, LoggedIn(user): LoggedIn) -> Answer<Session> {
-    Ok(Json(session_of(&app, &user)))
+pub(crate) async fn session_get(State(app): Shared, Anyone(caller): Anyone) -> Answer<Session> {
+    Ok(Json(session_of(&app, &caller)))
 }
 
 fn not_known() -> ApiError {
@@ -111,24 +113,24 @@ pub(crate) async fn session_begin(
         turn = Some(given?);
     }
     let shared = Arc::clone(&app);
-    let (user, secret) = blocking(move || {
+    let (caller, secret) = blocking(move || {
         let _turn = turn;
         let hash;
         let found = match (&body.token, &body.name, &body.password) {
             (Some(token), ..) => [SecretKind::Link, SecretKind::Share, SecretKind::Token]
                 .into_iter()
                 .find_map(|kind| {
-                    let user = secrets::recognise(&shared.db, kind, token).transpose()?;
-                    Some(user.map(|user| (user, kind)))
+                    let caller = secrets::recognise(&shared.db, kind, token).transpose()?;
+                    Some(caller.map(|caller| (caller, kind)))
                 })
                 .transpose()?
-                .map(|(user, kind)| {
-                    let right = match (kind, user.secret) {
+                .map(|(caller, kind)| {
+                    let right = match (kind, caller.secret()) {
                         // Good once: of two requests at the same time one gets a session.
                         (SecretKind::Link, Some(link)) => Right::Link(link),
-                        _ => user.right(),
+                        (_, secret) => secret.map_or(Right::Server, Right::Secret),
                     };
-                    (user, right)
+                    (caller, right)
                 }),
             (None, Some(name), Some(password)) => {
                 let found = secrets::log_in(&shared.db, name, password)?;
@@ -138,7 +140,7 @@ pub(crate) async fn session_begin(
                 match found {
                     Some((user, found)) => {
                         hash = found;
-                        Some((user, Right::Password(&hash)))
+                        Some((Caller::User(user), Right::Password(&hash)))
                     }
                     None => None,
                 }
@@ -150,21 +152,25 @@ pub(crate) async fn session_begin(
                 ));
             }
         };
-        let Some((user, right)) = found else {
+        let Some((caller, right)) = found else {
             return Err(not_known());
+        };
+        let (user, run, root) = match &caller {
+            Caller::User(user) => (user.id, None, user.root),
+            Caller::Guest(guest) => (guest.owner, Some(guest.run.as_str()), guest.root),
         };
         let session = NewSecret {
             kind: SecretKind::Session,
-            user: user.id,
+            user,
             right,
-            root: user.root,
+            root,
             name: "",
-            run: user.share.as_deref(),
+            run,
             days: 30.0,
-            read_only: user.read_only,
+            read_only: caller.is_read_only(),
         };
         let issued = secrets::issue(&shared.db, &session)?.ok_or_else(not_known)?;
-        Ok((user, issued.secret))
+        Ok((caller, issued.secret))
     })
     .await?;
     let secure = if app.options.behind_proxy {
@@ -176,14 +182,14 @@ pub(crate) async fn session_begin(
         "{}={secret}; Path=/; HttpOnly; SameSite=Lax; Max-Age=2592000{secure}",
         cookie_name(&app)
     );
-    Ok(([(header::SET_COOKIE, set)], Json(session_of(&app, &user))).into_response())
+    Ok(([(header::SET_COOKIE, set)], Json(session_of(&app, &caller))).into_response())
 }
 
 /// Logs out.
 #[utoipa::path(delete, path = "/api/v1/session", responses((status = 204)))]
 pub(crate) async fn session_end(
     State(app): Shared,
-    LoggedIn(_): LoggedIn,
+    Anyone(_): Anyone,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     if let Some(secret) = cookie(&app, &headers) {
@@ -193,25 +199,9 @@ pub(crate) async fn session_end(
     Ok((StatusCode::NO_CONTENT, [(header::SET_COOKIE, gone)]).into_response())
 }
 
-pub(crate) fn admin(user: &secrets::User) -> Result<(), ApiError> {
-    if user.admin && user.share.is_none() {
-        Ok(())
-    } else {
-        Err(ApiError::new(
-            StatusCode::FORBIDDEN,
-            "not allowed",
-            "Administrators manage users.",
-        ))
-    }
-}
-
 /// The users and what they take; for administrators.
 #[utoipa::path(get, path = "/api/v1/users", responses((status = 200, body = Vec<UserRow>)))]
-pub(crate) async fn user_list(
-    State(app): Shared,
-    LoggedIn(user): LoggedIn,
-) -> Answer<Vec<UserRow>> {
-    admin(&user)?;
+pub(crate) async fn user_list(State(app): Shared, Admin(_): Admin) -> Answer<Vec<UserRow>> {
     blocking(move || {
         let users = {
             let connection = app.db.lock();
@@ -244,11 +234,10 @@ pub(crate) async fn user_list(
 #[utoipa::path(post, path = "/api/v1/users", request_body = NewUser, responses((status = 204)))]
 pub(crate) async fn user_set(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Admin(user): Admin,
     Client(address): Client,
     JsonBody(body): JsonBody<NewUser>,
 ) -> Result<StatusCode, ApiError> {
-    admin(&user)?;
     cloud_api::names::check_name(&body.name)
         .map_err(|why| ApiError::bad_request("invalid name", why.to_string()))?;
     if body.cores == Some(Some(0))
@@ -294,10 +283,9 @@ fn refused(why: secrets::BadUser) -> ApiError {
 #[utoipa::path(delete, path = "/api/v1/users/{name}", params(("name" = String, Path)), responses((status = 204)))]
 pub(crate) async fn user_remove(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Admin(user): Admin,
     Path(name): Path<String>,
 ) -> Result<StatusCode, ApiError> {
-    admin(&user)?;
     blocking(move || {
         let id = "SELECT id FROM users WHERE name = ?1";
         let id: Option<i64> = (app.db.lock())
@@ -333,21 +321,12 @@ pub(crate) async fn user_remove(
     .await
 }
 
-/// Refuses a link to a run: it has no account.
-fn owner(user: &secrets::User) -> Result<(), ApiError> {
-    match user.share {
-        Some(_) => Err(ApiError::not_found()),
-        None => Ok(()),
-    }
-}
-
 /// The sessions of this user.
 #[utoipa::path(get, path = "/api/v1/sessions", responses((status = 200, body = Vec<SessionRow>)))]
 pub(crate) async fn session_list(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
 ) -> Answer<Vec<SessionRow>> {
-    owner(&user)?;
     let row = |found: secrets::Listed| SessionRow {
         id: found.id,
         token: found.made_with,
@@ -376,7 +355,6 @@ pub(crate) async fn session_remove_all(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
 ) -> Result<StatusCode, ApiError> {
-    owner(&user)?;
     secrets::end_sessions(&app.db, user.id)?;
     Ok(StatusCode::NO_CONTENT)
 }
@@ -388,7 +366,6 @@ fn take_back(
     kind: SecretKind,
     id: &str,
 ) -> Result<StatusCode, ApiError> {
-    owner(user)?;
     let id: i64 = id.parse().map_err(|_| ApiError::not_found())?;
     if secrets::take_back(&app.db, kind, user.id, id)? {
         Ok(StatusCode::NO_CONTENT)
@@ -414,7 +391,6 @@ pub(crate) async fn share_list(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
 ) -> Answer<Vec<TokenRow>> {
-    owner(&user)?;
     let found = secrets::list(&app.db, SecretKind::Share, Some(user.id), None)?;
     Ok(Json(found.into_iter().map(row_of).collect()))
 }
@@ -426,10 +402,8 @@ pub(crate) async fn run_shares(
     LoggedIn(user): LoggedIn,
     Path(id): Path<String>,
 ) -> Answer<Vec<TokenRow>> {
-    let (id, owner, _, row, _) = runs::visible_run(&app, &user, &id)?;
-    self::owner(&user)?;
-    runs::may_change(&app, &user, owner, &row)?;
-    let found = secrets::list(&app.db, SecretKind::Share, None, Some(id.as_str()))?;
+    let run = runs::changeable_run(&app, &user, &id)?;
+    let found = secrets::list(&app.db, SecretKind::Share, None, Some(run.id.as_str()))?;
     Ok(Json(found.into_iter().map(row_of).collect()))
 }
 
@@ -447,10 +421,9 @@ pub(crate) async fn share_remove(
 #[utoipa::path(post, path = "/api/v1/links", request_body = NewLink, responses((status = 201, body = TokenRow)))]
 pub(crate) async fn link_add(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Admin(user): Admin,
     JsonBody(body): JsonBody<NewLink>,
 ) -> Result<Response, ApiError> {
-    admin(&user)?;
     if user.id != secrets::LOCAL_ID {
         let detail = "The user of the machine makes links.";
         return Err(ApiError::new(StatusCode::FORBIDDEN, "not allowed", detail));
@@ -490,7 +463,6 @@ pub(crate) async fn token_list(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
 ) -> Answer<Vec<TokenRow>> {
-    owner(&user)?;
     let found = secrets::list(&app.db, SecretKind::Token, Some(user.id), None)?;
     Ok(Json(found.into_iter().map(row_of).collect()))
 }

@@ -16,7 +16,7 @@ use rusqlite::{Connection, OptionalExtension, Row, Transaction, params};
 use serde_json::{Value, json};
 
 use crate::prices::{Cost, Prices};
-use crate::secrets::User;
+use crate::secrets::Caller;
 
 const SCHEMA: &str = "
 CREATE TABLE IF NOT EXISTS users(id INTEGER PRIMARY KEY, name TEXT NOT NULL UNIQUE, hash TEXT, admin INTEGER NOT NULL);
@@ -741,25 +741,21 @@ impl Db {
         rows.collect()
     }
 
-    /// Whether a user may see all of these runs, and the secret of the request is still good.
-    pub(crate) fn may_see(&self, user: &User, runs: &BTreeSet<String>) -> Result<bool> {
+    /// Whether a user or guest may see all of these runs, and the secret of the request is still good.
+    pub(crate) fn may_see(&self, caller: &Caller, runs: &BTreeSet<String>) -> Result<bool> {
+        let (user, run) = match caller {
+            Caller::User(user) => (Some(user.id), None),
+            Caller::Guest(guest) => (None, Some(&guest.run)),
+        };
         let ids = serde_json::to_string(runs).unwrap_or_default();
         let connection = self.reader();
         let mut query = connection.prepare_cached(
             "SELECT (?1 IS NULL OR EXISTS (SELECT 1 FROM secrets WHERE id = ?1 AND expires > ?2))
                AND (SELECT count(*) FROM json_each(?3) w JOIN runs r ON r.id = w.value
-                    WHERE CASE WHEN ?4 IS NULL THEN r.owner = ?5 OR r.project IN (SELECT project FROM members WHERE user = ?5)
-                          ELSE r.id = ?4 END) = ?6",
+                    WHERE r.id = ?4 OR r.owner = ?5 OR r.project IN (SELECT project FROM members WHERE user = ?5)) = ?6",
         )?;
         query.query_row(
-            params![
-                user.secret,
-                now(),
-                ids,
-                user.share,
-                user.id,
-                runs.len() as i64
-            ],
+            params![caller.secret(), now(), ids, run, user, runs.len() as i64],
             |row| row.get(0),
         )
     }
@@ -1068,6 +1064,7 @@ fn row_of(row: &Row) -> Result<RunRow> {
         cause: cause_of(row)?,
         message: row.get("message")?,
         seconds_left: None,
+        waits: None,
         particles: None,
         set: set.collect(),
     })
@@ -1274,13 +1271,16 @@ mod tests {
         };
         db.insert(&[new("a", None), new("b", None), shared], None)
             .unwrap();
-        let ada = User {
-            id: 1,
-            ..crate::secrets::local()
+        let user = |secret| {
+            Caller::User(crate::secrets::User {
+                secret,
+                ..crate::secrets::local()
+            })
         };
-        let may = |user: &User, runs: &[&str]| {
+        let ada = user(None);
+        let may = |caller: &Caller, runs: &[&str]| {
             let runs = runs.iter().map(|run| (*run).to_owned()).collect();
-            db.may_see(user, &runs).unwrap()
+            db.may_see(caller, &runs).unwrap()
         };
         assert!(may(&ada, &[]));
         assert!(may(&ada, &["a", "b", "a"]));
@@ -1289,24 +1289,24 @@ mod tests {
         let join = "INSERT INTO members VALUES ('p', 1, 'viewer')";
         db.lock().execute(join, []).unwrap();
         assert!(may(&ada, &["a", "c"]));
-        let link = User {
-            share: Some("b".to_owned()),
-            ..ada.clone()
-        };
-        assert!(may(&link, &["b"]));
-        assert!(!may(&link, &["a"]));
-        let gone = User {
-            secret: Some(7),
-            ..ada
-        };
-        assert!(!may(&gone, &["a"]));
+        let add = "INSERT INTO secrets VALUES (5, 'h', 'session', 1, '', 'b', 1e12, 1, NULL, 1)";
+        db.lock().execute(add, []).unwrap();
+        let guest = Caller::Guest(crate::secrets::Guest {
+            run: "b".to_owned(),
+            owner: 1,
+            secret: 5,
+            root: None,
+        });
+        assert!(may(&guest, &["b"]));
+        assert!(!may(&guest, &["a"]));
+        assert!(!may(&user(Some(7)), &["a"]));
     }
 
     /// Of two extensions of one revision the second one changes nothing.
     #[test]
     fn an_extension_follows_the_revision_that_it_was_made_for() {
         let (_folder, db) = db();
-        let engine = Local::new(1, "");
+        let engine = Local::new(1, "", "");
         db.insert(&[new("a", None)], None).unwrap();
         let set = "UPDATE runs SET state = 'finished'";
         db.lock().execute(set, []).unwrap();
@@ -1374,18 +1374,18 @@ mod tests {
         db.insert(&[new("a", None)], None).unwrap();
         let before = db.newest_event().unwrap();
         assert!(matches!(
-            db.apply("a", &RunEvent::Resume, None, &Local::new(1, ""))
+            db.apply("a", &RunEvent::Resume, None, &Local::new(1, "", ""))
                 .unwrap(),
             Applied::Illegal(_)
         ));
         assert!(matches!(
-            db.apply("b", &RunEvent::Stop, None, &Local::new(1, ""))
+            db.apply("b", &RunEvent::Stop, None, &Local::new(1, "", ""))
                 .unwrap(),
             Applied::Missing
         ));
         assert_eq!(db.newest_event().unwrap(), before);
         assert!(matches!(
-            db.apply("a", &RunEvent::Launched, None, &Local::new(1, ""))
+            db.apply("a", &RunEvent::Launched, None, &Local::new(1, "", ""))
                 .unwrap(),
             Applied::Done(..)
         ));

@@ -17,11 +17,11 @@ use cloud_api::{Head, RunId};
 use tokio::sync::mpsc;
 use tokio_stream::Stream;
 
-use crate::access::{ApiError, LoggedIn};
+use crate::access::{Anyone, ApiError};
 use crate::content::Content;
 use crate::routes::{Answer, Shared, headed};
 use crate::runs::{blocking, visible_run};
-use crate::secrets::User;
+use crate::secrets::Caller;
 use crate::state::App;
 use crate::turns::{Turn, Turns};
 
@@ -53,10 +53,10 @@ fn files(head: &Head) -> Vec<RunFile> {
 #[utoipa::path(get, path = "/api/v1/runs/{run}/files", params(("run" = String, Path)), responses((status = 200, body = Vec<RunFile>)))]
 pub(crate) async fn run_files(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Anyone(caller): Anyone,
     Path(id): Path<String>,
 ) -> Answer<Vec<RunFile>> {
-    blocking(move || Ok(Json(files(&headed(&app, &user, &id)?.1)))).await
+    blocking(move || Ok(Json(files(&headed(&app, &caller, &id)?.1)))).await
 }
 
 /// Bytes `first..=last` that a `Range` header asks for; `None`: all.
@@ -114,8 +114,8 @@ pub(crate) const EACH_FRAMES: usize = 8;
 pub(crate) const ALL_FRAMES: usize = 32;
 
 /// Waits for the turn of a download or a frame; not for ever.
-pub(crate) async fn turn(turns: &Turns, user: &User) -> Result<Turn, ApiError> {
-    let turn = turns.take((user.id, user.share.is_some()));
+pub(crate) async fn turn(turns: &Turns, caller: &Caller) -> Result<Turn, ApiError> {
+    let turn = turns.take(caller.turns());
     match tokio::time::timeout(TURN, turn).await {
         Ok(turn) => turn,
         Err(_) => Err(ApiError::too_many(
@@ -248,15 +248,15 @@ fn saved_as(name: &str) -> String {
     responses((status = 200, content_type = "application/octet-stream"), (status = 206, content_type = "application/octet-stream")))]
 pub(crate) async fn run_file(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Anyone(caller): Anyone,
     Path((id, name)): Path<(String, String)>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    let turn = turn(&app.downloads, &user).await?;
+    let turn = turn(&app.downloads, &caller).await?;
     let shared = Arc::clone(&app);
     let file = name.clone();
     let content = blocking(move || {
-        let (id, head) = headed(&shared, &user, &id)?;
+        let (id, head) = headed(&shared, &caller, &id)?;
         Content::of(&id, &head, &file).ok_or_else(ApiError::not_found)
     });
     let content = content.await?;
@@ -326,15 +326,15 @@ impl Write for Packed {
 #[utoipa::path(get, path = "/api/v1/runs/{run}/archive", params(("run" = String, Path)), responses((status = 200, content_type = "application/zip")))]
 pub(crate) async fn run_archive(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Anyone(caller): Anyone,
     Path(id): Path<String>,
 ) -> Result<Response, ApiError> {
-    let turn = turn(&app.downloads, &user).await?;
+    let turn = turn(&app.downloads, &caller).await?;
     let shared = Arc::clone(&app);
     let (id, head, spec) = blocking(move || {
-        let (id, _, _, _, spec) = visible_run(&shared, &user, &id)?;
-        let head = shared.head(&id)?.ok_or_else(ApiError::not_found)?;
-        Ok((id, head, spec))
+        let run = visible_run(&shared, &caller, &id)?;
+        let head = shared.head(&run.id)?.ok_or_else(ApiError::not_found)?;
+        Ok((run.id, head, run.spec))
     })
     .await?;
     let prefix = spec.scene.trim_end_matches(".toml");

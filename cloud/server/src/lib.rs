@@ -104,9 +104,9 @@ pub async fn serve(options: Options, ready: impl FnOnce(&Links)) -> Result<()> {
             options.listen.ip()
         );
     }
-    if options.sandbox && !cloud_worker::confine::landlock_is_there() {
+    if options.sandbox && !cloud_worker::confine::is_there() {
         anyhow::bail!(
-            "the kernel does not enforce Landlock, so a scene could read any file of this user. \
+            "the kernel has no Landlock, or no filter of system calls (seccomp), so a scene could read any file of this user. \
              --no-sandbox serves all the same{}",
             if loopback {
                 ""

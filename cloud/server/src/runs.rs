@@ -15,7 +15,7 @@ use serde_json::Value;
 use crate::access::{ApiError, not_logged_in};
 use crate::check::{check, inspect};
 use crate::db::{Applied, Deleted, Extension, NewRun, Reserved};
-use crate::secrets::{self, User};
+use crate::secrets::{self, Caller, User};
 use crate::state::App;
 use crate::{earlier, inputs, projects};
 
@@ -314,48 +314,65 @@ pub(crate) fn by_idempotency_key(
     }
 }
 
-/// A run that the user may see.
-pub(crate) fn visible_run(
-    app: &App,
-    user: &User,
-    id: &str,
-) -> Result<(RunId, i64, cloud_api::lifecycle::Run, RunRow, Spec), ApiError> {
+/// A run that a user or guest may see.
+pub(crate) struct VisibleRun {
+    pub(crate) id: RunId,
+    pub(crate) owner: i64,
+    pub(crate) state: cloud_api::lifecycle::Run,
+    pub(crate) row: RunRow,
+    pub(crate) spec: Spec,
+}
+
+/// A run that a user may change: the owner, or a member of its project. Functions that change a run take one.
+pub(crate) struct ChangeableRun(VisibleRun);
+
+impl std::ops::Deref for ChangeableRun {
+    type Target = VisibleRun;
+
+    fn deref(&self) -> &VisibleRun {
+        &self.0
+    }
+}
+
+/// A run, if the user or guest may see it.
+pub(crate) fn visible_run(app: &App, caller: &Caller, id: &str) -> Result<VisibleRun, ApiError> {
     let id: RunId = id.parse().map_err(|_| ApiError::not_found())?;
-    let (owner, run, row, spec) = app.db.run(id.as_str())?.ok_or_else(ApiError::not_found)?;
-    let is_visible = match (&user.share, &row.project) {
-        (Some(share), _) => share == id.as_str(),
-        (None, _) if owner == user.id => true,
-        (None, Some(project)) => projects::role(app, user, project)?.is_some(),
-        (None, None) => false,
+    let (owner, state, row, spec) = app.db.run(id.as_str())?.ok_or_else(ApiError::not_found)?;
+    let is_visible = match (caller, &row.project) {
+        (Caller::Guest(guest), _) => guest.run == id.as_str(),
+        (Caller::User(user), _) if owner == user.id => true,
+        (Caller::User(user), Some(project)) => projects::role(app, user, project)?.is_some(),
+        (Caller::User(_), None) => false,
     };
     if !is_visible {
         return Err(ApiError::not_found());
     }
-    Ok((
+    Ok(VisibleRun {
         id,
         owner,
-        run,
+        state,
         row,
-        serde_json::from_str(&spec).map_err(ApiError::internal)?,
-    ))
+        spec: serde_json::from_str(&spec).map_err(ApiError::internal)?,
+    })
 }
 
-/// Refuses to change a run of which the user may only see something.
-pub(crate) fn may_change(app: &App, user: &User, owner: i64, row: &RunRow) -> Result<(), ApiError> {
-    match &row.project {
-        Some(project) if owner != user.id => projects::need(app, user, project, Role::Member),
-        _ => Ok(()),
+/// A run, if the user may change it.
+pub(crate) fn changeable_run(app: &App, user: &User, id: &str) -> Result<ChangeableRun, ApiError> {
+    let run = visible_run(app, &Caller::User(user.clone()), id)?;
+    if let Some(project) = &run.row.project
+        && run.owner != user.id
+    {
+        projects::need(app, user, project, Role::Member)?;
     }
+    Ok(ChangeableRun(run))
 }
 
 /// Records an event that the user wants.
-pub(crate) fn change(app: &App, user: &User, id: &str, event: &RunEvent) -> Result<(), ApiError> {
-    let (id, owner, _, row, _) = visible_run(app, user, id)?;
-    may_change(app, user, owner, &row)?;
+pub(crate) fn change(app: &App, run: &ChangeableRun, event: &RunEvent) -> Result<(), ApiError> {
     if matches!(event, RunEvent::Resume) {
-        within_quota(app, owner, 0, 0)?;
+        within_quota(app, run.owner, 0, 0)?;
     }
-    let applied = (app.db).apply(id.as_str(), event, None, app.engine.as_ref())?;
+    let applied = (app.db).apply(run.id.as_str(), event, None, app.engine.as_ref())?;
     after(app, applied)
 }
 
@@ -410,8 +427,13 @@ pub(crate) async fn extend(
             "It is a time in s, larger than 0.",
         ));
     }
-    let (id, owner, run, row, mut spec) = visible_run(app, user, id)?;
-    may_change(app, user, owner, &row)?;
+    let ChangeableRun(VisibleRun {
+        id,
+        owner,
+        state: run,
+        row,
+        mut spec,
+    }) = changeable_run(app, user, id)?;
     if end <= row.time {
         let detail = format!(
             "The run has come to {} s already; its new end is later than that.",
@@ -467,10 +489,8 @@ pub(crate) async fn extend(
 }
 
 /// Removes a run with all its files. One that has an attempt has to be stopped first.
-pub(crate) fn delete(app: &App, user: &User, id: &str) -> Result<(), ApiError> {
-    let (id, owner, _, row, _) = visible_run(app, user, id)?;
-    may_change(app, user, owner, &row)?;
-    forget(app, id.as_str())
+pub(crate) fn delete(app: &App, run: &ChangeableRun) -> Result<(), ApiError> {
+    forget(app, run.id.as_str())
 }
 
 /// Removes a run that is not live, with all its files.
@@ -508,13 +528,15 @@ pub(crate) async fn blocking<T: Send + 'static>(
 pub(crate) fn with_life(app: &App, mut row: RunRow) -> RunRow {
     if row.state.has_attempt()
         && let Some(seen) = app.attempts.get(&row.id)
-        && let Some(beat) = seen.beat
     {
-        row.step = row.step.max(beat.step);
-        row.of_steps = beat.of_steps.or(row.of_steps);
-        row.time = row.time.max(beat.time);
-        row.seconds_left = beat.seconds_left;
-        row.particles = beat.particles;
+        row.waits = seen.waits;
+        if let Some(beat) = seen.beat {
+            row.step = row.step.max(beat.step);
+            row.of_steps = beat.of_steps.or(row.of_steps);
+            row.time = row.time.max(beat.time);
+            row.seconds_left = beat.seconds_left;
+            row.particles = beat.particles;
+        }
     }
     row
 }

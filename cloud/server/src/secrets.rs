@@ -17,6 +17,7 @@ use cloud_store::{hex, sha256};
 use rusqlite::{Connection, OptionalExtension, Transaction, params};
 
 use crate::db::{self, Db, now};
+use crate::turns::OfUser;
 
 /// Name of the user of a laptop.
 const LOCAL: &str = "local";
@@ -102,15 +103,33 @@ pub(crate) struct Issued {
     pub(crate) expires: f64,
 }
 
-/// A recognised user.
+/// Sender of a request that has a good secret.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Caller {
+    User(User),
+    Guest(Guest),
+}
+
+/// A guest: one that has a link to a run, to look at.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Guest {
+    /// The run.
+    pub(crate) run: String,
+    /// The user to whom the run belongs.
+    pub(crate) owner: i64,
+    /// Number of the secret that the request has.
+    pub(crate) secret: i64,
+    /// As in [`User`].
+    pub(crate) root: Option<(i64, f64)>,
+}
+
+/// A user: one that has an account. Functions that take one do nothing for guests.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct User {
     pub(crate) id: i64,
     pub(crate) name: String,
     pub(crate) admin: bool,
     pub(crate) read_only: bool,
-    /// The one run that the secret is for.
-    pub(crate) share: Option<String>,
     /// Number of the secret that the request has.
     pub(crate) secret: Option<i64>,
     /// The token or share that the secret is, or was made with: number, and Unix time of its end, in s.
@@ -124,7 +143,6 @@ impl User {
             name: name.to_owned(),
             admin,
             read_only: false,
-            share: None,
             secret: None,
             root: None,
         }
@@ -134,6 +152,32 @@ impl User {
     pub(crate) fn right(&self) -> Right<'static> {
         // Without a secret: the user of `--no-auth`.
         self.secret.map_or(Right::Server, Right::Secret)
+    }
+}
+
+impl Caller {
+    /// Number of the secret that the request has.
+    pub(crate) fn secret(&self) -> Option<i64> {
+        match self {
+            Self::User(user) => user.secret,
+            Self::Guest(guest) => Some(guest.secret),
+        }
+    }
+
+    /// Whether it only looks.
+    pub(crate) fn is_read_only(&self) -> bool {
+        match self {
+            Self::User(user) => user.read_only,
+            Self::Guest(_) => true,
+        }
+    }
+
+    /// The user whose turns it takes, and whether they are those of guests.
+    pub(crate) fn turns(&self) -> OfUser {
+        match self {
+            Self::User(user) => (user.id, false),
+            Self::Guest(guest) => (guest.owner, true),
+        }
     }
 }
 
@@ -395,8 +439,8 @@ fn issue_in(transaction: &Transaction, new: &NewSecret) -> Result<Option<Issued>
     }))
 }
 
-/// The user whose secret of this kind it is. The comparison is by hash, so its time tells nothing of the secret.
-pub(crate) fn recognise(db: &Db, kind: SecretKind, secret: &str) -> db::Result<Option<User>> {
+/// The user or guest whose secret of this kind it is. The comparison is by hash, so its time tells nothing of the secret.
+pub(crate) fn recognise(db: &Db, kind: SecretKind, secret: &str) -> db::Result<Option<Caller>> {
     db.lock()
         .query_row(
             "SELECT u.id, u.name, u.admin, s.read_only, s.run, s.id, s.expires, s.parent FROM secrets s JOIN users u ON u.id = s.user
@@ -405,19 +449,28 @@ pub(crate) fn recognise(db: &Db, kind: SecretKind, secret: &str) -> db::Result<O
             |row| {
                 let (secret, expires): (i64, f64) = (row.get(5)?, row.get(6)?);
                 let parent: Option<i64> = row.get(7)?;
-                Ok(User {
-                    id: row.get(0)?,
-                    name: row.get(1)?,
-                    admin: row.get(2)?,
-                    read_only: row.get(3)?,
-                    share: row.get(4)?,
-                    secret: Some(secret),
-                    root: match kind {
-                        SecretKind::Token | SecretKind::Share => Some((secret, expires)),
-                        SecretKind::Session | SecretKind::Link => {
-                            parent.map(|parent| (parent, expires))
-                        }
-                    },
+                let root = match kind {
+                    SecretKind::Token | SecretKind::Share => Some((secret, expires)),
+                    SecretKind::Session | SecretKind::Link => {
+                        parent.map(|parent| (parent, expires))
+                    }
+                };
+                let owner = row.get(0)?;
+                Ok(match row.get(4)? {
+                    Some(run) => Caller::Guest(Guest {
+                        run,
+                        owner,
+                        secret,
+                        root,
+                    }),
+                    None => Caller::User(User {
+                        id: owner,
+                        name: row.get(1)?,
+                        admin: row.get(2)?,
+                        read_only: row.get(3)?,
+                        secret: Some(secret),
+                        root,
+                    }),
                 })
             },
         )
@@ -564,7 +617,7 @@ pub(crate) fn machine_token(db: &Db, data: &Path, rotate: Option<Right>) -> Resu
     let path = data.join("token");
     if rotate.is_none()
         && let Ok(token) = fs::read_to_string(&path)
-        && let Some(user) = recognise(db, SecretKind::Token, token.trim())?
+        && let Some(Caller::User(user)) = recognise(db, SecretKind::Token, token.trim())?
         && let Some((id, expires)) = user.root
     {
         return Ok(Some(Issued {
@@ -722,6 +775,14 @@ mod tests {
         (issued.id, issued.secret, issued.expires)
     }
 
+    /// The user that a secret recognises.
+    fn user_of(db: &Db, kind: SecretKind, secret: &str) -> Option<User> {
+        match recognise(db, kind, secret).unwrap()? {
+            Caller::User(user) => Some(user),
+            Caller::Guest(guest) => panic!("{guest:?}"),
+        }
+    }
+
     /// The user of the machine changes a user.
     fn changed(db: &Db, user: &NewUser) -> std::result::Result<(), BadUser> {
         set_user(db, (LOCAL_ID, Right::Server), user).unwrap()
@@ -733,18 +794,13 @@ mod tests {
         let db = Db::open(&folder.path().join("db"), Policy::default(), None).unwrap();
         first_user(&db).unwrap();
         let (_, token, _) = made(&db, SecretKind::Token, 1, None, 1.0);
-        assert!(
-            recognise(&db, SecretKind::Token, &token)
-                .unwrap()
-                .unwrap()
-                .read_only
-        );
-        assert_eq!(recognise(&db, SecretKind::Session, &token).unwrap(), None);
-        assert_eq!(recognise(&db, SecretKind::Token, "mc_0").unwrap(), None);
+        assert!(user_of(&db, SecretKind::Token, &token).unwrap().read_only);
+        assert_eq!(user_of(&db, SecretKind::Session, &token), None);
+        assert_eq!(user_of(&db, SecretKind::Token, "mc_0"), None);
         let (_, old, _) = made(&db, SecretKind::Token, 1, None, -1.0);
-        assert_eq!(recognise(&db, SecretKind::Token, &old).unwrap(), None);
+        assert_eq!(user_of(&db, SecretKind::Token, &old), None);
         revoke(&db, SecretKind::Token, &token).unwrap();
-        assert_eq!(recognise(&db, SecretKind::Token, &token).unwrap(), None);
+        assert_eq!(user_of(&db, SecretKind::Token, &token), None);
         let kept: i64 = db
             .lock()
             .query_row(
@@ -774,22 +830,20 @@ mod tests {
         first_user(&db).unwrap();
         let make = |kind, root, days| made(&db, kind, 1, root, days);
         let (id, token, end) = make(SecretKind::Token, None, 1.0);
-        let user = recognise(&db, SecretKind::Token, &token).unwrap().unwrap();
+        let user = user_of(&db, SecretKind::Token, &token).unwrap();
         assert_eq!(user.root, Some((id, end)));
         let (_, session, session_end) = make(SecretKind::Session, user.root, 30.0);
         assert_eq!(session_end, end);
-        let user = recognise(&db, SecretKind::Session, &session)
-            .unwrap()
-            .unwrap();
+        let user = user_of(&db, SecretKind::Session, &session).unwrap();
         assert_eq!(user.root, Some((id, end)));
         let (_, second, second_end) = make(SecretKind::Token, user.root, 366.0);
         assert_eq!(second_end, end);
-        let second = recognise(&db, SecretKind::Token, &second).unwrap().unwrap();
+        let second = user_of(&db, SecretKind::Token, &second).unwrap();
         let (last, _, _) = make(SecretKind::Session, second.root, 30.0);
         assert!(!take_back(&db, SecretKind::Share, 1, id).unwrap());
         assert!(!take_back(&db, SecretKind::Token, 2, id).unwrap());
         assert!(take_back(&db, SecretKind::Token, 1, id).unwrap());
-        assert_eq!(recognise(&db, SecretKind::Session, &session).unwrap(), None);
+        assert_eq!(user_of(&db, SecretKind::Session, &session), None);
         assert!(!is_good(&db, last).unwrap());
     }
 
@@ -872,12 +926,10 @@ mod tests {
         let db = Db::open(&folder.path().join("db"), Policy::default(), None).unwrap();
         first_user(&db).unwrap();
         let (id, token, end) = made(&db, SecretKind::Token, LOCAL_ID, None, 0.5);
-        let user = recognise(&db, SecretKind::Token, &token).unwrap().unwrap();
+        let user = user_of(&db, SecretKind::Token, &token).unwrap();
         let made_link = link(&db, user.right(), user.root).unwrap().unwrap();
         assert_eq!(made_link.expires, end);
-        let user = recognise(&db, SecretKind::Link, &made_link.secret)
-            .unwrap()
-            .unwrap();
+        let user = user_of(&db, SecretKind::Link, &made_link.secret).unwrap();
         assert_eq!(user.root, Some((id, end)));
         assert!(take_back(&db, SecretKind::Token, LOCAL_ID, id).unwrap());
         assert!(!is_good(&db, made_link.id).unwrap());
@@ -936,8 +988,8 @@ mod tests {
         );
         let usage = db.usage(user.id).unwrap();
         assert_eq!((usage.most_cores, usage.most_disk), (Some(3), Some(5)));
-        assert_eq!(recognise(&db, SecretKind::Session, &session).unwrap(), None);
-        assert!(recognise(&db, SecretKind::Token, &token).unwrap().is_some());
+        assert_eq!(user_of(&db, SecretKind::Session, &session), None);
+        assert!(user_of(&db, SecretKind::Token, &token).is_some());
         let free = NewUser {
             disk: Some(None),
             ..new_user("ada", None)
@@ -974,7 +1026,7 @@ mod tests {
         let gone = remove_user(&db, by, user.id).unwrap();
         assert_eq!(gone, Ok(vec!["a".to_owned(), "b".to_owned()]));
         assert!(log_in(&db, "ada", "another horse").unwrap().is_none());
-        assert_eq!(recognise(&db, SecretKind::Token, &token).unwrap(), None);
+        assert_eq!(user_of(&db, SecretKind::Token, &token), None);
     }
 
     #[test]

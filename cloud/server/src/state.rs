@@ -6,6 +6,7 @@ use std::net::{IpAddr, SocketAddr};
 use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
 use std::path::PathBuf;
 use std::process::Command;
+use std::sync::atomic::{AtomicU16, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
@@ -73,6 +74,8 @@ pub struct Links {
 pub(crate) struct App {
     /// Address of the page, once it is known.
     address: Mutex<String>,
+    /// Port of the page, likewise.
+    pub(crate) port: AtomicU16,
     pub(crate) options: Options,
     pub(crate) db: Db,
     pub(crate) store: Box<dyn Store>,
@@ -140,7 +143,9 @@ impl App {
         let store = cloud_store::create(&store_url)?;
         let version = version(&options.solver)?;
         let engine: Box<dyn Engine> = match options.engine.clone() {
-            EngineChoice::Local => Box::new(Local::new(options.cores, &store_url)),
+            EngineChoice::Local => {
+                Box::new(Local::new(options.cores, &store_url, data.join("workers")))
+            }
             EngineChoice::Slurm(site) => Box::new(Slurm::new(site, data.join("arrays"))),
             #[cfg(feature = "aws")]
             EngineChoice::Aws(account) => Box::new(cloud_engine::Batch::new(account)?),
@@ -164,6 +169,7 @@ impl App {
         let (wake, woken) = std::sync::mpsc::sync_channel(1);
         Ok(Arc::new(Self {
             address: Mutex::default(),
+            port: AtomicU16::default(),
             cache: Cache::new(data.join("cache")),
             options,
             db,
@@ -193,6 +199,7 @@ impl App {
 
     /// Writes the link of the command line into the data folder, and returns the address and a link that logs in once.
     pub(crate) fn links(&self, address: SocketAddr) -> Result<Links> {
+        self.port.store(address.port(), Ordering::Relaxed);
         let host = self
             .options
             .hosts

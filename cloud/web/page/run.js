@@ -103,7 +103,7 @@ export async function showRun(main, id) {
         await remove(`/runs/${id}`).then(() => go("/"), (error) => toast(error.message, true));
       } }, "Delete"),
     ] : [el("span", { class: "quiet" }, "to look at only")];
-    const doing = run.state === "queued" ? "waits for a free place" : run.beat?.doing || "";
+    const doing = run.state === "queued" ? "waits for a free place" : run.waits ? `waits in the queue: ${run.waits}` : run.beat?.doing || "";
     put(head, el("div", { class: "row spread" }, el("div", {}, el("h1", {}, run.title), el("div", { class: "row small quiet" }, state(run),
       run.label && el("a", { href: `/?label=${encodeURIComponent(run.label)}` }, run.label), run.study && el("a", { href: `/studies/${run.study}` }, "its study"), `submitted ${ago(run.created)}`, el("span", { class: "code" }, id.slice(0, 8)))), el("div", { class: "row" }, buttons)),
     run.unseen && live && el("p", { class: "warn-text" }, `Not seen for ${duration(run.unseen)}.`),

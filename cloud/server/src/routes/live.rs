@@ -13,12 +13,11 @@ use serde::Deserialize;
 use tokio_stream::wrappers::ReceiverStream;
 
 use super::{QueryParams, Shared};
-use crate::access::{ApiError, LoggedIn};
-use crate::accounts;
+use crate::access::{Admin, Anyone, ApiError};
 use crate::db::MOST_ROWS;
 use crate::downloads;
 use crate::runs::blocking;
-use crate::secrets::User;
+use crate::secrets::Caller;
 use crate::state::App;
 
 /// How often a stream of events without any says that it lives.
@@ -34,10 +33,10 @@ pub(crate) struct EventsQuery {
 /// How often the right to a stream of events is looked at again.
 const RECHECK: Duration = Duration::from_secs(5);
 
-/// Whether a user may see all of these runs, and the secret of the stream is good. An answer that does not come is a no.
-async fn may(app: &Arc<App>, user: &Arc<User>, runs: &Arc<BTreeSet<String>>) -> bool {
-    let (app, user, runs) = (Arc::clone(app), Arc::clone(user), Arc::clone(runs));
-    let may = blocking(move || Ok(app.db.may_see(&user, &runs)?)).await;
+/// Whether a user or guest may see all of these runs, and the secret of the stream is good. An answer that does not come is a no.
+async fn may(app: &Arc<App>, caller: &Arc<Caller>, runs: &Arc<BTreeSet<String>>) -> bool {
+    let (app, caller, runs) = (Arc::clone(app), Arc::clone(caller), Arc::clone(runs));
+    let may = blocking(move || Ok(app.db.may_see(&caller, &runs)?)).await;
     may.unwrap_or(false)
 }
 
@@ -46,7 +45,7 @@ async fn may(app: &Arc<App>, user: &Arc<User>, runs: &Arc<BTreeSet<String>>) -> 
     responses((status = 200, content_type = "text/event-stream")))]
 pub(crate) async fn events(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Anyone(caller): Anyone,
     QueryParams(query): QueryParams<EventsQuery>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
@@ -62,14 +61,18 @@ pub(crate) async fn events(
             "At most 200 at once; none: all of yours.",
         ));
     }
-    if wanted.is_empty() {
-        wanted.extend(user.share.clone());
+    // All of a user, without any other.
+    let mut of = None;
+    match &caller {
+        _ if !wanted.is_empty() => {}
+        Caller::User(user) => of = Some(user.id),
+        Caller::Guest(guest) => wanted.extend([guest.run.clone()]),
     }
-    let (user, wanted) = (Arc::new(user), Arc::new(wanted));
-    if !may(&app, &user, &wanted).await {
+    let (caller, wanted) = (Arc::new(caller), Arc::new(wanted));
+    if !may(&app, &caller, &wanted).await {
         return Err(ApiError::not_found());
     }
-    let turn = downloads::turn(&app.streams, &user).await?;
+    let turn = downloads::turn(&app.streams, &caller).await?;
     // Heard from now on, so that nothing falls between the replay and the news.
     let mut news = app.news.subscribe();
     let last = headers
@@ -82,7 +85,7 @@ pub(crate) async fn events(
     let mut closing = app.closing();
     tokio::spawn(async move {
         let _turn = turn;
-        let hears = |run: &String| wanted.is_empty() || wanted.contains(run);
+        let hears = |run: &String| of.is_some() || wanted.contains(run);
         // So that a listener that comes back later knows from where on.
         let mut at = last.unwrap_or(newest).min(newest);
         let hello = Sse::default().event("hello").id(at.to_string()).data("{}");
@@ -90,7 +93,7 @@ pub(crate) async fn events(
             return;
         }
         loop {
-            let (shared, of) = (Arc::clone(&app), wanted.is_empty().then_some(user.id));
+            let shared = Arc::clone(&app);
             let rows = blocking(move || Ok(shared.db.events(of, None, at)?)).await;
             // The log has the error.
             let Ok(rows) = rows else { return };
@@ -113,7 +116,7 @@ pub(crate) async fn events(
         loop {
             let message = tokio::select! {
                 message = news.recv() => message,
-                _ = again.tick() => match may(&app, &user, &wanted).await {
+                _ = again.tick() => match may(&app, &caller, &wanted).await {
                     true => continue,
                     false => return,
                 },
@@ -121,8 +124,12 @@ pub(crate) async fn events(
                 _ = closing.changed() => return,
             };
             let event = match message {
-                Ok(message) if !wanted.is_empty() && !wanted.contains(&message.run) => continue,
-                Ok(message) if wanted.is_empty() && !message.audience.contains(&user.id) => {
+                Ok(message)
+                    if !of.map_or_else(
+                        || wanted.contains(&message.run),
+                        |user| message.audience.contains(&user),
+                    ) =>
+                {
                     continue;
                 }
                 Ok(message) => match message.id {
@@ -156,11 +163,7 @@ pub(crate) async fn events(
 }
 
 /// Counts for Prometheus. No names of runs or users.
-pub(super) async fn metrics(
-    State(app): Shared,
-    LoggedIn(user): LoggedIn,
-) -> Result<String, ApiError> {
-    accounts::admin(&user)?;
+pub(super) async fn metrics(State(app): Shared, Admin(_): Admin) -> Result<String, ApiError> {
     let connection = app.db.lock();
     let mut query = connection.prepare("SELECT state, count(*) FROM runs GROUP BY state")?;
     let rows = query.query_map([], |row| {
