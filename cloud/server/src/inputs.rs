@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::sync::{Condvar, Mutex, MutexGuard};
 
 use crate::access::ApiError;
-use crate::db::Reserved;
+use crate::db::{Forgotten, Reserved};
 use crate::runs::{granted, within_quota};
 use crate::state::App;
 
@@ -56,22 +56,33 @@ impl Drop for Held<'_> {
     }
 }
 
-/// Gives a user a content, within the limit of the user. `put` brings it into the store, where it is not there yet.
+/// Gives a user a content, within the limit of the user. `put` brings it into the store, where it is not there yet. Returns whether the
+/// user did not have it.
 pub(crate) fn add(
     app: &App,
     user: i64,
     sha256: &str,
     bytes: u64,
     put: impl FnOnce() -> Result<(), ApiError>,
-) -> Result<(), ApiError> {
+) -> Result<bool, ApiError> {
     if app.db.input(sha256, user)?.is_some() {
-        return Ok(());
+        return Ok(false);
     }
     // Before the work.
     within_quota(app, user, 0, bytes)?;
     keep(app, sha256, bytes, put, || {
         app.db.add_input(sha256, user, bytes)
-    })
+    })?;
+    Ok(true)
+}
+
+/// Takes a content from a user, unless a run of the user names it.
+pub(crate) fn take(app: &App, user: i64, sha256: &str) -> Result<Forgotten, ApiError> {
+    let forgotten = app.db.remove_input(sha256, user)?;
+    if forgotten == Forgotten::Done {
+        remove(app, &[sha256.to_owned()])?;
+    }
+    Ok(forgotten)
 }
 
 /// Brings a content into the store, where it is not there yet, and records its user by `record`.

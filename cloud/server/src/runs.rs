@@ -159,6 +159,8 @@ pub(crate) struct PreparedRun {
     pub(crate) title: String,
     pub(crate) spec: Spec,
     pub(crate) spec_text: String,
+    /// SHA-256 of the text of the scene, if its user did not have it.
+    pub(crate) new_text: Option<String>,
     pub(crate) steps: Option<u64>,
 }
 
@@ -182,9 +184,10 @@ pub(crate) fn prepare(
         .collect();
     let text = submit.scene.text.as_bytes();
     let digits = sha256(text);
-    inputs::add(app, user.id, &digits, text.len() as u64, || {
+    let is_new = inputs::add(app, user.id, &digits, text.len() as u64, || {
         Ok(app.store.put(&inputs::key(&digits), text)?)
     })?;
+    let new_text = is_new.then(|| digits.clone());
     files.insert(
         submit.scene.name.clone(),
         InputFile {
@@ -210,8 +213,20 @@ pub(crate) fn prepare(
         title,
         spec,
         spec_text,
+        new_text,
         steps: forecast.steps,
     })
+}
+
+/// Removes what runs that were refused have in the store.
+pub(crate) fn undo(app: &App, user: &User, runs: &[PreparedRun]) -> Result<(), ApiError> {
+    for run in runs {
+        app.store.delete_all(&format!("runs/{}/", run.id))?;
+        if let Some(text) = &run.new_text {
+            inputs::take(app, user.id, text)?;
+        }
+    }
+    Ok(())
 }
 
 /// Writes the files of a run into the store, before the database knows of the run: a run without its files is never seen.
@@ -278,12 +293,12 @@ pub(crate) async fn submit(
         {
             Ok(Ok(events)) => app.publish(events),
             Ok(Err(refused)) => {
-                app.store.delete_all(&format!("runs/{id}/"))?;
+                undo(&app, &user, &[run])?;
                 return Err(refused);
             }
             // Two requests with one key at once: the other one was faster.
             Err(error) => {
-                app.store.delete_all(&format!("runs/{id}/"))?;
+                undo(&app, &user, &[run])?;
                 return by_idempotency_key(&app, "runs", &user, key.as_deref(), &body)?
                     .ok_or_else(|| ApiError::internal(error));
             }

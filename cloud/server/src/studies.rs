@@ -27,7 +27,7 @@ use crate::content::Content;
 use crate::db::{ListScope, MOST_ROWS, NewRun, NewStudy};
 use crate::runs::{
     PreparedRun, blocking, by_idempotency_key, expected_bytes, granted, label, prepare, title,
-    within_quota, write,
+    undo, within_quota, write,
 };
 use crate::secrets::{self, User};
 use crate::state::App;
@@ -315,21 +315,15 @@ pub(crate) async fn submit(
             plan: &plan,
             project: base.project.as_deref(),
         };
-        let undo = || -> Result<(), ApiError> {
-            for name in &ids {
-                app.store.delete_all(&format!("runs/{name}/"))?;
-            }
-            Ok(())
-        };
         match (app.db.insert(&new, Some(&row))).map(|new| granted(new, bytes)) {
             Ok(Ok(events)) => app.publish(events),
             Ok(Err(refused)) => {
-                undo()?;
+                undo(&app, &user, &runs)?;
                 return Err(refused);
             }
             // Two requests with one key at once: the other one was faster.
             Err(error) => {
-                undo()?;
+                undo(&app, &user, &runs)?;
                 return submitted(&app, &user, key.as_deref(), &body)?
                     .ok_or_else(|| ApiError::internal(error));
             }

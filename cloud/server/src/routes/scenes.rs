@@ -202,17 +202,14 @@ pub(crate) async fn input_remove(
     LoggedIn(user): LoggedIn,
     Path(sha256): Path<String>,
 ) -> Result<StatusCode, ApiError> {
-    blocking(move || match app.db.remove_input(&sha256, user.id)? {
+    blocking(move || match inputs::take(&app, user.id, &sha256)? {
         Forgotten::Missing => Err(ApiError::not_found()),
         Forgotten::Named => Err(ApiError::new(
             StatusCode::CONFLICT,
             "the input is in use",
             "A run names it. It goes with the last of them.",
         )),
-        Forgotten::Done => {
-            inputs::remove(&app, &[sha256])?;
-            Ok(StatusCode::NO_CONTENT)
-        }
+        Forgotten::Done => Ok(StatusCode::NO_CONTENT),
     })
     .await
 }
