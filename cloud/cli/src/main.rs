@@ -26,6 +26,8 @@ Examples:
   mercury-cloud watch RUN                          progress until it ends
   mercury-cloud stop RUN; mercury-cloud resume RUN
   mercury-cloud extend RUN --end 4                 a finished run to a later end
+  mercury-cloud clone RUN --set seed=2             its scene anew, with changes
+  mercury-cloud log RUN --attempt 1                the lines of an attempt; without, the report of the run
   mercury-cloud get RUN -o drum                    its files
   mercury-cloud diff drum drum-again               whether two runs have the same bytes
   mercury-cloud share new RUN                      a link with which others look at a run
@@ -34,6 +36,7 @@ Examples:
   mercury-cloud submit drum.toml --project Sieves  a run that ada sees, too
 
 Runs are named by their id, or by as many of its first digits as are needed.
+With --json they print the answers of the server.
 The commands talk to the server whose link is in --link, in MERCURY_CLOUD_LINK, or in the data folder of `serve`.
 
 Exit codes: 0 done, 1 failed, 2 wrong usage or input.";
@@ -64,6 +67,10 @@ enum Command {
     Resume(commands::One),
     /// Go on with a run to a later end
     Extend(commands::Extend),
+    /// Submit the scene of a run anew, with changes
+    Clone(commands::Clone),
+    /// Print the report of a run, or the lines of an attempt
+    Log(commands::Log),
     /// Print the table of a study as comma-separated values
     Table(commands::Table),
     /// Fetch the files of a run
@@ -253,6 +260,8 @@ fn run(command: Command) -> Result<ExitCode> {
         Command::Kill(one) => one.change("kill"),
         Command::Resume(one) => one.change("resume"),
         Command::Extend(extend) => extend.run(),
+        Command::Clone(clone) => clone.run(),
+        Command::Log(log) => log.run(),
         Command::Table(table) => table.run(),
         Command::Get(get) => get.run(),
         Command::Diff(diff) => diff.run(),

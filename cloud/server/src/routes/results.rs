@@ -58,10 +58,12 @@ fn with_files<T>(
 #[derive(Deserialize)]
 pub(crate) struct LogQuery {
     from: Option<u64>,
+    attempt: Option<u64>,
 }
 
-/// The log of the solver from byte `from` on, the last 256 kB at most.
-#[utoipa::path(get, path = "/api/v1/runs/{run}/log", params(("run" = String, Path), ("from" = Option<u64>, Query)), responses((status = 200, body = Object)))]
+/// The report of a run from byte `from` on; with `attempt` the lines of that attempt as they come. The last 256 kB at most.
+#[utoipa::path(get, path = "/api/v1/runs/{run}/log", params(("run" = String, Path), ("from" = Option<u64>, Query), ("attempt" = Option<u64>, Query)),
+    responses((status = 200, body = Object)))]
 pub(crate) async fn run_log(
     State(app): Shared,
     Anyone(caller): Anyone,
@@ -69,6 +71,16 @@ pub(crate) async fn run_log(
     QueryParams(query): QueryParams<LogQuery>,
 ) -> Answer<Value> {
     blocking(move || {
+        if let Some(attempt) = query.attempt {
+            let run = visible_run(&app, &caller, &id)?;
+            let text = app
+                .store
+                .get(&format!("runs/{}/log/{attempt}.txt", run.id))?;
+            let text = text.unwrap_or_default();
+            return Ok(Json(
+                json!({"text": String::from_utf8_lossy(&text), "from": 0, "next": text.len()}),
+            ));
+        }
         with_files(&app, &caller, &id, |id, head| {
             let Some(content) = Content::of(id, head, "run.log") else {
                 return Ok(Json(json!({"text": "", "from": 0, "next": 0})));
