@@ -1,4 +1,4 @@
-"""Twelve attacks on a server of Mercury Cloud, for those who run it: `attacks.sh LINK [NAME...]`.
+"""Twelve attacks on a server of Mercury Cloud, for its administrator: `attacks.sh LINK [NAME...]`.
 
 They go to loopback addresses only, are bounded in number and time (the longest takes about a minute), make two users and remove them
 with all that they have. The server holds if all attacks say so; the exit code is then 0. Standard library only.
@@ -75,7 +75,7 @@ class Caller:
 
 
 class Site:
-    """The server with two users: ada, who has a run, and eve, who attacks."""
+    """The server with two users: ada has a run, and eve attacks."""
 
     def __init__(self, link):
         url = urlsplit(link.strip())
@@ -90,7 +90,7 @@ class Site:
     def __enter__(self):
         for name in self.names.values():
             self.admin.get("POST", "/users", {"name": name, "password": PASSWORD})
-        self.ada, self.eve = (self.user(who) for who in ("ada", "eve"))
+        self.ada, self.eve = (self.user(role) for role in ("ada", "eve"))
         template = self.ada.get("GET", "/templates")[0]
         self.scene = {"name": template["scene"], "text": template["text"], "files": template["files"],
                       "set": ["output.pictures=false", "time.end=1e-4"]}
@@ -107,8 +107,8 @@ class Site:
             while self.admin.ask("DELETE", f"/users/{name}")[0] == 409 and time.monotonic() < end:
                 time.sleep(0.5)
 
-    def user(self, who, address="127.0.0.1"):
-        return Caller(self.target, None, address).log_in(name=self.names[who], password=PASSWORD)
+    def user(self, role, address="127.0.0.1"):
+        return Caller(self.target, None, address).log_in(name=self.names[role], password=PASSWORD)
 
     def share(self, run=None):
         token = self.ada.get("POST", f"/runs/{run or self.run}/share", {"days": 1})["token"]
@@ -176,7 +176,7 @@ def attack_names(site):
     """100 names at once: each is a wrong password, and another address logs in meanwhile."""
     answers = []
     flood = threading.Thread(target=lambda: answers.extend(at_once(100, lambda k: Caller(site.target, None, "127.0.0.9").ask(
-        "POST", "/session", {"name": f"nobody-{k}", "password": PASSWORD})[0])))
+        "POST", "/session", {"name": f"unknown-{k}", "password": PASSWORD})[0])))
     flood.start()
     time.sleep(0.1)
     begin = time.monotonic()

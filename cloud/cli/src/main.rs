@@ -91,6 +91,8 @@ enum Command {
     Project(commands::Project),
     /// Add or change a user; list users, remove one
     User(commands::User),
+    /// List requests that have changed something, newest first; for administrators
+    Audit(commands::Audit),
     /// Print the description of the API
     Openapi,
     /// One attempt of a run (started by the server)
@@ -272,6 +274,7 @@ fn run(command: Command) -> Result<ExitCode> {
         Command::Token(token) => token.run(),
         Command::Project(project) => project.run(),
         Command::User(user) => user.run(),
+        Command::Audit(audit) => audit.run(),
         Command::Openapi => {
             commands::say(&format!("{:#}", cloud_server::openapi()))?;
             Ok(ExitCode::SUCCESS)

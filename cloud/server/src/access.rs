@@ -6,12 +6,13 @@ use std::sync::atomic::Ordering;
 
 use axum::extract::{FromRequestParts, MatchedPath, Request, State};
 use axum::http::header::{self, HeaderMap, HeaderName, HeaderValue};
-use axum::http::{Method, StatusCode, request::Parts};
+use axum::http::{Extensions, Method, StatusCode, request::Parts};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use cloud_api::Problem;
 use cloud_api::problem::SceneProblem;
 
+use crate::audit::Actor;
 use crate::connections::Peer;
 use crate::secrets::{self, Caller, SecretKind, User};
 use crate::state::App;
@@ -150,6 +151,23 @@ pub(crate) struct Admin(pub(crate) User);
 /// Address of the client of a request.
 pub(crate) struct Client(pub(crate) IpAddr);
 
+/// Address of the client of a request.
+pub(crate) fn client_address(app: &App, headers: &HeaderMap, extensions: &Extensions) -> IpAddr {
+    let peer = extensions.get::<Peer>();
+    let address = peer.map_or(Ipv4Addr::UNSPECIFIED.into(), |peer| peer.0);
+    // The proxy adds the address of its client at the end; what stands before is what that client says.
+    let header = headers.get_all("x-forwarded-for").into_iter().next_back();
+    let forwarded = header.filter(|_| app.options.behind_proxy).and_then(|all| {
+        let last = all.to_str().ok()?.rsplit(',').next()?.trim();
+        last.parse::<IpAddr>().ok()
+    });
+    match forwarded.unwrap_or(address).to_canonical() {
+        // A network of IPv6 is one client: it has as many addresses as it wants.
+        IpAddr::V6(address) => Ipv6Addr::from(u128::from(address) >> 64 << 64).into(),
+        address => address,
+    }
+}
+
 impl FromRequestParts<Arc<App>> for Client {
     type Rejection = std::convert::Infallible;
 
@@ -157,23 +175,7 @@ impl FromRequestParts<Arc<App>> for Client {
         parts: &mut Parts,
         app: &Arc<App>,
     ) -> Result<Self, Self::Rejection> {
-        let peer = parts.extensions.get::<Peer>();
-        let address = peer.map_or(Ipv4Addr::UNSPECIFIED.into(), |peer| peer.0);
-        // The proxy adds the address of its client at the end; what stands before is what that client says.
-        let header = parts
-            .headers
-            .get_all("x-forwarded-for")
-            .into_iter()
-            .next_back();
-        let forwarded = header.filter(|_| app.options.behind_proxy).and_then(|all| {
-            let last = all.to_str().ok()?.rsplit(',').next()?.trim();
-            last.parse::<IpAddr>().ok()
-        });
-        Ok(Self(match forwarded.unwrap_or(address).to_canonical() {
-            // A network of IPv6 is one client: it has as many addresses as it wants.
-            IpAddr::V6(address) => Ipv6Addr::from(u128::from(address) >> 64 << 64).into(),
-            address => address,
-        }))
+        Ok(Self(client_address(app, &parts.headers, &parts.extensions)))
     }
 }
 
@@ -222,6 +224,9 @@ impl FromRequestParts<Arc<App>> for Anyone {
             local.then(|| Caller::User(secrets::local()))
         });
         let caller = caller.ok_or_else(not_logged_in)?;
+        if let Some(actor) = parts.extensions.get::<Actor>() {
+            actor.set(caller.name());
+        }
         // By the route that matched: the end of a path may be a name that a user has chosen.
         let route = parts.extensions.get::<MatchedPath>();
         let logs_out = route.is_some_and(|route| route.as_str() == "/api/v1/session");

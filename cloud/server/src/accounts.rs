@@ -4,10 +4,10 @@ use std::net::IpAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use axum::{Extension, Json};
 use cloud_api::answers::{Price, Session, SessionRow, TokenRow, Usage, UserRow};
 use cloud_api::lifecycle::RunEvent;
 use cloud_api::names::LONGEST_NAME;
@@ -17,6 +17,7 @@ use rusqlite::OptionalExtension;
 use crate::access::{
     Admin, Anyone, ApiError, Client, LoggedIn, cookie, cookie_name, not_logged_in,
 };
+use crate::audit::Actor;
 use crate::db::Applied;
 use crate::inputs;
 use crate::routes::{Answer, JsonBody, Shared, days};
@@ -94,6 +95,7 @@ async fn hash_turn(app: &App, address: IpAddr) -> Result<Turn, ApiError> {
 pub(crate) async fn session_begin(
     State(app): Shared,
     Client(address): Client,
+    Extension(actor): Extension<Actor>,
     JsonBody(body): JsonBody<LogIn>,
 ) -> Result<Response, ApiError> {
     let mut turn = None;
@@ -170,6 +172,7 @@ pub(crate) async fn session_begin(
             read_only: caller.is_read_only(),
         };
         let issued = secrets::issue(&shared.db, &session)?.ok_or_else(not_known)?;
+        actor.set(caller.name());
         Ok((caller, issued.secret))
     })
     .await?;

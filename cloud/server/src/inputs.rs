@@ -1,4 +1,4 @@
-//! Inputs in the store: each content is there once, for all users who have it, for as long as one of them has it or a run names it.
+//! Inputs in the store: each content is there once, for all of its users, for as long as one of them has it or a run names it.
 
 use std::collections::HashSet;
 use std::sync::{Condvar, Mutex, MutexGuard};

@@ -3,6 +3,7 @@
 mod access;
 mod accounts;
 mod attempts;
+mod audit;
 mod charts;
 mod check;
 mod connections;

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use utoipa::OpenApi;
 
-use crate::{accounts, downloads, projects, routes};
+use crate::{accounts, audit, downloads, projects, routes};
 
 #[derive(OpenApi)]
 #[openapi(
@@ -68,6 +68,7 @@ use crate::{accounts, downloads, projects, routes};
         accounts::token_list,
         accounts::token_add,
         accounts::token_remove,
+        audit::audit_list,
     ),
     components(schemas(cloud_api::Problem))
 )]
@@ -80,8 +81,11 @@ pub fn document() -> Value {
     api
 }
 
+/// Whether a path and method has something.
+type Has = fn(&Operation) -> bool;
+
 /// Answers that are errors: status, meaning, and where they come.
-const ERRORS: [(u16, &str, fn(&Operation) -> bool); 14] = [
+const ERRORS: [(u16, &str, Has); 14] = [
     (400, "the request is not understood", |_| true),
     (401, "no secret, or one that is good no more", |_| true),
     (

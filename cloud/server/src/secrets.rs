@@ -164,6 +164,14 @@ impl Caller {
         }
     }
 
+    /// Name of the user; that of a guest is not known.
+    pub(crate) fn name(&self) -> &str {
+        match self {
+            Self::User(user) => &user.name,
+            Self::Guest(_) => "guest",
+        }
+    }
+
     /// Whether it only looks.
     pub(crate) fn is_read_only(&self) -> bool {
         match self {

@@ -15,7 +15,11 @@ const ticks = (_, values) => {
 };
 
 /** The value at the pointer, or a dash. @param {string} unit */
-const shown = (unit) => (/** @type {any} */ _, /** @type {number | null | undefined} */ value) => (value == null ? "–" : `${Number(value.toPrecision(5))}${unit && ` ${unit}`}`);
+const shown = (unit) => (/** @type {any} */ _, /** @type {number | null | undefined} */ value) => {
+  if (value == null) return "–";
+  const plain = value === 0 || (Math.abs(value) >= 1e-3 && Math.abs(value) < 1e6);
+  return `${plain ? Number(value.toPrecision(5)) : value.toExponential(4)}${unit && ` ${unit}`}`;
+};
 
 /** @typedef {{label: string, chart: {time: number[], min: (number | null)[], max: (number | null)[]}}} Curve */
 

@@ -89,7 +89,7 @@ export async function showCompare(main, ids) {
         keys.map((key) => el("td", { class: "number" }, sets[k][key] ?? "")),
         columns.map((_, c) => el("td", { class: "number" }, result(run.id, c) != null ? number(result(run.id, c)) : ""))))))),
     chart,
-    pair.length > 0 && el("div", { class: "row" }, ...pair.map((one) => one.box)),
+    pair.length > 0 && el("div", { class: "row top" }, ...pair.map((one) => one.box)),
     el("div", { class: "card" }, el("h2", {}, "Scenes"), runs.slice(1).map((run) => scenes(runs[0], run))));
   const players = pair.map((one, k) => new Player(one.box, one.run, { title: called(runs.indexOf(one.run)), led: k > 0 }));
   if (players.length === 2) {

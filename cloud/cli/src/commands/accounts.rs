@@ -29,14 +29,17 @@ impl Link {
 }
 
 /// Time of the clock from now to a Unix time, in days.
-fn days_to(unix: &Value) -> String {
+fn days_from_now(unix: f64) -> f64 {
     let now = std::time::SystemTime::now()
         .duration_since(std::time::UNIX_EPOCH)
         .map_or(0.0, |time| time.as_secs_f64());
-    format!(
-        "{:.1} d",
-        (unix.as_f64().unwrap_or(0.0) - now).max(0.0) / 86_400.0
-    )
+    (unix - now) / 86_400.0
+}
+
+/// As [`days_from_now`], in words.
+fn days_to(unix: &Value) -> String {
+    let days = days_from_now(unix.as_f64().unwrap_or(0.0));
+    format!("{:.1} d", days.max(0.0))
 }
 
 /// Prints secrets in a list: number, time to the end, rights, and a word.
@@ -232,6 +235,44 @@ enum UserCommand {
         /// Name of the user
         name: String,
     },
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Audit {
+    #[command(flatten)]
+    server: Server,
+    /// The newest ones, so many at most
+    #[arg(long, default_value_t = 50, value_name = "N")]
+    most: usize,
+}
+
+impl Audit {
+    pub(crate) fn run(self) -> Result<ExitCode> {
+        let client = self.server.connect()?;
+        let mut rows: Vec<Value> = Vec::new();
+        while rows.len() < self.most {
+            let before = rows
+                .last()
+                .map_or(String::new(), |row| format!("?before={}", row["id"]));
+            let page = client.json(&format!("/audit{before}"))?;
+            let page = page.as_array().cloned().unwrap_or_default();
+            if page.is_empty() {
+                break;
+            }
+            rows.extend(page);
+        }
+        rows.truncate(self.most);
+        self.server.list(&Value::Array(rows), |row| {
+            let user = match text_of(&row["user"]) {
+                "" => "-",
+                user => user,
+            };
+            let (method, path) = (text_of(&row["method"]), text_of(&row["path"]));
+            let (address, status) = (text_of(&row["address"]), &row["status"]);
+            let ago = -row["time"].as_f64().map_or(0.0, days_from_now);
+            format!("{ago:8.2} d ago  {user:20} {address:15}  {status}  {method} {path}")
+        })
+    }
 }
 
 /// A limit, or none.

@@ -15,7 +15,7 @@ use serde_json::Value;
 
 use crate::client::Client;
 
-pub(crate) use accounts::{Link, Session, Share, Token, User};
+pub(crate) use accounts::{Audit, Link, Session, Share, Token, User};
 pub(crate) use projects::Project;
 pub(crate) use runs::{Clone, Extend, Get, List, Log, One, Remove};
 pub(crate) use submit::{Submit, Table};

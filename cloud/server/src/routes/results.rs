@@ -282,6 +282,6 @@ pub(crate) async fn run_walls(
         })?;
         walls.ok_or_else(ApiError::not_found)
     });
-    let walls = holding(walls.await?.into(), Arc::new(held));
+    let walls = holding(walls.await?, Arc::new(held));
     Ok(([(header::CONTENT_TYPE, "application/json")], walls).into_response())
 }
