@@ -25,6 +25,7 @@ use crate::runs::{self, blocking};
 use crate::secrets::{self, Caller, NewSecret, Right, SecretKind};
 use crate::state::App;
 use crate::turns::Turn;
+use crate::users;
 
 fn session_of(app: &App, caller: &Caller) -> Session {
     let Caller::User(user) = caller else {
@@ -100,7 +101,7 @@ pub(crate) async fn session_begin(
 ) -> Result<Response, ApiError> {
     let mut turn = None;
     if let (None, Some(name), Some(password)) = (&body.token, &body.name, &body.password) {
-        if name.len() > LONGEST_NAME || password.len() > secrets::LONGEST_PASSWORD {
+        if name.len() > LONGEST_NAME || password.len() > users::LONGEST_PASSWORD {
             return Err(not_known());
         }
         if let Err(seconds) = app.tries.begin(address, name) {
@@ -135,7 +136,7 @@ pub(crate) async fn session_begin(
                     (caller, right)
                 }),
             (None, Some(name), Some(password)) => {
-                let found = secrets::log_in(&shared.db, name, password)?;
+                let found = users::log_in(&shared.db, name, password)?;
                 if found.is_some() {
                     shared.tries.forget(address, name);
                 }
@@ -255,7 +256,7 @@ pub(crate) async fn user_set(
         ));
     }
     if (body.password.as_ref()).is_some_and(|password| {
-        password.chars().count() < 10 || password.len() > secrets::LONGEST_PASSWORD
+        password.chars().count() < 10 || password.len() > users::LONGEST_PASSWORD
     }) {
         return Err(ApiError::bad_request(
             "invalid password",
@@ -268,15 +269,15 @@ pub(crate) async fn user_set(
     };
     blocking(move || {
         let _turn = turn;
-        secrets::set_user(&app.db, (user.id, user.right()), &body)?.map_err(refused)?;
+        users::set_user(&app.db, (user.id, user.right()), &body)?.map_err(refused)?;
         Ok(StatusCode::NO_CONTENT)
     })
     .await
 }
 
-fn refused(why: secrets::BadUser) -> ApiError {
+fn refused(why: users::BadUser) -> ApiError {
     let status = match why {
-        secrets::BadUser::NotAdmin => StatusCode::FORBIDDEN,
+        users::BadUser::NotAdmin => StatusCode::FORBIDDEN,
         _ => StatusCode::CONFLICT,
     };
     ApiError::new(status, "the user was not changed", why.to_string())
@@ -296,7 +297,7 @@ pub(crate) async fn user_remove(
             .optional()?;
         let id = id.ok_or_else(ApiError::not_found)?;
         // Before runs are ended and removed.
-        secrets::may_be_removed(&app.db.lock(), id)?.map_err(refused)?;
+        users::may_be_removed(&app.db.lock(), id)?.map_err(refused)?;
         let runs = app.db.runs_of(id)?;
         let live = runs.iter().filter(|(_, state)| state.is_live()).count();
         for (run, _) in runs.iter().filter(|(_, state)| state.is_live()) {
@@ -317,7 +318,7 @@ pub(crate) async fn user_remove(
         for (run, _) in &runs {
             runs::forget(&app, run)?;
         }
-        let gone = secrets::remove_user(&app.db, (user.id, user.right()), id)?.map_err(refused)?;
+        let gone = users::remove_user(&app.db, (user.id, user.right()), id)?.map_err(refused)?;
         inputs::remove(&app, &gone)?;
         Ok(StatusCode::NO_CONTENT)
     })

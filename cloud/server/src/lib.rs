@@ -23,7 +23,9 @@ mod secrets;
 mod state;
 mod studies;
 mod templates;
+mod tries;
 mod turns;
+mod users;
 mod views;
 mod web;
 

@@ -1,18 +1,11 @@
-//! Passwords, sessions, tokens and links. Secrets are 256 random bits and kept as hashes; passwords by argon2id.
+//! Sessions, tokens and links: 256 random bits each, kept as hashes.
 
-use std::collections::HashMap;
 use std::fs;
 use std::io::Write;
-use std::net::IpAddr;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
-use std::sync::Mutex;
-use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, anyhow};
-use argon2::Argon2;
-use argon2::password_hash::{PasswordHasher, PasswordVerifier, phc::PasswordHash};
-use cloud_api::requests::NewUser;
 use cloud_store::{hex, sha256};
 use rusqlite::{Connection, OptionalExtension, Transaction, params};
 
@@ -20,25 +13,10 @@ use crate::db::{self, Db, now};
 use crate::turns::OfUser;
 
 /// Name of the user of a laptop.
-const LOCAL: &str = "local";
+pub(crate) const LOCAL: &str = "local";
 
 /// Number of that user.
 pub(crate) const LOCAL_ID: i64 = 1;
-
-/// Tries to log in without a delay.
-const FREE_TRIES: u32 = 3;
-
-/// The longest delay of a try, in s.
-const LONGEST_DELAY: u64 = 900;
-
-/// How long a wrong try is remembered.
-const REMEMBERED: Duration = Duration::from_secs(3600);
-
-/// The most names and addresses of which wrong tries are remembered.
-const MOST_REMEMBERED: usize = 10_000;
-
-/// The longest password, in bytes.
-pub(crate) const LONGEST_PASSWORD: usize = 1000;
 
 /// Seconds of a day.
 pub(crate) const DAY: f64 = 86_400.0;
@@ -137,7 +115,7 @@ pub(crate) struct User {
 }
 
 impl User {
-    fn new(id: i64, name: &str, admin: bool) -> Self {
+    pub(crate) fn new(id: i64, name: &str, admin: bool) -> Self {
         Self {
             id,
             name: name.to_owned(),
@@ -203,183 +181,8 @@ pub(crate) fn run_id() -> Result<cloud_api::RunId> {
     Ok(cloud_api::RunId::of(bytes))
 }
 
-/// Hash of a password, with its parameters.
-fn password_hash(password: &str) -> Result<String> {
-    let hash = on_own_thread(|| Argon2::default().hash_password(password.as_bytes()));
-    Ok(hash?
-        .map_err(|error| anyhow!("the password cannot be hashed: {error}"))?
-        .to_string())
-}
-
-fn is_password(password: &str, hash: &str) -> bool {
-    PasswordHash::new(hash).is_ok_and(|hash| {
-        on_own_thread(|| {
-            Argon2::default()
-                .verify_password(password.as_bytes(), &hash)
-                .is_ok()
-        })
-        .unwrap_or(false)
-    })
-}
-
-/// Does work on a thread of its own. The allocator keeps the memory of a hash, 19 MB, for each thread that has made one.
-fn on_own_thread<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T> {
-    std::thread::scope(|scope| scope.spawn(work).join())
-        .map_err(|_| anyhow!("the thread that hashes a password ended unexpectedly"))
-}
-
-/// The user of a laptop: exists from the beginning, without a password.
-pub(crate) fn first_user(db: &Db) -> db::Result<()> {
-    db.lock().execute(
-        "INSERT OR IGNORE INTO users(id, name, hash, admin) VALUES (1, ?1, NULL, 1)",
-        [LOCAL],
-    )?;
-    Ok(())
-}
-
-/// Reason for which a user was not changed.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub(crate) enum BadUser {
-    #[error("A new user needs a password.")]
-    NoPassword,
-    #[error("This is the last administrator. Make another user one first.")]
-    LastAdmin,
-    #[error("The user `{LOCAL}` belongs to this machine, and cannot be removed.")]
-    Local,
-    #[error("The user has submitted a run meanwhile. Send the request again.")]
-    Runs,
-    #[error("You are no administrator any more.")]
-    NotAdmin,
-}
-
-/// Whether a user is an administrator, and what allows the request still holds.
-fn is_admin(connection: &Connection, user: i64, right: Right) -> db::Result<bool> {
-    let admin = "SELECT EXISTS (SELECT 1 FROM users WHERE id = ?1 AND admin)";
-    Ok(holds(connection, user, right)?
-        && (matches!(right, Right::Server)
-            || connection.query_row(admin, [user], |row| row.get(0))?))
-}
-
-/// Adds a user, or changes what is given of a user: password, rights, limits. A new password ends the sessions that the old one has begun.
-/// `by`: the administrator, and what allows the request.
-pub(crate) fn set_user(
-    db: &Db,
-    by: (i64, Right),
-    user: &NewUser,
-) -> Result<std::result::Result<(), BadUser>> {
-    let hash = user.password.as_deref().map(password_hash).transpose()?;
-    let mut connection = db.lock();
-    let transaction = connection.transaction()?;
-    if !is_admin(&transaction, by.0, by.1)? {
-        return Ok(Err(BadUser::NotAdmin));
-    }
-    let known = transaction
-        .query_row(
-            "SELECT id FROM users WHERE name = ?1",
-            [&user.name],
-            |row| row.get::<_, i64>(0),
-        )
-        .optional()?;
-    let id = match (known, &hash) {
-        (Some(id), _) => id,
-        (None, Some(_)) => {
-            let id = db::next_id(&transaction, "users")?;
-            let add = "INSERT INTO users(id, name, admin) VALUES (?1, ?2, 0)";
-            transaction.execute(add, params![id, user.name])?;
-            id
-        }
-        (None, None) => return Ok(Err(BadUser::NoPassword)),
-    };
-    if let Some(hash) = &hash {
-        transaction.execute(
-            "UPDATE users SET hash = ?2 WHERE id = ?1",
-            params![id, hash],
-        )?;
-        let sessions =
-            "DELETE FROM secrets WHERE user = ?1 AND kind = 'session' AND parent IS NULL";
-        transaction.execute(sessions, [id])?;
-    }
-    if let Some(admin) = user.admin {
-        transaction.execute(
-            "UPDATE users SET admin = ?2 WHERE id = ?1",
-            params![id, admin],
-        )?;
-    }
-    if let Some(cores) = user.cores {
-        transaction.execute(
-            "UPDATE users SET cores = ?2 WHERE id = ?1",
-            params![id, cores],
-        )?;
-    }
-    if let Some(disk) = user.disk {
-        let disk = disk.map(|bytes| bytes as i64);
-        transaction.execute(
-            "UPDATE users SET disk = ?2 WHERE id = ?1",
-            params![id, disk],
-        )?;
-    }
-    if !has_other_admin(&transaction, 0)? {
-        return Ok(Err(BadUser::LastAdmin));
-    }
-    transaction.commit()?;
-    Ok(Ok(()))
-}
-
-/// Whether there is an administrator besides this user.
-fn has_other_admin(connection: &Connection, user: i64) -> db::Result<bool> {
-    let other = "SELECT EXISTS (SELECT 1 FROM users WHERE admin AND id <> ?1)";
-    connection.query_row(other, [user], |row| row.get(0))
-}
-
-/// Refuses to remove the user of the machine, and the last administrator.
-pub(crate) fn may_be_removed(
-    connection: &Connection,
-    id: i64,
-) -> db::Result<std::result::Result<(), BadUser>> {
-    Ok(if id == LOCAL_ID {
-        Err(BadUser::Local)
-    } else if !has_other_admin(connection, id)? {
-        Err(BadUser::LastAdmin)
-    } else {
-        Ok(())
-    })
-}
-
-/// Removes a user who has no run, with all secrets and inputs. Returns the inputs.
-/// `by`: the administrator, and what allows the request.
-pub(crate) fn remove_user(
-    db: &Db,
-    by: (i64, Right),
-    id: i64,
-) -> Result<std::result::Result<Vec<String>, BadUser>> {
-    let mut connection = db.lock();
-    let transaction = connection.transaction()?;
-    if !is_admin(&transaction, by.0, by.1)? {
-        return Ok(Err(BadUser::NotAdmin));
-    }
-    if let Err(why) = may_be_removed(&transaction, id)? {
-        return Ok(Err(why));
-    }
-    let runs = "SELECT EXISTS (SELECT 1 FROM runs WHERE owner = ?1)";
-    if transaction.query_row(runs, [id], |row| row.get(0))? {
-        return Ok(Err(BadUser::Runs));
-    }
-    let gone = db::forget_inputs(&transaction, id)?;
-    for (table, column) in [
-        ("secrets", "user"),
-        ("members", "user"),
-        ("studies", "owner"),
-        ("users", "id"),
-    ] {
-        let remove = format!("DELETE FROM {table} WHERE {column} = ?1");
-        transaction.execute(&remove, [id])?;
-    }
-    transaction.commit()?;
-    Ok(Ok(gone))
-}
-
 /// Whether the user is still there, and what allows a secret of this user still holds.
-fn holds(connection: &Connection, user: i64, right: Right) -> db::Result<bool> {
+pub(crate) fn holds(connection: &Connection, user: i64, right: Right) -> db::Result<bool> {
     let hash = match right {
         Right::Password(hash) => Some(hash),
         _ => None,
@@ -557,34 +360,6 @@ pub(crate) fn list(
     rows.collect()
 }
 
-/// The user with this password, and its hash. Takes as long where there is no such user.
-pub(crate) fn log_in(db: &Db, name: &str, password: &str) -> Result<Option<(User, String)>> {
-    let found = db
-        .lock()
-        .query_row(
-            "SELECT id, admin, hash FROM users WHERE name = ?1",
-            [name],
-            |row| {
-                Ok((
-                    row.get::<_, i64>(0)?,
-                    row.get::<_, bool>(1)?,
-                    row.get::<_, Option<String>>(2)?,
-                ))
-            },
-        )
-        .optional()?;
-    match found {
-        Some((id, admin, Some(hash))) if is_password(password, &hash) => {
-            Ok(Some((User::new(id, name, admin), hash)))
-        }
-        Some((_, _, Some(_))) => Ok(None),
-        _ => {
-            password_hash(password)?;
-            Ok(None)
-        }
-    }
-}
-
 pub(crate) fn revoke(db: &Db, kind: SecretKind, secret: &str) -> db::Result<()> {
     let hash = sha256(secret.as_bytes());
     db.lock().execute(
@@ -684,82 +459,14 @@ pub(crate) fn write_secret(path: &Path, text: &str) -> Result<()> {
     written.with_context(|| format!("{}", path.display()))
 }
 
-/// Tries to log in that were wrong, by address and name together: tries of one address delay no other address.
-#[derive(Default)]
-pub(crate) struct Tries(Mutex<HashMap<(IpAddr, String), WrongTries>>);
-
-struct WrongTries {
-    count: u32,
-    last: Instant,
-}
-
-impl WrongTries {
-    /// Time from the last try to the next one: 1 s after the third, then doubled.
-    fn delay(&self) -> Duration {
-        let doublings = match self.count.checked_sub(FREE_TRIES) {
-            None => return Duration::ZERO,
-            Some(doublings) => doublings,
-        };
-        let seconds = 1_u64.checked_shl(doublings).unwrap_or(LONGEST_DELAY);
-        Duration::from_secs(seconds.min(LONGEST_DELAY))
-    }
-}
-
-impl Tries {
-    fn lock(&self) -> std::sync::MutexGuard<'_, HashMap<(IpAddr, String), WrongTries>> {
-        self.0
-            .lock()
-            .unwrap_or_else(|poisoned| poisoned.into_inner())
-    }
-
-    /// Counts a try as wrong, until [`Self::forget`]. An error is the number of seconds until the next try.
-    pub(crate) fn begin(&self, address: IpAddr, name: &str) -> std::result::Result<(), u64> {
-        let mut all = self.lock();
-        let key = (address, name.to_owned());
-        if !all.contains_key(&key) && all.len() >= MOST_REMEMBERED {
-            all.retain(|_, wrong| wrong.last.elapsed() < REMEMBERED);
-            let oldest = all.iter().min_by_key(|(_, wrong)| wrong.last);
-            if let Some(oldest) = oldest.map(|(key, _)| key.clone())
-                && all.len() >= MOST_REMEMBERED
-            {
-                all.remove(&oldest);
-            }
-        }
-        let now = Instant::now();
-        let wrong = all.entry(key).or_insert(WrongTries {
-            count: 0,
-            last: now,
-        });
-        if wrong.last.elapsed() >= REMEMBERED {
-            wrong.count = 0;
-        }
-        let left = wrong.delay().saturating_sub(wrong.last.elapsed());
-        if !left.is_zero() {
-            return Err(left.as_secs() + 1);
-        }
-        wrong.count += 1;
-        wrong.last = now;
-        Ok(())
-    }
-
-    /// Takes a try back that was not made.
-    pub(crate) fn take_back(&self, address: IpAddr, name: &str) {
-        if let Some(wrong) = self.lock().get_mut(&(address, name.to_owned())) {
-            wrong.count = wrong.count.saturating_sub(1);
-        }
-    }
-
-    /// Forgets the wrong tries of a user who has logged in.
-    pub(crate) fn forget(&self, address: IpAddr, name: &str) {
-        self.lock().remove(&(address, name.to_owned()));
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use cloud_api::lifecycle::Policy;
+    use cloud_api::requests::NewUser;
 
     use super::*;
+    use crate::users::tests::{changed, new_user};
+    use crate::users::{BadUser, first_user, log_in, remove_user, set_user};
 
     /// A secret of the server's own making.
     fn made(
@@ -791,11 +498,6 @@ mod tests {
         }
     }
 
-    /// The user of the machine changes a user.
-    fn changed(db: &Db, user: &NewUser) -> std::result::Result<(), BadUser> {
-        set_user(db, (LOCAL_ID, Right::Server), user).unwrap()
-    }
-
     #[test]
     fn secrets_are_good_for_one_thing_and_one_time() {
         let folder = tempfile::tempdir().unwrap();
@@ -818,16 +520,6 @@ mod tests {
             )
             .unwrap();
         assert_eq!(kept, 0, "a secret is never kept in the clear");
-    }
-
-    fn new_user(name: &str, password: Option<&str>) -> NewUser {
-        NewUser {
-            name: name.into(),
-            password: password.map(str::to_owned),
-            admin: None,
-            cores: None,
-            disk: None,
-        }
     }
 
     /// Secrets that a token makes end with it, and not later; so do secrets that those make.
@@ -1048,36 +740,5 @@ mod tests {
         assert!(log_in(&db, "ada", "wrong horse").unwrap().is_none());
         assert!(log_in(&db, "local", "").unwrap().is_none());
         assert!(log_in(&db, "nemo", "x").unwrap().is_none());
-    }
-
-    #[test]
-    fn wrong_tries_delay_the_next_ones_of_the_same_address() {
-        let tries = Tries::default();
-        let (here, elsewhere) = (IpAddr::from([127, 0, 0, 1]), IpAddr::from([127, 0, 0, 2]));
-        for _ in 0..3 {
-            assert_eq!(tries.begin(here, "ada"), Ok(()));
-        }
-        tries.take_back(here, "ada");
-        assert_eq!(tries.begin(here, "ada"), Ok(()));
-        assert_eq!(tries.begin(here, "ada"), Err(1));
-        assert_eq!(tries.begin(elsewhere, "ada"), Ok(()));
-        assert_eq!(tries.begin(here, "bob"), Ok(()));
-        tries.forget(here, "ada");
-        assert_eq!(tries.begin(here, "ada"), Ok(()));
-        let delays = [2, 3, 4, 5, 12, 13, 100].map(|count| {
-            let last = Instant::now();
-            WrongTries { count, last }.delay().as_secs()
-        });
-        assert_eq!(delays, [0, 1, 2, 4, 512, 900, 900]);
-    }
-
-    #[test]
-    fn a_table_of_wrong_tries_is_bounded() {
-        let tries = Tries::default();
-        let here = IpAddr::from([127, 0, 0, 1]);
-        for k in 0..MOST_REMEMBERED + 10 {
-            assert_eq!(tries.begin(here, &k.to_string()), Ok(()));
-        }
-        assert_eq!(tries.lock().len(), MOST_REMEMBERED);
     }
 }

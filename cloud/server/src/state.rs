@@ -21,9 +21,9 @@ use tokio::sync::{broadcast, watch};
 use crate::attempts::Attempts;
 use crate::db::Db;
 use crate::frames::Cache;
-use crate::secrets::Tries;
+use crate::tries::Tries;
 use crate::turns::Turns;
-use crate::{EngineChoice, Options, downloads, inputs, secrets, templates};
+use crate::{EngineChoice, Options, downloads, inputs, secrets, templates, users};
 
 /// How many messages a slow listener may be behind before it gets a notice that it missed some.
 const BACKLOG: usize = 1024;
@@ -164,7 +164,7 @@ impl App {
             ..Policy::default()
         };
         let db = Db::open(&data.join("db.sqlite"), policy, options.prices.clone())?;
-        secrets::first_user(&db)?;
+        users::first_user(&db)?;
         let templates = templates::all(&options.solver, &data.join("checks"), store.as_ref(), &db)?;
         let (wake, woken) = std::sync::mpsc::sync_channel(1);
         Ok(Arc::new(Self {
