@@ -52,6 +52,8 @@ pub struct RunRow {
     pub message: String,
     /// Seconds left, as the solver expects.
     pub seconds_left: Option<f64>,
+    /// Reason for which its job waits in the queue of the engine, as that says it.
+    pub waits: Option<String>,
     /// Particles at present.
     pub particles: Option<u64>,
     /// `--set` of this run.
@@ -394,6 +396,25 @@ pub struct SessionRow {
     pub read_only: bool,
     /// Whether it is that of the request.
     pub current: bool,
+}
+
+/// A request that has changed something, as the audit log has it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct AuditRow {
+    /// Its number; later ones are larger.
+    pub id: i64,
+    /// Unix time of its answer, in s.
+    pub time: f64,
+    /// Name of the user; `guest` for a link to a run, empty for a login that failed.
+    pub user: String,
+    /// Address of the client; of IPv6 its network.
+    pub address: String,
+    /// Method.
+    pub method: String,
+    /// Path, behind `/api/v1`.
+    pub path: String,
+    /// Status of the answer.
+    pub status: u16,
 }
 
 /// A token, or a link to a run, as lists show it: without the secret.

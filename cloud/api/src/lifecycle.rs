@@ -307,6 +307,11 @@ pub fn next(run: &Run, seen: &Observation, policy: &Policy) -> Todo {
         return Todo::Close(ending.clone());
     }
     let gone = seen.job == JobState::Absent;
+    // Of an attempt that its user wanted to end, that is the cause.
+    let lost = match run.wish {
+        Wish::Run => Cause::Lost,
+        Wish::Stop | Wish::Kill => Cause::User,
+    };
     match head.phase {
         Phase::Launched if !run.submitted && gone => {
             if run.wish != Wish::Run {
@@ -319,6 +324,9 @@ pub fn next(run: &Run, seen: &Observation, policy: &Policy) -> Todo {
         }
         // Known to the engine, but not recorded: adopted.
         Phase::Launched if !run.submitted && seen.job != JobState::Unknown => Todo::Submit,
+        Phase::Launched if gone && run.wish != Wish::Run => {
+            Todo::Close(ended(Cause::User, "stopped before it began to work"))
+        }
         Phase::Launched if gone && seen.since_submit > policy.lost_when_gone() => {
             Todo::Close(ended(
                 Cause::Engine,
@@ -329,7 +337,7 @@ pub fn next(run: &Run, seen: &Observation, policy: &Policy) -> Todo {
             if seen.job == JobState::Running && seen.silent > policy.lost_when_silent() =>
         {
             Todo::Close(ended(
-                Cause::Lost,
+                lost,
                 "the worker was started and gave no sign of life",
             ))
         }
@@ -337,11 +345,11 @@ pub fn next(run: &Run, seen: &Observation, policy: &Policy) -> Todo {
             Todo::Interrupt
         }
         Phase::Running if gone && seen.silent > policy.lost_when_gone() => Todo::Close(ended(
-            Cause::Lost,
+            lost,
             "no sign of life, and the engine has no such job any more",
         )),
         Phase::Running if seen.silent > policy.lost_when_silent() => {
-            Todo::Close(ended(Cause::Lost, "no sign of life"))
+            Todo::Close(ended(lost, "no sign of life"))
         }
         _ if run.wish != Wish::Run => Todo::SendWish,
         _ => Todo::Nothing,

@@ -3,6 +3,7 @@
 mod client;
 mod commands;
 mod diff;
+mod user;
 
 use std::ffi::OsString;
 use std::io::IsTerminal;
@@ -25,6 +26,8 @@ Examples:
   mercury-cloud watch RUN                          progress until it ends
   mercury-cloud stop RUN; mercury-cloud resume RUN
   mercury-cloud extend RUN --end 4                 a finished run to a later end
+  mercury-cloud clone RUN --set seed=2             its scene anew, with changes
+  mercury-cloud log RUN --attempt 1                the lines of an attempt; without, the report of the run
   mercury-cloud get RUN -o drum                    its files
   mercury-cloud diff drum drum-again               whether two runs have the same bytes
   mercury-cloud share new RUN                      a link with which others look at a run
@@ -33,6 +36,7 @@ Examples:
   mercury-cloud submit drum.toml --project Sieves  a run that ada sees, too
 
 Runs are named by their id, or by as many of its first digits as are needed.
+With --json they print the answers of the server.
 The commands talk to the server whose link is in --link, in MERCURY_CLOUD_LINK, or in the data folder of `serve`.
 
 Exit codes: 0 done, 1 failed, 2 wrong usage or input.";
@@ -63,6 +67,10 @@ enum Command {
     Resume(commands::One),
     /// Go on with a run to a later end
     Extend(commands::Extend),
+    /// Submit the scene of a run anew, with changes
+    Clone(commands::Clone),
+    /// Print the report of a run, or the lines of an attempt
+    Log(commands::Log),
     /// Print the table of a study as comma-separated values
     Table(commands::Table),
     /// Fetch the files of a run
@@ -83,6 +91,8 @@ enum Command {
     Project(commands::Project),
     /// Add or change a user; list users, remove one
     User(commands::User),
+    /// List requests that have changed something, newest first; for administrators
+    Audit(commands::Audit),
     /// Print the description of the API
     Openapi,
     /// One attempt of a run (started by the server)
@@ -156,6 +166,9 @@ struct Serve {
     /// Prices of cores, so that runs show money beside core hours (example: cloud/deploy/prices.toml)
     #[arg(long, value_name = "PRICES.toml")]
     prices: Option<PathBuf>,
+    /// User that the server and all solvers run as, where root starts it; `root` serves as root all the same
+    #[arg(long, value_name = "NAME")]
+    user: Option<String>,
     /// Do not confine the solver: a scene can then read any file that this user can
     #[arg(long)]
     no_sandbox: bool,
@@ -249,6 +262,8 @@ fn run(command: Command) -> Result<ExitCode> {
         Command::Kill(one) => one.change("kill"),
         Command::Resume(one) => one.change("resume"),
         Command::Extend(extend) => extend.run(),
+        Command::Clone(clone) => clone.run(),
+        Command::Log(log) => log.run(),
         Command::Table(table) => table.run(),
         Command::Get(get) => get.run(),
         Command::Diff(diff) => diff.run(),
@@ -259,6 +274,7 @@ fn run(command: Command) -> Result<ExitCode> {
         Command::Token(token) => token.run(),
         Command::Project(project) => project.run(),
         Command::User(user) => user.run(),
+        Command::Audit(audit) => audit.run(),
         Command::Openapi => {
             commands::say(&format!("{:#}", cloud_server::openapi()))?;
             Ok(ExitCode::SUCCESS)
@@ -345,6 +361,7 @@ fn keep_private() {
 
 fn serve(serve: Serve) -> Result<()> {
     keep_private();
+    user::become_user(serve.user.as_deref(), serve.data.as_deref())?;
     let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get() as u32);
     let engine = engine(&serve)?;
     let prices: Option<cloud_server::Prices> = (serve.prices.as_ref())
@@ -403,6 +420,7 @@ fn worker(worker: Worker) -> Result<()> {
     keep_private();
     // Outlives the server and its terminal. It fails where this process leads a group already, which is as good.
     let _ = rustix::process::setsid();
+    cloud_engine::record().context("the record of this worker cannot be written")?;
     let store = cloud_store::open(&worker.store)?;
     let attempt = Attempt {
         store: store.as_ref(),

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 
 #[cfg(feature = "aws")]
 pub use aws::{Account, Batch};
-pub use local::Local;
+pub use local::{Local, record};
 pub use slurm::{Site, Slurm};
 
 /// An attempt to be run.
@@ -111,9 +111,15 @@ pub enum EngineError {
         /// Its message.
         message: String,
     },
-    /// Processes cannot be listed.
-    #[error("/proc: {0}")]
-    Proc(#[source] std::io::Error),
+    /// Records of workers cannot be read.
+    #[error("{}: {source}", folder.display())]
+    Records {
+        /// Folder of the records.
+        folder: PathBuf,
+        /// Why.
+        #[source]
+        source: std::io::Error,
+    },
 }
 
 /// An engine that runs attempts. All calls may be repeated.

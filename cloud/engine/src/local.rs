@@ -1,8 +1,8 @@
 //! Workers as processes of this machine.
 //!
-//! A worker is a session of its own and outlives the server. It is found by its command line in `/proc`, so there is no
-//! list of processes that could be wrong: a server that was killed between starting a worker and recording it finds the
-//! worker all the same, and a number that was given to another process does not mislead.
+//! A worker is a session of its own and outlives the server. A server knows its children. Workers of a server before it are known by
+//! records, which they write when they start: number and start time of the process. A record is believed if a process of this user has
+//! both and the command line of the job, so that neither a number that was given again nor another program misleads.
 
 use std::collections::HashMap;
 use std::ffi::OsString;
@@ -10,64 +10,102 @@ use std::fs::{self, OpenOptions};
 use std::io;
 use std::os::unix::ffi::{OsStrExt, OsStringExt};
 use std::os::unix::fs::MetadataExt;
+use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard};
 
 use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 
 use crate::{Abilities, Engine, EngineError, Launch, Observed, Stop};
+
+/// Variable with the path of the record that a worker writes.
+const RECORD: &str = "MERCURY_CLOUD_RECORD";
+
+/// Writes the record of this process, where an engine of this machine has started it.
+pub fn record() -> io::Result<()> {
+    match std::env::var_os(RECORD) {
+        Some(path) => fs::write(path, fs::read("/proc/self/stat")?),
+        None => Ok(()),
+    }
+}
+
+/// Number and start time (clock ticks since boot) of a process, in a text as `/proc/PID/stat` has it: fields 1 and 22 (proc(5)).
+fn process_of(stat: &str) -> Option<(i32, u64)> {
+    let pid = stat.split_once(' ')?.0.parse().ok()?;
+    // Behind the name in brackets, which may have blanks, field 3 is the first.
+    let start = stat.rsplit_once(')')?.1.split_whitespace().nth(19)?;
+    Some((pid, start.parse().ok()?))
+}
+
+/// Whether a process of this user has this number and start time.
+fn lives(pid: i32, start: u64) -> bool {
+    let folder = PathBuf::from(format!("/proc/{pid}"));
+    let own = rustix::process::geteuid().as_raw();
+    let stat = fs::read_to_string(folder.join("stat")).unwrap_or_default();
+    fs::metadata(&folder).is_ok_and(|process| process.uid() == own)
+        && process_of(&stat) == Some((pid, start))
+}
 
 /// Processes of this machine.
 pub struct Local {
     cores: u32,
     /// The store's URL as it stands in the workers' command lines: other servers' workers are not ours.
     store: OsString,
-    /// Workers that this server started: their ends have to be collected, or they stay as zombies.
-    children: Mutex<Vec<Child>>,
+    /// Folder of the records, which solvers cannot write.
+    records: PathBuf,
+    /// Workers that this server started, with their jobs: their ends have to be collected, or they stay as zombies.
+    children: Mutex<Vec<(String, Child)>>,
 }
 
 impl Local {
-    /// With so many cores for runs, for the workers of this store.
-    pub fn new(cores: u32, store: impl Into<OsString>) -> Self {
+    /// With so many cores for runs, for the workers of this store; `records` is a folder for this engine alone.
+    pub fn new(cores: u32, store: impl Into<OsString>, records: impl Into<PathBuf>) -> Self {
         Self {
             cores,
             store: store.into(),
+            records: records.into(),
             children: Mutex::new(Vec::new()),
         }
     }
 
-    fn collect(&self) {
-        let mut children = self
-            .children
+    fn children(&self) -> MutexGuard<'_, Vec<(String, Child)>> {
+        self.children
             .lock()
-            .unwrap_or_else(|poisoned| poisoned.into_inner());
-        children.retain_mut(|child| matches!(child.try_wait(), Ok(None)));
+            .unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
     /// The workers that live, by the name of their job.
     fn workers(&self) -> Result<HashMap<String, Pid>, EngineError> {
-        self.collect();
         let mut workers = HashMap::new();
-        for entry in fs::read_dir("/proc").map_err(EngineError::Proc)? {
-            let Ok(entry) = entry else { continue };
-            let Some(pid) = entry
-                .file_name()
-                .to_str()
-                .and_then(|name| name.parse::<i32>().ok())
-            else {
-                continue;
-            };
-            // A process of another user is not ours, whatever it calls itself.
-            let own = rustix::process::geteuid().as_raw();
-            if !entry.metadata().is_ok_and(|process| process.uid() == own) {
-                continue;
+        self.children().retain_mut(|(job, child)| {
+            let lives = matches!(child.try_wait(), Ok(None));
+            if let Some(pid) = Pid::from_raw(child.id() as i32).filter(|_| lives) {
+                workers.insert(job.clone(), pid);
             }
-            // Gone since.
-            let Ok(line) = fs::read(entry.path().join("cmdline")) else {
+            lives
+        });
+        let failed = |source| EngineError::Records {
+            folder: self.records.clone(),
+            source,
+        };
+        fs::create_dir_all(&self.records).map_err(failed)?;
+        for entry in fs::read_dir(&self.records).map_err(failed)? {
+            let path = entry.map_err(failed)?.path();
+            let Some(job) = path.file_name().and_then(|name| name.to_str()) else {
                 continue;
             };
-            if let (Some(job), Some(pid)) = (self.job_of(&line), Pid::from_raw(pid)) {
-                workers.insert(job, pid);
+            // Not written yet, or not whole.
+            let stat = fs::read_to_string(&path).unwrap_or_default();
+            let Some((pid, start)) = process_of(&stat) else {
+                continue;
+            };
+            let line = fs::read(format!("/proc/{pid}/cmdline")).unwrap_or_default();
+            if self.job_of(&line).as_deref() == Some(job) && lives(pid, start) {
+                workers.extend(Pid::from_raw(pid).map(|pid| (job.to_owned(), pid)));
+            } else if let Err(error) = fs::remove_file(&path)
+                && error.kind() != io::ErrorKind::NotFound
+            {
+                return Err(failed(error));
             }
         }
         Ok(workers)
@@ -124,12 +162,10 @@ impl Engine for Local {
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(log)
+            .env(RECORD, self.records.join(&launch.job))
             .spawn()
             .map_err(failed)?;
-        self.children
-            .lock()
-            .unwrap_or_else(|poisoned| poisoned.into_inner())
-            .push(child);
+        self.children().push((launch.job.clone(), child));
         Ok(())
     }
 
@@ -173,7 +209,7 @@ mod tests {
 
     #[test]
     fn only_workers_of_this_store_are_ours() {
-        let engine = Local::new(1, "/data/store");
+        let engine = Local::new(1, "/data/store", "/data/workers");
         let line = |words: &[&str]| {
             words
                 .iter()
@@ -220,7 +256,10 @@ mod tests {
     fn a_job_is_started_once_and_adopted() {
         let folder = tempfile::tempdir().unwrap();
         let script = folder.path().join("worker.sh");
-        fs::write(&script, "echo x >> \"$0.count\"; read line < \"$0.fifo\"").unwrap();
+        let text = format!(
+            "cat /proc/$$/stat > \"${RECORD}\"; echo x >> \"$0.count\"; read line < \"$0.fifo\""
+        );
+        fs::write(&script, text).unwrap();
         let store = folder.path().join("store").into_os_string();
         // `sh worker ...` reads the script `worker` in its folder; so the command line is that of a worker.
         let program = folder.path().join("worker");
@@ -252,7 +291,8 @@ mod tests {
             log: folder.path().join("log"),
             barren: 0,
         };
-        let engine = Local::new(1, &store);
+        let records = folder.path().join("records");
+        let engine = Local::new(1, &store, &records);
         engine.submit(&launch).unwrap();
         let alive = |engine: &Local| {
             for _ in 0..500 {
@@ -265,8 +305,36 @@ mod tests {
         };
         assert!(alive(&engine));
         engine.submit(&launch).unwrap();
-        let second = Local::new(1, &store);
+        let record = records.join("mc-test-1");
+        let of_worker = || process_of(&fs::read_to_string(&record).unwrap_or_default());
+        for _ in 0..500 {
+            if of_worker().is_some() {
+                break;
+            }
+            std::thread::sleep(std::time::Duration::from_millis(10));
+        }
+        let stat = fs::read_to_string(&record).unwrap();
+        let second = Local::new(1, &store, &records);
         assert!(alive(&second));
+        // A process that has the number, and began at another time, is another one.
+        let (pid, start) = process_of(&stat).unwrap();
+        let other = stat.replace(&format!(" {start} "), &format!(" {} ", start - 1));
+        fs::write(&record, other).unwrap();
+        assert!(second.observe().unwrap().is_empty());
+        assert!(!record.exists());
+        assert!(
+            engine.observe().unwrap().contains_key("mc-test-1"),
+            "a child needs no record"
+        );
+        // So is one with another command line, also if it is of this user.
+        let own = fs::read_to_string("/proc/self/stat").unwrap();
+        fs::write(&record, own).unwrap();
+        assert!(second.observe().unwrap().is_empty());
+        fs::write(&record, &stat).unwrap();
+        assert_eq!(
+            second.workers().unwrap()["mc-test-1"],
+            Pid::from_raw(pid).unwrap()
+        );
         second.submit(&launch).unwrap();
         second.stop("mc-test-1", Stop::Hard).unwrap();
         for _ in 0..500 {

@@ -197,15 +197,13 @@ impl Slurm {
         arguments.push(format!("--array=0-{}", jobs.len() - 1));
         self.sbatch(&arguments, &array_script(jobs), jobs)
     }
+}
 
-    /// Ids of the jobs of this name that wait or run.
-    fn ids(&self, job: &str) -> Result<Vec<String>, EngineError> {
-        let lines = self.squeue()?;
-        Ok(lines
-            .into_iter()
-            .filter(|line| line.job == job && line.observed.is_some())
-            .map(|line| line.id)
-            .collect())
+/// The arguments of `scancel` for a job. One that waits gets no signal, and is ended at once.
+fn cancel<'a>(id: &'a str, observed: &Observed, how: Stop) -> Vec<&'a str> {
+    match (how, observed) {
+        (Stop::Gently, Observed::Running(_)) => vec!["--signal=TERM", "--batch", id],
+        _ => vec![id],
     }
 }
 
@@ -327,12 +325,17 @@ impl Engine for Slurm {
     }
 
     fn stop(&self, job: &str, how: Stop) -> Result<(), EngineError> {
-        for id in self.ids(job)? {
-            match how {
-                Stop::Gently => call("scancel", ["--signal=TERM", "--batch", &id], None)?,
-                Stop::Hard => call("scancel", [id.as_str()], None)?,
-            };
+        let lines = self.squeue()?;
+        for line in lines.iter().filter(|line| line.job == job) {
+            if let Some(observed) = &line.observed {
+                call("scancel", cancel(&line.id, observed, how), None)?;
+            }
         }
+        // The next look sees what has become of it.
+        *self
+            .seen
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner()) = None;
         Ok(())
     }
 
@@ -380,6 +383,16 @@ mod tests {
         }
         assert!(line("20|another|RUNNING|None|n1|0:02").is_none());
         assert!(line("").is_none());
+    }
+
+    #[test]
+    fn a_job_that_waits_is_cancelled_and_one_that_runs_gets_a_signal() {
+        let waits = Observed::Pending("Resources".into());
+        let runs = Observed::Running("n1".into());
+        let signal = ["--signal=TERM", "--batch", "7"];
+        assert_eq!(cancel("7", &waits, Stop::Gently), ["7"]);
+        assert_eq!(cancel("7", &runs, Stop::Gently), signal);
+        assert_eq!(cancel("7", &runs, Stop::Hard), ["7"]);
     }
 
     #[test]

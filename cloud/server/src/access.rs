@@ -2,25 +2,28 @@
 
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use axum::extract::{FromRequestParts, MatchedPath, Request, State};
 use axum::http::header::{self, HeaderMap, HeaderName, HeaderValue};
-use axum::http::{Method, StatusCode, request::Parts};
+use axum::http::{Extensions, Method, StatusCode, request::Parts};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use cloud_api::Problem;
 use cloud_api::problem::SceneProblem;
 
+use crate::audit::Actor;
 use crate::connections::Peer;
-use crate::secrets::{self, SecretKind, User};
+use crate::secrets::{self, Caller, SecretKind, User};
 use crate::state::App;
 
-/// The cookie of a session. With TLS it has the prefix that binds it to this host.
-pub(crate) fn cookie_name(app: &App) -> &'static str {
+/// The cookie of a session. With TLS it has the prefix that binds it to this host; without, browsers send it to all ports of the host,
+/// so each server of a machine has its own.
+pub(crate) fn cookie_name(app: &App) -> String {
     if app.options.behind_proxy {
-        "__Host-mercury"
+        "__Host-mercury".to_owned()
     } else {
-        "mercury"
+        format!("mercury-{}", app.port.load(Ordering::Relaxed))
     }
 }
 
@@ -136,11 +139,34 @@ impl From<cloud_store::StoreError> for ApiError {
     }
 }
 
-/// The user of a request; without one the answer is 401.
+/// The user or guest of a request; without one the answer is 401.
+pub(crate) struct Anyone(pub(crate) Caller);
+
+/// The user of a request. For guests its path is not there.
 pub(crate) struct LoggedIn(pub(crate) User);
+
+/// The administrator of a request.
+pub(crate) struct Admin(pub(crate) User);
 
 /// Address of the client of a request.
 pub(crate) struct Client(pub(crate) IpAddr);
+
+/// Address of the client of a request.
+pub(crate) fn client_address(app: &App, headers: &HeaderMap, extensions: &Extensions) -> IpAddr {
+    let peer = extensions.get::<Peer>();
+    let address = peer.map_or(Ipv4Addr::UNSPECIFIED.into(), |peer| peer.0);
+    // The proxy adds the address of its client at the end; what stands before is what that client says.
+    let header = headers.get_all("x-forwarded-for").into_iter().next_back();
+    let forwarded = header.filter(|_| app.options.behind_proxy).and_then(|all| {
+        let last = all.to_str().ok()?.rsplit(',').next()?.trim();
+        last.parse::<IpAddr>().ok()
+    });
+    match forwarded.unwrap_or(address).to_canonical() {
+        // A network of IPv6 is one client: it has as many addresses as it wants.
+        IpAddr::V6(address) => Ipv6Addr::from(u128::from(address) >> 64 << 64).into(),
+        address => address,
+    }
+}
 
 impl FromRequestParts<Arc<App>> for Client {
     type Rejection = std::convert::Infallible;
@@ -149,23 +175,7 @@ impl FromRequestParts<Arc<App>> for Client {
         parts: &mut Parts,
         app: &Arc<App>,
     ) -> Result<Self, Self::Rejection> {
-        let peer = parts.extensions.get::<Peer>();
-        let address = peer.map_or(Ipv4Addr::UNSPECIFIED.into(), |peer| peer.0);
-        // The proxy adds the address of its client at the end; what stands before is what that client says.
-        let header = parts
-            .headers
-            .get_all("x-forwarded-for")
-            .into_iter()
-            .next_back();
-        let forwarded = header.filter(|_| app.options.behind_proxy).and_then(|all| {
-            let last = all.to_str().ok()?.rsplit(',').next()?.trim();
-            last.parse::<IpAddr>().ok()
-        });
-        Ok(Self(match forwarded.unwrap_or(address).to_canonical() {
-            // A network of IPv6 is one client: it has as many addresses as it wants.
-            IpAddr::V6(address) => Ipv6Addr::from(u128::from(address) >> 64 << 64).into(),
-            address => address,
-        }))
+        Ok(Self(client_address(app, &parts.headers, &parts.extensions)))
     }
 }
 
@@ -198,29 +208,56 @@ pub(crate) fn cookie<'a>(app: &App, headers: &'a HeaderMap) -> Option<&'a str> {
         .find_map(|(name, value)| (name == wanted).then_some(value))
 }
 
-impl FromRequestParts<Arc<App>> for LoggedIn {
+impl FromRequestParts<Arc<App>> for Anyone {
     type Rejection = ApiError;
 
     async fn from_request_parts(parts: &mut Parts, app: &Arc<App>) -> Result<Self, ApiError> {
-        let user = if let Some(token) = bearer(&parts.headers) {
+        let caller = if let Some(token) = bearer(&parts.headers) {
             secrets::recognise(&app.db, SecretKind::Token, token)?
         } else if let Some(secret) = cookie(app, &parts.headers) {
             secrets::recognise(&app.db, SecretKind::Session, secret)?
         } else {
             None
         };
-        let user = user.or_else(|| {
-            (app.options.no_auth && bearer(&parts.headers).is_none()).then(secrets::local)
+        let caller = caller.or_else(|| {
+            let local = app.options.no_auth && bearer(&parts.headers).is_none();
+            local.then(|| Caller::User(secrets::local()))
         });
-        let user = user.ok_or_else(not_logged_in)?;
+        let caller = caller.ok_or_else(not_logged_in)?;
+        if let Some(actor) = parts.extensions.get::<Actor>() {
+            actor.set(caller.name());
+        }
         // By the route that matched: the end of a path may be a name that a user has chosen.
         let route = parts.extensions.get::<MatchedPath>();
         let logs_out = route.is_some_and(|route| route.as_str() == "/api/v1/session");
-        if user.read_only && !is_safe(&parts.method) && !logs_out {
+        if caller.is_read_only() && !is_safe(&parts.method) && !logs_out {
             let detail = "This link or token is for looking only.";
             return Err(ApiError::new(StatusCode::FORBIDDEN, "not allowed", detail));
         }
-        Ok(Self(user))
+        Ok(Self(caller))
+    }
+}
+
+impl FromRequestParts<Arc<App>> for LoggedIn {
+    type Rejection = ApiError;
+
+    async fn from_request_parts(parts: &mut Parts, app: &Arc<App>) -> Result<Self, ApiError> {
+        match Anyone::from_request_parts(parts, app).await? {
+            Anyone(Caller::User(user)) => Ok(Self(user)),
+            Anyone(Caller::Guest(_)) => Err(ApiError::not_found()),
+        }
+    }
+}
+
+impl FromRequestParts<Arc<App>> for Admin {
+    type Rejection = ApiError;
+
+    async fn from_request_parts(parts: &mut Parts, app: &Arc<App>) -> Result<Self, ApiError> {
+        let detail = "Administrators manage users.";
+        match Anyone::from_request_parts(parts, app).await? {
+            Anyone(Caller::User(user)) if user.admin => Ok(Self(user)),
+            _ => Err(ApiError::new(StatusCode::FORBIDDEN, "not allowed", detail)),
+        }
     }
 }
 

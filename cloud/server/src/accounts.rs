@@ -1,28 +1,34 @@
 //! Sessions, users, tokens, links to runs, and the link of the machine.
 
+use std::net::IpAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use axum::{Extension, Json};
 use cloud_api::answers::{Price, Session, SessionRow, TokenRow, Usage, UserRow};
 use cloud_api::lifecycle::RunEvent;
 use cloud_api::names::LONGEST_NAME;
 use cloud_api::requests::{LogIn, NewLink, NewToken, NewUser};
 use rusqlite::OptionalExtension;
-use tokio::sync::OwnedSemaphorePermit;
 
-use crate::access::{ApiError, Client, LoggedIn, cookie, cookie_name, not_logged_in};
+use crate::access::{
+    Admin, Anyone, ApiError, Client, LoggedIn, cookie, cookie_name, not_logged_in,
+};
+use crate::audit::Actor;
 use crate::db::Applied;
+use crate::inputs;
 use crate::routes::{Answer, JsonBody, Shared, days};
 use crate::runs::{self, blocking};
-use crate::secrets::{self, NewSecret, Right, SecretKind};
+use crate::secrets::{self, Caller, NewSecret, Right, SecretKind};
 use crate::state::App;
+use crate::turns::Turn;
+use crate::users;
 
-fn session_of(app: &App, user: &secrets::User) -> Session {
-    if user.share.is_some() {
+fn session_of(app: &App, caller: &Caller) -> Session {
+    let Caller::User(user) = caller else {
         return Session {
             user: String::new(),
             admin: false,
@@ -32,7 +38,7 @@ fn session_of(app: &App, user: &secrets::User) -> Session {
             usage: Usage::default(),
             price: None,
         };
-    }
+    };
     let cores = app.options.cores;
     let busy: u32 = app.db.live().map_or(0, |runs| {
         runs.iter()
@@ -58,8 +64,8 @@ fn session_of(app: &App, user: &secrets::User) -> Session {
 
 /// Which user this is, and what is free.
 #[utoipa::path(get, path = "/api/v1/session", responses((status = 200, body = Session)))]
-pub(crate) async fn session_get(State(app): Shared, LoggedIn(user): LoggedIn) -> Answer<Session> {
-    Ok(Json(session_of(&app, &user)))
+pub(crate) async fn session_get(State(app): Shared, Anyone(caller): Anyone) -> Answer<Session> {
+    Ok(Json(session_of(&app, &caller)))
 }
 
 fn not_known() -> ApiError {
@@ -73,11 +79,10 @@ fn not_known() -> ApiError {
 /// How long a request waits until its password is hashed.
 const HASH_TURN: Duration = Duration::from_secs(10);
 
-/// Waits for a turn to hash a password.
-async fn hash_turn(app: &App) -> Result<OwnedSemaphorePermit, ApiError> {
-    let turn = Arc::clone(&app.hashes).acquire_owned();
-    match tokio::time::timeout(HASH_TURN, turn).await {
-        Ok(turn) => turn.map_err(ApiError::internal),
+/// Waits for a turn of an address to hash a password.
+async fn hash_turn(app: &App, address: IpAddr) -> Result<Turn, ApiError> {
+    match tokio::time::timeout(HASH_TURN, app.hashes.take(address)).await {
+        Ok(turn) => turn,
         Err(_) => Err(ApiError::too_many(
             "too many tries",
             "Many users log in at once. Try again.",
@@ -91,49 +96,54 @@ async fn hash_turn(app: &App) -> Result<OwnedSemaphorePermit, ApiError> {
 pub(crate) async fn session_begin(
     State(app): Shared,
     Client(address): Client,
+    Extension(actor): Extension<Actor>,
     JsonBody(body): JsonBody<LogIn>,
 ) -> Result<Response, ApiError> {
     let mut turn = None;
     if let (None, Some(name), Some(password)) = (&body.token, &body.name, &body.password) {
-        if name.len() > LONGEST_NAME || password.len() > secrets::LONGEST_PASSWORD {
+        if name.len() > LONGEST_NAME || password.len() > users::LONGEST_PASSWORD {
             return Err(not_known());
         }
         if let Err(seconds) = app.tries.begin(address, name) {
             let detail = format!("Several tries were wrong. Try again in {seconds} s.");
             return Err(ApiError::too_many("too many tries", detail, seconds));
         }
-        // Only a try that is allowed waits for its turn.
-        turn = Some(hash_turn(&app).await?);
+        // Only a try that is allowed waits for its turn; one that gets none was not made.
+        let given = hash_turn(&app, address).await;
+        if given.is_err() {
+            app.tries.take_back(address, name);
+        }
+        turn = Some(given?);
     }
     let shared = Arc::clone(&app);
-    let (user, secret) = blocking(move || {
+    let (caller, secret) = blocking(move || {
         let _turn = turn;
         let hash;
         let found = match (&body.token, &body.name, &body.password) {
             (Some(token), ..) => [SecretKind::Link, SecretKind::Share, SecretKind::Token]
                 .into_iter()
                 .find_map(|kind| {
-                    let user = secrets::recognise(&shared.db, kind, token).transpose()?;
-                    Some(user.map(|user| (user, kind)))
+                    let caller = secrets::recognise(&shared.db, kind, token).transpose()?;
+                    Some(caller.map(|caller| (caller, kind)))
                 })
                 .transpose()?
-                .map(|(user, kind)| {
-                    let right = match (kind, user.secret) {
+                .map(|(caller, kind)| {
+                    let right = match (kind, caller.secret()) {
                         // Good once: of two requests at the same time one gets a session.
                         (SecretKind::Link, Some(link)) => Right::Link(link),
-                        _ => user.right(),
+                        (_, secret) => secret.map_or(Right::Server, Right::Secret),
                     };
-                    (user, right)
+                    (caller, right)
                 }),
             (None, Some(name), Some(password)) => {
-                let found = secrets::log_in(&shared.db, name, password)?;
+                let found = users::log_in(&shared.db, name, password)?;
                 if found.is_some() {
                     shared.tries.forget(address, name);
                 }
                 match found {
                     Some((user, found)) => {
                         hash = found;
-                        Some((user, Right::Password(&hash)))
+                        Some((Caller::User(user), Right::Password(&hash)))
                     }
                     None => None,
                 }
@@ -145,21 +155,26 @@ pub(crate) async fn session_begin(
                 ));
             }
         };
-        let Some((user, right)) = found else {
+        let Some((caller, right)) = found else {
             return Err(not_known());
+        };
+        let (user, run, root) = match &caller {
+            Caller::User(user) => (user.id, None, user.root),
+            Caller::Guest(guest) => (guest.owner, Some(guest.run.as_str()), guest.root),
         };
         let session = NewSecret {
             kind: SecretKind::Session,
-            user: user.id,
+            user,
             right,
-            root: user.root,
+            root,
             name: "",
-            run: user.share.as_deref(),
+            run,
             days: 30.0,
-            read_only: user.read_only,
+            read_only: caller.is_read_only(),
         };
         let issued = secrets::issue(&shared.db, &session)?.ok_or_else(not_known)?;
-        Ok((user, issued.secret))
+        actor.set(caller.name());
+        Ok((caller, issued.secret))
     })
     .await?;
     let secure = if app.options.behind_proxy {
@@ -171,14 +186,14 @@ pub(crate) async fn session_begin(
         "{}={secret}; Path=/; HttpOnly; SameSite=Lax; Max-Age=2592000{secure}",
         cookie_name(&app)
     );
-    Ok(([(header::SET_COOKIE, set)], Json(session_of(&app, &user))).into_response())
+    Ok(([(header::SET_COOKIE, set)], Json(session_of(&app, &caller))).into_response())
 }
 
 /// Logs out.
 #[utoipa::path(delete, path = "/api/v1/session", responses((status = 204)))]
 pub(crate) async fn session_end(
     State(app): Shared,
-    LoggedIn(_): LoggedIn,
+    Anyone(_): Anyone,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     if let Some(secret) = cookie(&app, &headers) {
@@ -188,25 +203,9 @@ pub(crate) async fn session_end(
     Ok((StatusCode::NO_CONTENT, [(header::SET_COOKIE, gone)]).into_response())
 }
 
-pub(crate) fn admin(user: &secrets::User) -> Result<(), ApiError> {
-    if user.admin && user.share.is_none() {
-        Ok(())
-    } else {
-        Err(ApiError::new(
-            StatusCode::FORBIDDEN,
-            "not allowed",
-            "Administrators manage users.",
-        ))
-    }
-}
-
 /// The users and what they take; for administrators.
 #[utoipa::path(get, path = "/api/v1/users", responses((status = 200, body = Vec<UserRow>)))]
-pub(crate) async fn user_list(
-    State(app): Shared,
-    LoggedIn(user): LoggedIn,
-) -> Answer<Vec<UserRow>> {
-    admin(&user)?;
+pub(crate) async fn user_list(State(app): Shared, Admin(_): Admin) -> Answer<Vec<UserRow>> {
     blocking(move || {
         let users = {
             let connection = app.db.lock();
@@ -239,10 +238,10 @@ pub(crate) async fn user_list(
 #[utoipa::path(post, path = "/api/v1/users", request_body = NewUser, responses((status = 204)))]
 pub(crate) async fn user_set(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Admin(user): Admin,
+    Client(address): Client,
     JsonBody(body): JsonBody<NewUser>,
 ) -> Result<StatusCode, ApiError> {
-    admin(&user)?;
     cloud_api::names::check_name(&body.name)
         .map_err(|why| ApiError::bad_request("invalid name", why.to_string()))?;
     if body.cores == Some(Some(0))
@@ -257,7 +256,7 @@ pub(crate) async fn user_set(
         ));
     }
     if (body.password.as_ref()).is_some_and(|password| {
-        password.chars().count() < 10 || password.len() > secrets::LONGEST_PASSWORD
+        password.chars().count() < 10 || password.len() > users::LONGEST_PASSWORD
     }) {
         return Err(ApiError::bad_request(
             "invalid password",
@@ -265,20 +264,20 @@ pub(crate) async fn user_set(
         ));
     }
     let turn = match &body.password {
-        Some(_) => Some(hash_turn(&app).await?),
+        Some(_) => Some(hash_turn(&app, address).await?),
         None => None,
     };
     blocking(move || {
         let _turn = turn;
-        secrets::set_user(&app.db, (user.id, user.right()), &body)?.map_err(refused)?;
+        users::set_user(&app.db, (user.id, user.right()), &body)?.map_err(refused)?;
         Ok(StatusCode::NO_CONTENT)
     })
     .await
 }
 
-fn refused(why: secrets::BadUser) -> ApiError {
+fn refused(why: users::BadUser) -> ApiError {
     let status = match why {
-        secrets::BadUser::NotAdmin => StatusCode::FORBIDDEN,
+        users::BadUser::NotAdmin => StatusCode::FORBIDDEN,
         _ => StatusCode::CONFLICT,
     };
     ApiError::new(status, "the user was not changed", why.to_string())
@@ -288,10 +287,9 @@ fn refused(why: secrets::BadUser) -> ApiError {
 #[utoipa::path(delete, path = "/api/v1/users/{name}", params(("name" = String, Path)), responses((status = 204)))]
 pub(crate) async fn user_remove(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Admin(user): Admin,
     Path(name): Path<String>,
 ) -> Result<StatusCode, ApiError> {
-    admin(&user)?;
     blocking(move || {
         let id = "SELECT id FROM users WHERE name = ?1";
         let id: Option<i64> = (app.db.lock())
@@ -299,7 +297,7 @@ pub(crate) async fn user_remove(
             .optional()?;
         let id = id.ok_or_else(ApiError::not_found)?;
         // Before runs are ended and removed.
-        secrets::may_be_removed(&app.db.lock(), id)?.map_err(refused)?;
+        users::may_be_removed(&app.db.lock(), id)?.map_err(refused)?;
         let runs = app.db.runs_of(id)?;
         let live = runs.iter().filter(|(_, state)| state.is_live()).count();
         for (run, _) in runs.iter().filter(|(_, state)| state.is_live()) {
@@ -320,22 +318,11 @@ pub(crate) async fn user_remove(
         for (run, _) in &runs {
             runs::forget(&app, run)?;
         }
-        for sha256 in
-            secrets::remove_user(&app.db, (user.id, user.right()), id)?.map_err(refused)?
-        {
-            app.store.delete(&format!("inputs/{sha256}"))?;
-        }
+        let gone = users::remove_user(&app.db, (user.id, user.right()), id)?.map_err(refused)?;
+        inputs::remove(&app, &gone)?;
         Ok(StatusCode::NO_CONTENT)
     })
     .await
-}
-
-/// Refuses a link to a run: it has no account.
-fn owner(user: &secrets::User) -> Result<(), ApiError> {
-    match user.share {
-        Some(_) => Err(ApiError::not_found()),
-        None => Ok(()),
-    }
 }
 
 /// The sessions of this user.
@@ -344,7 +331,6 @@ pub(crate) async fn session_list(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
 ) -> Answer<Vec<SessionRow>> {
-    owner(&user)?;
     let row = |found: secrets::Listed| SessionRow {
         id: found.id,
         token: found.made_with,
@@ -354,9 +340,7 @@ pub(crate) async fn session_list(
         current: user.secret == Some(found.id),
     };
     let found = secrets::list(&app.db, SecretKind::Session, Some(user.id), None)?;
-    // Sessions of links to runs end with those.
-    let own = found.into_iter().filter(|found| found.run.is_none());
-    Ok(Json(own.map(row).collect()))
+    Ok(Json(found.into_iter().map(row).collect()))
 }
 
 /// Ends a session of this user.
@@ -375,7 +359,6 @@ pub(crate) async fn session_remove_all(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
 ) -> Result<StatusCode, ApiError> {
-    owner(&user)?;
     secrets::end_sessions(&app.db, user.id)?;
     Ok(StatusCode::NO_CONTENT)
 }
@@ -387,14 +370,12 @@ fn take_back(
     kind: SecretKind,
     id: &str,
 ) -> Result<StatusCode, ApiError> {
-    owner(user)?;
     let id: i64 = id.parse().map_err(|_| ApiError::not_found())?;
-    let own = secrets::list(&app.db, kind, Some(user.id), None)?;
-    if !own.iter().any(|own| own.id == id) {
-        return Err(ApiError::not_found());
+    if secrets::take_back(&app.db, kind, user.id, id)? {
+        Ok(StatusCode::NO_CONTENT)
+    } else {
+        Err(ApiError::not_found())
     }
-    secrets::remove(&app.db, id)?;
-    Ok(StatusCode::NO_CONTENT)
 }
 
 fn row_of(found: secrets::Listed) -> TokenRow {
@@ -414,7 +395,6 @@ pub(crate) async fn share_list(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
 ) -> Answer<Vec<TokenRow>> {
-    owner(&user)?;
     let found = secrets::list(&app.db, SecretKind::Share, Some(user.id), None)?;
     Ok(Json(found.into_iter().map(row_of).collect()))
 }
@@ -426,10 +406,8 @@ pub(crate) async fn run_shares(
     LoggedIn(user): LoggedIn,
     Path(id): Path<String>,
 ) -> Answer<Vec<TokenRow>> {
-    let (id, owner, _, row, _) = runs::visible_run(&app, &user, &id)?;
-    self::owner(&user)?;
-    runs::may_change(&app, &user, owner, &row)?;
-    let found = secrets::list(&app.db, SecretKind::Share, None, Some(id.as_str()))?;
+    let run = runs::changeable_run(&app, &user, &id)?;
+    let found = secrets::list(&app.db, SecretKind::Share, None, Some(run.id.as_str()))?;
     Ok(Json(found.into_iter().map(row_of).collect()))
 }
 
@@ -447,22 +425,28 @@ pub(crate) async fn share_remove(
 #[utoipa::path(post, path = "/api/v1/links", request_body = NewLink, responses((status = 201, body = TokenRow)))]
 pub(crate) async fn link_add(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Admin(user): Admin,
     JsonBody(body): JsonBody<NewLink>,
 ) -> Result<Response, ApiError> {
-    admin(&user)?;
     if user.id != secrets::LOCAL_ID {
         let detail = "The user of the machine makes links.";
         return Err(ApiError::new(StatusCode::FORBIDDEN, "not allowed", detail));
     }
     blocking(move || {
-        let link = if body.rotate {
-            // The secret of the request may be one of those that end.
-            app.rotate()?;
-            secrets::link(&app.db, Right::Server, None)?
+        let (right, root) = if body.rotate {
+            let token = app.rotate(user.right())?.ok_or_else(not_logged_in)?;
+            // The secret of the request may be one of those that have ended: the new one has their place.
+            let root = match user.root {
+                Some((root, _)) if !secrets::is_good(&app.db, root)? => {
+                    Some((token.id, token.expires))
+                }
+                root => root,
+            };
+            (Right::Server, root)
         } else {
-            secrets::link(&app.db, user.right(), None)?
+            (user.right(), user.root)
         };
+        let link = secrets::link(&app.db, right, root)?;
         let link = link.ok_or_else(not_logged_in)?;
         let row = TokenRow {
             id: 0,
@@ -483,7 +467,6 @@ pub(crate) async fn token_list(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
 ) -> Answer<Vec<TokenRow>> {
-    owner(&user)?;
     let found = secrets::list(&app.db, SecretKind::Token, Some(user.id), None)?;
     Ok(Json(found.into_iter().map(row_of).collect()))
 }

@@ -21,6 +21,8 @@ pub(crate) struct SignsOfLife {
     /// Attempt and its job.
     pub(crate) epoch: u64,
     pub(crate) job: JobState,
+    /// Reason for which the job waits, as the engine says it.
+    pub(crate) waits: Option<String>,
     /// Notes of the head that listeners know.
     pub(crate) notes: usize,
     /// Time of the request to the engine to end the job.
@@ -41,6 +43,7 @@ impl SignsOfLife {
             commit: 0,
             epoch,
             job: JobState::Unknown,
+            waits: None,
             notes: 0,
             interrupted: None,
             wished: None,

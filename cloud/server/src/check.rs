@@ -132,7 +132,7 @@ pub(crate) async fn check(
     mut scene: Scene,
     trial: bool,
 ) -> Result<Checked, ApiError> {
-    let _turn = app.checks.take(owner, false).await?;
+    let _turn = app.checks.take((owner, false)).await?;
     let app = Arc::clone(app);
     blocking(move || {
         earlier::pin(&app, owner, &mut scene)?;
@@ -179,7 +179,7 @@ pub(crate) async fn preview(
             "The scene begins with too many particles for a preview.",
         ));
     }
-    let _turn = app.checks.take(owner, false).await?;
+    let _turn = app.checks.take((owner, false)).await?;
     let app = Arc::clone(app);
     blocking(move || {
         earlier::pin(&app, owner, &mut scene)?;

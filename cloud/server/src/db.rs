@@ -2,12 +2,17 @@
 //!
 //! Every change of a run's state is one transaction that writes the row and an event, through [`Db::apply`].
 
-use std::collections::{BTreeMap, HashMap};
+mod contents;
+mod quota;
+#[cfg(test)]
+mod tests;
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use cloud_api::answers::{Attempt, EventRow, InputRow, RunRow, Usage};
+use cloud_api::answers::{Attempt, EventRow, RunRow, Usage};
 use cloud_api::head::Cause;
 use cloud_api::lifecycle::{self, Illegal, Policy, Run, RunEvent};
 use cloud_api::{Head, RunState, Wish};
@@ -16,6 +21,10 @@ use rusqlite::{Connection, OptionalExtension, Row, Transaction, params};
 use serde_json::{Value, json};
 
 use crate::prices::{Cost, Prices};
+use crate::secrets::Caller;
+
+use contents::forget_input;
+pub(crate) use contents::{Forgotten, forget_inputs};
 
 const SCHEMA: &str = "
 CREATE TABLE IF NOT EXISTS users(id INTEGER PRIMARY KEY, name TEXT NOT NULL UNIQUE, hash TEXT, admin INTEGER NOT NULL);
@@ -43,8 +52,12 @@ CREATE INDEX IF NOT EXISTS events_run ON events(run, id);
 CREATE TABLE IF NOT EXISTS projects(id TEXT PRIMARY KEY, name TEXT NOT NULL, created REAL NOT NULL);
 CREATE TABLE IF NOT EXISTS members(project TEXT NOT NULL, user INTEGER NOT NULL, role TEXT NOT NULL, PRIMARY KEY(project, user));
 CREATE INDEX IF NOT EXISTS members_user ON members(user);
+CREATE TABLE IF NOT EXISTS audit(id INTEGER PRIMARY KEY AUTOINCREMENT, time REAL NOT NULL, user TEXT NOT NULL, address TEXT NOT NULL,
+  method TEXT NOT NULL, path TEXT NOT NULL, status INTEGER NOT NULL);
 CREATE TABLE IF NOT EXISTS counters(name TEXT PRIMARY KEY, last INTEGER NOT NULL);
 CREATE TABLE IF NOT EXISTS inputs(sha256 TEXT NOT NULL, owner INTEGER NOT NULL, bytes INTEGER NOT NULL, PRIMARY KEY(sha256, owner));
+CREATE TABLE IF NOT EXISTS run_inputs(run TEXT NOT NULL, sha256 TEXT NOT NULL, owner INTEGER NOT NULL, PRIMARY KEY(run, sha256));
+CREATE INDEX IF NOT EXISTS run_inputs_content ON run_inputs(sha256, owner);
 ";
 
 /// Columns that databases of earlier versions do not have.
@@ -65,6 +78,11 @@ const LATER: &[(&str, &str, &str)] = &[
     ("secrets", "created", "REAL NOT NULL DEFAULT 0"),
     ("runs", "reserved", "INTEGER NOT NULL DEFAULT 0"),
 ];
+
+/// Records the contents that the specs of runs name.
+const NAME_INPUTS: &str =
+    "INSERT OR IGNORE INTO run_inputs SELECT r.id, json_extract(f.value, '$.sha256'), r.owner
+  FROM runs r, json_each(r.spec, '$.files') f";
 
 /// Owner of what belongs to all: the files of templates.
 pub(crate) const ALL: i64 = 0;
@@ -131,6 +149,8 @@ pub(crate) enum Reserved<T> {
     Full(Usage),
     /// Nothing was changed: the user does not exist any more.
     NoUser,
+    /// Nothing was changed: the user does not have a content that the run needs any more.
+    NoInput,
 }
 
 /// A study that is new.
@@ -181,6 +201,8 @@ impl Db {
         let connection = Connection::open(path)?;
         connection.pragma_update(None, "journal_mode", "WAL")?;
         connection.pragma_update(None, "synchronous", "FULL")?;
+        let new = "SELECT NOT EXISTS (SELECT 1 FROM sqlite_master WHERE name = 'run_inputs')";
+        let new: bool = connection.query_row(new, [], |row| row.get(0))?;
         connection.execute_batch(SCHEMA)?;
         for (table, column, kind) in LATER {
             let known = "SELECT count(*) FROM pragma_table_info(?1) WHERE name = ?2";
@@ -193,8 +215,16 @@ impl Db {
         connection.execute_batch(
             "CREATE INDEX IF NOT EXISTS runs_study ON runs(study, number);
              CREATE INDEX IF NOT EXISTS runs_project ON runs(project, number, state, label, title);
-             CREATE INDEX IF NOT EXISTS studies_project ON studies(project, number);",
+             CREATE INDEX IF NOT EXISTS studies_project ON studies(project, number);
+             CREATE INDEX IF NOT EXISTS secrets_expires ON secrets(expires);
+             CREATE INDEX IF NOT EXISTS secrets_parent ON secrets(parent);",
         )?;
+        // Of earlier versions: it is not known which of them a token has begun, so they could outlive it.
+        let earlier = "DELETE FROM secrets WHERE kind = 'session' AND created = 0";
+        connection.execute(earlier, [])?;
+        if new {
+            connection.execute(NAME_INPUTS, [])?;
+        }
         let reader = Connection::open(path)?;
         reader.pragma_update(None, "query_only", true)?;
         Ok(Self {
@@ -302,6 +332,13 @@ impl Db {
                     run.reserved as i64,
                 ],
             )?;
+            transaction.execute(&format!("{NAME_INPUTS} WHERE r.id = ?1"), [run.id])?;
+            // One that has gone with another run, since this one was checked.
+            let gone = "SELECT EXISTS (SELECT 1 FROM run_inputs n WHERE run = ?1
+                          AND NOT EXISTS (SELECT 1 FROM inputs i WHERE i.sha256 = n.sha256 AND i.owner IN (n.owner, ?2)))";
+            if transaction.query_row(gone, params![run.id, ALL], |row| row.get(0))? {
+                return Ok(Reserved::NoInput);
+            }
             events.push(add_event(
                 &transaction,
                 run.id,
@@ -489,115 +526,6 @@ impl Db {
         Ok(Applied::Done(after, events))
     }
 
-    /// Usage of a user, and its limits.
-    pub(crate) fn usage(&self, user: i64) -> Result<Usage> {
-        self.usage_in(&self.lock(), user)
-    }
-
-    /// The usage of a user that is beyond the limit.
-    fn beyond(&self, connection: &Connection, user: i64) -> Result<Option<Usage>> {
-        let usage = self.usage_in(connection, user)?;
-        let beyond = usage.most_disk.is_some_and(|most| usage.disk > most);
-        Ok(beyond.then_some(usage))
-    }
-
-    fn usage_in(&self, connection: &Connection, user: i64) -> Result<Usage> {
-        let mut query = connection.prepare_cached(
-            "SELECT (SELECT coalesce(sum(threads), 0) FROM runs WHERE owner = ?1 AND state IN ('running', 'stopping')),
-               (SELECT coalesce(sum(CASE WHEN state IN ('queued', 'running', 'stopping') THEN max(bytes, reserved) ELSE bytes END), 0)
-                FROM runs WHERE owner = ?1) + (SELECT coalesce(sum(bytes), 0) FROM inputs WHERE owner = ?1),
-               (SELECT coalesce(sum(core_seconds), 0) FROM runs WHERE owner = ?1), cores, disk,
-               (SELECT sum(cost) FROM runs WHERE owner = ?1) FROM users WHERE id = ?1",
-        )?;
-        let whole = |number: Option<i64>| number.map(|number| number as u64);
-        let usage = query.query_row([user], |row| {
-            Ok(Usage {
-                cores: row.get::<_, i64>(0)? as u64,
-                disk: row.get::<_, i64>(1)? as u64,
-                core_seconds: row.get(2)?,
-                most_cores: whole(row.get(3)?),
-                most_disk: whole(row.get(4)?),
-                cost: row.get(5)?,
-            })
-        });
-        let mut usage = usage.optional()?.unwrap_or_default();
-        usage.disk += self.uploads().get(&user).copied().unwrap_or(0);
-        Ok(usage)
-    }
-
-    fn uploads(&self) -> MutexGuard<'_, HashMap<i64, u64>> {
-        self.uploads
-            .lock()
-            .unwrap_or_else(|poisoned| poisoned.into_inner())
-    }
-
-    /// Reserves bytes for an upload that is on its way.
-    pub(crate) fn reserve_upload(&self, user: i64, bytes: u64) -> Result<Reserved<()>> {
-        let connection = self.lock();
-        if !has_user(&connection, user)? {
-            return Ok(Reserved::NoUser);
-        }
-        *self.uploads().entry(user).or_default() += bytes;
-        let beyond = self.beyond(&connection, user);
-        if !matches!(beyond, Ok(None)) {
-            self.release_upload(user, bytes);
-        }
-        Ok(beyond?.map_or(Reserved::Done(()), Reserved::Full))
-    }
-
-    fn release_upload(&self, user: i64, bytes: u64) {
-        let mut uploads = self.uploads();
-        let left = uploads.remove(&user).unwrap_or(0).saturating_sub(bytes);
-        if left > 0 {
-            uploads.insert(user, left);
-        }
-    }
-
-    /// Ends an upload for which bytes were reserved, and records the content that came, if it came whole.
-    pub(crate) fn end_upload(
-        &self,
-        user: i64,
-        reserved: u64,
-        input: Option<(&str, u64)>,
-    ) -> Result<()> {
-        let connection = self.lock();
-        self.release_upload(user, reserved);
-        match input {
-            Some((sha256, bytes)) => insert_input(&connection, sha256, user, bytes),
-            None => Ok(()),
-        }
-    }
-
-    /// Users whose runs and inputs take more than they may. What is reserved does not count.
-    pub(crate) fn over_limit(&self) -> Result<Vec<i64>> {
-        let connection = self.lock();
-        let mut query = connection.prepare_cached(
-            "SELECT id FROM users WHERE disk IS NOT NULL AND disk < (SELECT coalesce(sum(bytes), 0) FROM runs WHERE owner = users.id)
-               + (SELECT coalesce(sum(bytes), 0) FROM inputs WHERE owner = users.id)",
-        )?;
-        let rows = query.query_map([], |row| row.get(0))?;
-        rows.collect()
-    }
-
-    /// Bytes that a run may have by the limit of its owner: what others have not, and have not reserved.
-    pub(crate) fn left_for(&self, id: &str) -> Result<Option<u64>> {
-        let connection = self.lock();
-        let own = "SELECT owner, max(bytes, reserved) FROM runs WHERE id = ?1";
-        let (owner, own) = connection.query_row(own, [id], |row| {
-            Ok((row.get(0)?, row.get::<_, i64>(1)? as u64))
-        })?;
-        let usage = self.usage_in(&connection, owner)?;
-        let others = usage.disk.saturating_sub(own);
-        Ok(usage.most_disk.map(|most| most.saturating_sub(others)))
-    }
-
-    /// Records the length of the files of a run while it runs.
-    pub(crate) fn set_bytes(&self, id: &str, bytes: u64) -> Result<()> {
-        let set = "UPDATE runs SET bytes=?2 WHERE id=?1";
-        self.lock().execute(set, params![id, bytes as i64])?;
-        Ok(())
-    }
-
     /// The most cores that users may have at once, of those that have a limit.
     pub(crate) fn most_cores(&self) -> Result<BTreeMap<i64, u64>> {
         let connection = self.lock();
@@ -714,6 +642,25 @@ impl Db {
         rows.collect()
     }
 
+    /// Whether a user or guest may see all of these runs, and the secret of the request is still good.
+    pub(crate) fn may_see(&self, caller: &Caller, runs: &BTreeSet<String>) -> Result<bool> {
+        let (user, run) = match caller {
+            Caller::User(user) => (Some(user.id), None),
+            Caller::Guest(guest) => (None, Some(&guest.run)),
+        };
+        let ids = serde_json::to_string(runs).unwrap_or_default();
+        let connection = self.reader();
+        let mut query = connection.prepare_cached(
+            "SELECT (?1 IS NULL OR EXISTS (SELECT 1 FROM secrets WHERE id = ?1 AND expires > ?2))
+               AND (SELECT count(*) FROM json_each(?3) w JOIN runs r ON r.id = w.value
+                    WHERE r.id = ?4 OR r.owner = ?5 OR r.project IN (SELECT project FROM members WHERE user = ?5)) = ?6",
+        )?;
+        query.query_row(
+            params![caller.secret(), now(), ids, run, user, runs.len() as i64],
+            |row| row.get(0),
+        )
+    }
+
     /// The users who may see a run: its owner and the members of its project.
     pub(crate) fn audience(&self, run: &str) -> Result<Vec<i64>> {
         let connection = self.lock();
@@ -757,132 +704,54 @@ impl Db {
         rows.collect()
     }
 
-    /// Forgets a run with all that belongs to it, also the inputs of its owner that no other run of the owner names. Returns the contents
-    /// that nothing needs any more.
-    pub(crate) fn delete(&self, id: &str) -> Result<Vec<String>> {
+    /// Forgets a run that is not live with all that belongs to it, also the inputs of its owner that no other run of the owner names.
+    pub(crate) fn delete(&self, id: &str) -> Result<Deleted> {
         let mut connection = self.lock();
         let transaction = connection.transaction()?;
-        let run = "SELECT owner, spec FROM runs WHERE id = ?1";
-        let run: Option<(i64, String)> = transaction
-            .query_row(run, [id], |row| Ok((row.get(0)?, row.get(1)?)))
+        let run = "SELECT owner, state FROM runs WHERE id = ?1";
+        let run: Option<(i64, RunState)> = transaction
+            .query_row(run, [id], |row| Ok((row.get(0)?, state_of(row)?)))
             .optional()?;
-        transaction.execute("DELETE FROM runs WHERE id = ?1", [id])?;
-        transaction.execute("DELETE FROM attempts WHERE run = ?1", [id])?;
-        transaction.execute("DELETE FROM events WHERE run = ?1", [id])?;
-        transaction.execute("DELETE FROM secrets WHERE run = ?1", [id])?;
-        let mut gone = Vec::new();
-        if let Some((owner, spec)) = run {
-            let spec: Value = serde_json::from_str(&spec).unwrap_or(Value::Null);
-            let files = spec["files"].as_object().into_iter().flatten();
-            for sha256 in files.filter_map(|(_, file)| file["sha256"].as_str()) {
-                if forget_input(&transaction, sha256, owner)? == Forgotten::Content {
-                    gone.push(sha256.to_owned());
-                }
+        let owner = match run {
+            None => return Ok(Deleted::Missing),
+            // Also one that was resumed since the user looked at it.
+            Some((_, state)) if state.is_live() => return Ok(Deleted::Live),
+            Some((owner, _)) => owner,
+        };
+        let named = {
+            let mut query = transaction.prepare("SELECT sha256 FROM run_inputs WHERE run = ?1")?;
+            let rows = query.query_map([id], |row| row.get(0))?;
+            rows.collect::<Result<Vec<String>>>()?
+        };
+        for (table, column) in [
+            ("runs", "id"),
+            ("attempts", "run"),
+            ("events", "run"),
+            ("secrets", "run"),
+            ("run_inputs", "run"),
+        ] {
+            let remove = format!("DELETE FROM {table} WHERE {column} = ?1");
+            transaction.execute(&remove, [id])?;
+        }
+        let mut forgotten = Vec::new();
+        for sha256 in named {
+            if forget_input(&transaction, &sha256, owner)? == Forgotten::Done {
+                forgotten.push(sha256);
             }
         }
         transaction.commit()?;
-        Ok(gone)
-    }
-
-    /// Inputs of a user, the largest first: SHA-256, length, and how many runs of the user name it.
-    pub(crate) fn inputs(&self, owner: i64) -> Result<Vec<InputRow>> {
-        let connection = self.lock();
-        let mut query = connection.prepare(
-            "SELECT sha256, bytes, (SELECT count(*) FROM runs r WHERE r.owner = ?1 AND instr(r.spec, i.sha256) > 0) FROM inputs i
-             WHERE owner = ?1 ORDER BY bytes DESC, sha256 LIMIT ?2",
-        )?;
-        let rows = query.query_map(params![owner, MOST_ROWS as i64], |row| {
-            Ok(InputRow {
-                sha256: row.get(0)?,
-                bytes: row.get::<_, i64>(1)? as u64,
-                runs: row.get::<_, i64>(2)? as u64,
-            })
-        })?;
-        rows.collect()
-    }
-
-    /// Forgets an input of a user, unless a run of the user names it.
-    pub(crate) fn remove_input(&self, sha256: &str, owner: i64) -> Result<Forgotten> {
-        let mut connection = self.lock();
-        let transaction = connection.transaction()?;
-        let forgotten = forget_input(&transaction, sha256, owner)?;
-        transaction.commit()?;
-        Ok(forgotten)
-    }
-
-    /// Notes that a user has sent a content.
-    pub(crate) fn add_input(&self, sha256: &str, owner: i64, bytes: u64) -> Result<()> {
-        insert_input(&self.lock(), sha256, owner, bytes)
-    }
-
-    /// Length of a content that this user (or a template) has sent.
-    pub(crate) fn input(&self, sha256: &str, owner: i64) -> Result<Option<u64>> {
-        self.lock()
-            .query_row(
-                "SELECT bytes FROM inputs WHERE sha256 = ?1 AND owner IN (?2, ?3)",
-                params![sha256, owner, ALL],
-                |row| row.get::<_, i64>(0),
-            )
-            .optional()
-            .map(|bytes| bytes.map(|bytes| bytes as u64))
+        Ok(Deleted::Done(forgotten))
     }
 }
 
-/// Result of forgetting an input.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Forgotten {
-    /// The user has no such input.
+/// Result of [`Db::delete`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Deleted {
+    /// With the inputs that the owner does not have any more.
+    Done(Vec<String>),
     Missing,
-    /// A run of the user names it.
-    Named,
-    /// The content is still needed: by another user, or by a template.
-    Row,
-    /// Nothing needs the content.
-    Content,
-}
-
-fn forget_input(transaction: &Transaction, sha256: &str, owner: i64) -> Result<Forgotten> {
-    let named = |owner: Option<i64>| {
-        let count = "SELECT EXISTS (SELECT 1 FROM runs WHERE (?1 IS NULL OR owner = ?1) AND instr(spec, ?2) > 0)";
-        transaction.query_row(count, params![owner, sha256], |row| row.get::<_, bool>(0))
-    };
-    if named(Some(owner))? {
-        return Ok(Forgotten::Named);
-    }
-    let remove = "DELETE FROM inputs WHERE sha256 = ?1 AND owner = ?2";
-    if transaction.execute(remove, params![sha256, owner])? == 0 {
-        return Ok(Forgotten::Missing);
-    }
-    let others = "SELECT EXISTS (SELECT 1 FROM inputs WHERE sha256 = ?1)";
-    let others: bool = transaction.query_row(others, [sha256], |row| row.get(0))?;
-    Ok(match others || named(None)? {
-        true => Forgotten::Row,
-        false => Forgotten::Content,
-    })
-}
-
-/// Forgets all inputs of a user who has no run. Returns the contents that nothing needs any more.
-pub(crate) fn forget_inputs(transaction: &Transaction, owner: i64) -> Result<Vec<String>> {
-    let inputs = {
-        let mut query = transaction.prepare("SELECT sha256 FROM inputs WHERE owner = ?1")?;
-        let rows = query.query_map([owner], |row| row.get(0))?;
-        rows.collect::<Result<Vec<String>>>()?
-    };
-    let mut gone = Vec::new();
-    for sha256 in inputs {
-        if forget_input(transaction, &sha256, owner)? == Forgotten::Content {
-            gone.push(sha256);
-        }
-    }
-    Ok(gone)
-}
-
-fn insert_input(connection: &Connection, sha256: &str, owner: i64, bytes: u64) -> Result<()> {
-    connection.execute(
-        "INSERT OR IGNORE INTO inputs VALUES (?1, ?2, ?3)",
-        params![sha256, owner, bytes as i64],
-    )?;
-    Ok(())
+    /// Nothing was changed: the run is queued, or has an attempt.
+    Live,
 }
 
 fn has_user(connection: &Connection, user: i64) -> Result<bool> {
@@ -993,210 +862,8 @@ fn row_of(row: &Row) -> Result<RunRow> {
         cause: cause_of(row)?,
         message: row.get("message")?,
         seconds_left: None,
+        waits: None,
         particles: None,
         set: set.collect(),
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use cloud_engine::Local;
-
-    use super::*;
-
-    fn db() -> (tempfile::TempDir, Db) {
-        let folder = tempfile::tempdir().unwrap();
-        let db = Db::open(&folder.path().join("db"), Policy::default(), None).unwrap();
-        let add = "INSERT INTO users(id, name, admin) VALUES (1, 'ada', 0), (2, 'bob', 0)";
-        db.lock().execute(add, []).unwrap();
-        (folder, db)
-    }
-
-    fn new<'a>(id: &'a str, key: Option<(&'a str, &'a str)>) -> NewRun<'a> {
-        NewRun {
-            id,
-            owner: 1,
-            key,
-            title: "t",
-            label: "",
-            spec: "{}",
-            threads: 1,
-            memory: 1,
-            of_steps: None,
-            study: None,
-            project: None,
-            reserved: 0,
-        }
-    }
-
-    /// A user with 100 bytes: runs and uploads reserve what they are expected to take, and what does not fit changes nothing.
-    #[test]
-    fn what_is_reserved_never_exceeds_a_limit() {
-        let (_folder, db) = db();
-        let limit = "UPDATE users SET disk = 100 WHERE id = 1";
-        db.lock().execute(limit, []).unwrap();
-        let run = |id, reserved| NewRun {
-            reserved,
-            ..new(id, None)
-        };
-        let fits = |run: NewRun| matches!(db.insert(&[run], None).unwrap(), Reserved::Done(_));
-        let upload = |bytes| matches!(db.reserve_upload(1, bytes).unwrap(), Reserved::Done(()));
-        assert!(fits(run("a", 60)));
-        assert!(!fits(run("b", 60)));
-        assert!(db.run("b").unwrap().is_none());
-        assert!(upload(30));
-        assert!(!upload(30));
-        assert_eq!(db.usage(1).unwrap().disk, 90);
-        assert_eq!(db.left_for("a").unwrap(), Some(70));
-        db.end_upload(1, 30, Some(("0", 20))).unwrap();
-        assert_eq!(db.usage(1).unwrap().disk, 80);
-        // The run takes more than was expected.
-        assert!(db.over_limit().unwrap().is_empty());
-        db.set_bytes("a", 81).unwrap();
-        assert_eq!(db.over_limit().unwrap(), [1]);
-    }
-
-    /// Nothing is made for a user who is gone, and no other user gets the number.
-    #[test]
-    fn a_user_who_is_gone_gets_no_run_and_no_upload() {
-        let (_folder, db) = db();
-        let gone = NewRun {
-            owner: 3,
-            ..new("a", None)
-        };
-        assert!(matches!(
-            db.insert(&[gone], None).unwrap(),
-            Reserved::NoUser
-        ));
-        assert!(db.run("a").unwrap().is_none());
-        assert!(matches!(db.reserve_upload(3, 1).unwrap(), Reserved::NoUser));
-        let next = || {
-            let mut connection = db.lock();
-            let transaction = connection.transaction().unwrap();
-            let id = next_id(&transaction, "users").unwrap();
-            transaction.commit().unwrap();
-            id
-        };
-        assert_eq!(next(), 3);
-        let remove = "DELETE FROM users WHERE id = 2";
-        db.lock().execute(remove, []).unwrap();
-        assert_eq!(next(), 4);
-    }
-
-    /// An input goes with the last run of its owner that names it; its content when no user has it any more.
-    #[test]
-    fn an_input_goes_with_the_last_run_that_names_it() {
-        let (_folder, db) = db();
-        let spec = r#"{"files":{"a.stl":{"sha256":"abc","bytes":3}}}"#;
-        let run = |id, owner| NewRun {
-            owner,
-            spec,
-            ..new(id, None)
-        };
-        db.insert(&[run("a", 1), run("b", 1), run("c", 2)], None)
-            .unwrap();
-        db.add_input("abc", 1, 3).unwrap();
-        db.add_input("abc", 2, 3).unwrap();
-        assert_eq!(db.inputs(1).unwrap()[0].runs, 2);
-        assert_eq!(db.remove_input("abc", 1).unwrap(), Forgotten::Named);
-        assert!(db.delete("a").unwrap().is_empty());
-        assert_eq!(db.inputs(1).unwrap()[0].runs, 1);
-        assert!(db.delete("b").unwrap().is_empty());
-        assert!(db.inputs(1).unwrap().is_empty());
-        assert_eq!(db.delete("c").unwrap(), ["abc"]);
-        assert_eq!(db.remove_input("abc", 2).unwrap(), Forgotten::Missing);
-        db.add_input("abc", 1, 3).unwrap();
-        assert_eq!(db.remove_input("abc", 1).unwrap(), Forgotten::Content);
-    }
-
-    /// Of two extensions of one revision the second one changes nothing.
-    #[test]
-    fn an_extension_follows_the_revision_that_it_was_made_for() {
-        let (_folder, db) = db();
-        let engine = Local::new(1, "");
-        db.insert(&[new("a", None)], None).unwrap();
-        let set = "UPDATE runs SET state = 'finished'";
-        db.lock().execute(set, []).unwrap();
-        let extend = |spec| {
-            let extension = Extension {
-                after: 1,
-                spec,
-                of_steps: None,
-                reserved: 0,
-            };
-            db.extend("a", &extension, &engine).unwrap()
-        };
-        let first = extend("{\"first\":1}");
-        assert!(matches!(first, Reserved::Done(Some(Applied::Done(..)))));
-        db.lock().execute(set, []).unwrap();
-        assert!(matches!(extend("{}"), Reserved::Done(None)));
-        let (_, run, _, spec) = db.run("a").unwrap().unwrap();
-        assert_eq!((run.revision, spec.as_str()), (2, "{\"first\":1}"));
-    }
-
-    #[test]
-    fn lists_are_pages_without_gaps_or_repetitions() {
-        let (_folder, db) = db();
-        let ids: Vec<String> = (0..450).map(|k| format!("{k:032x}")).collect();
-        let runs: Vec<NewRun> = ids.iter().map(|id| new(id, None)).collect();
-        db.insert(&runs, None).unwrap();
-        let mut seen = Vec::new();
-        let mut after: Option<String> = None;
-        loop {
-            let mut page = db
-                .list(ListScope::Owner(1), None, None, None, after.as_deref())
-                .unwrap();
-            let more = page.len() > MOST_ROWS;
-            page.truncate(MOST_ROWS);
-            seen.extend(page.iter().map(|row| row.id.clone()));
-            after = seen.last().cloned();
-            if !more {
-                break;
-            }
-        }
-        seen.reverse();
-        assert_eq!(seen, ids);
-        assert!(
-            db.list(ListScope::Owner(2), None, None, None, None)
-                .unwrap()
-                .is_empty()
-        );
-    }
-
-    #[test]
-    fn a_key_belongs_to_one_run_of_a_user() {
-        let (_folder, db) = db();
-        db.insert(&[new("a", Some(("k", "body")))], None).unwrap();
-        assert!(db.insert(&[new("b", Some(("k", "other")))], None).is_err());
-        assert_eq!(
-            db.by_key("runs", 1, "k").unwrap(),
-            Some(("a".to_owned(), "body".to_owned()))
-        );
-        assert_eq!(db.by_key("runs", 2, "k").unwrap(), None);
-    }
-
-    #[test]
-    fn what_is_illegal_leaves_neither_a_change_nor_an_event() {
-        let (_folder, db) = db();
-        db.insert(&[new("a", None)], None).unwrap();
-        let before = db.newest_event().unwrap();
-        assert!(matches!(
-            db.apply("a", &RunEvent::Resume, None, &Local::new(1, ""))
-                .unwrap(),
-            Applied::Illegal(_)
-        ));
-        assert!(matches!(
-            db.apply("b", &RunEvent::Stop, None, &Local::new(1, ""))
-                .unwrap(),
-            Applied::Missing
-        ));
-        assert_eq!(db.newest_event().unwrap(), before);
-        assert!(matches!(
-            db.apply("a", &RunEvent::Launched, None, &Local::new(1, ""))
-                .unwrap(),
-            Applied::Done(..)
-        ));
-        assert_eq!(db.attempts("a").unwrap().len(), 1);
-        assert_eq!(db.live().unwrap()[0].run.epoch, 1);
-    }
 }

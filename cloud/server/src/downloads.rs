@@ -17,13 +17,13 @@ use cloud_api::{Head, RunId};
 use tokio::sync::mpsc;
 use tokio_stream::Stream;
 
-use crate::access::{ApiError, LoggedIn};
+use crate::access::{Anyone, ApiError};
 use crate::content::Content;
 use crate::routes::{Answer, Shared, headed};
 use crate::runs::{blocking, visible_run};
-use crate::secrets::User;
+use crate::secrets::Caller;
 use crate::state::App;
-use crate::turns::Turn;
+use crate::turns::{Turn, Turns};
 
 fn files(head: &Head) -> Vec<RunFile> {
     let grows = head.phase != cloud_api::Phase::Ended;
@@ -53,10 +53,10 @@ fn files(head: &Head) -> Vec<RunFile> {
 #[utoipa::path(get, path = "/api/v1/runs/{run}/files", params(("run" = String, Path)), responses((status = 200, body = Vec<RunFile>)))]
 pub(crate) async fn run_files(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Anyone(caller): Anyone,
     Path(id): Path<String>,
 ) -> Answer<Vec<RunFile>> {
-    blocking(move || Ok(Json(files(&headed(&app, &user, &id)?.1)))).await
+    blocking(move || Ok(Json(files(&headed(&app, &caller, &id)?.1)))).await
 }
 
 /// Bytes `first..=last` that a `Range` header asks for; `None`: all.
@@ -107,31 +107,55 @@ const TURN: Duration = Duration::from_secs(10);
 /// The longest time for a piece of [`crate::content::PIECE`] bytes, which makes the slowest download 17 kB/s.
 const SLOWEST: Duration = Duration::from_secs(60);
 
-/// Waits for the turn of a download; not for ever.
-async fn turn(app: &App, user: &User) -> Result<Turn, ApiError> {
-    let turn = app.downloads.take(user.id, user.share.is_some());
+/// The most frames and walls of a user that are made and read at once, and of all links to runs of that user.
+pub(crate) const EACH_FRAMES: usize = 8;
+
+/// The most frames and walls at once, of all users together.
+pub(crate) const ALL_FRAMES: usize = 32;
+
+/// Waits for the turn of a download or a frame; not for ever.
+pub(crate) async fn turn(turns: &Turns, caller: &Caller) -> Result<Turn, ApiError> {
+    let turn = turns.take(caller.turns());
     match tokio::time::timeout(TURN, turn).await {
         Ok(turn) => turn,
         Err(_) => Err(ApiError::too_many(
-            "too many downloads",
-            format!("At most {EACH} downloads at once. Wait until one has ended."),
+            "too many requests at once",
+            "Earlier ones have not ended. Wait until one has.",
             TURN.as_secs(),
         )),
     }
+}
+
+/// Bytes of an answer, with its turn: they hold it until the last of them is read.
+struct Held {
+    bytes: Vec<u8>,
+    _turn: Arc<Turn>,
+}
+
+impl AsRef<[u8]> for Held {
+    fn as_ref(&self) -> &[u8] {
+        &self.bytes
+    }
+}
+
+/// Bytes that hold a turn until they are read.
+pub(crate) fn holding(bytes: Vec<u8>, turn: Arc<Turn>) -> Bytes {
+    Bytes::from_owner(Held { bytes, _turn: turn })
 }
 
 /// Sends pieces of a download to its listener.
 struct Sender {
     send: mpsc::Sender<Bytes>,
     whole: Arc<AtomicBool>,
-    /// Held until the last piece is sent.
-    _turn: Turn,
+    /// Held until the last piece is read.
+    turn: Arc<Turn>,
 }
 
 impl Sender {
     /// Sends a piece. `false`: the listener has gone, or reads too slowly.
     async fn send(&self, piece: Vec<u8>) -> bool {
-        let sent = tokio::time::timeout(SLOWEST, self.send.send(Bytes::from(piece)));
+        let piece = holding(piece, Arc::clone(&self.turn));
+        let sent = tokio::time::timeout(SLOWEST, self.send.send(piece));
         matches!(sent.await, Ok(Ok(())))
     }
 
@@ -154,7 +178,7 @@ impl Pieces {
         let sender = Sender {
             send,
             whole: Arc::clone(&whole),
-            _turn: turn,
+            turn: Arc::new(turn),
         };
         (sender, Self { receive, whole })
     }
@@ -224,15 +248,15 @@ fn saved_as(name: &str) -> String {
     responses((status = 200, content_type = "application/octet-stream"), (status = 206, content_type = "application/octet-stream")))]
 pub(crate) async fn run_file(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Anyone(caller): Anyone,
     Path((id, name)): Path<(String, String)>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    let turn = turn(&app, &user).await?;
+    let turn = turn(&app.downloads, &caller).await?;
     let shared = Arc::clone(&app);
     let file = name.clone();
     let content = blocking(move || {
-        let (id, head) = headed(&shared, &user, &id)?;
+        let (id, head) = headed(&shared, &caller, &id)?;
         Content::of(&id, &head, &file).ok_or_else(ApiError::not_found)
     });
     let content = content.await?;
@@ -273,9 +297,9 @@ pub(crate) async fn run_file(
 
 /// A writer that keeps bytes until they are taken.
 #[derive(Clone, Default)]
-struct Held(Arc<Mutex<Vec<u8>>>);
+struct Packed(Arc<Mutex<Vec<u8>>>);
 
-impl Held {
+impl Packed {
     fn lock(&self) -> std::sync::MutexGuard<'_, Vec<u8>> {
         self.0
             .lock()
@@ -287,7 +311,7 @@ impl Held {
     }
 }
 
-impl Write for Held {
+impl Write for Packed {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.lock().extend(bytes);
         Ok(bytes.len())
@@ -302,15 +326,15 @@ impl Write for Held {
 #[utoipa::path(get, path = "/api/v1/runs/{run}/archive", params(("run" = String, Path)), responses((status = 200, content_type = "application/zip")))]
 pub(crate) async fn run_archive(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Anyone(caller): Anyone,
     Path(id): Path<String>,
 ) -> Result<Response, ApiError> {
-    let turn = turn(&app, &user).await?;
+    let turn = turn(&app.downloads, &caller).await?;
     let shared = Arc::clone(&app);
     let (id, head, spec) = blocking(move || {
-        let (id, _, _, _, spec) = visible_run(&shared, &user, &id)?;
-        let head = shared.head(&id)?.ok_or_else(ApiError::not_found)?;
-        Ok((id, head, spec))
+        let run = visible_run(&shared, &caller, &id)?;
+        let head = shared.head(&run.id)?.ok_or_else(ApiError::not_found)?;
+        Ok((run.id, head, run.spec))
     })
     .await?;
     let prefix = spec.scene.trim_end_matches(".toml");
@@ -336,7 +360,7 @@ pub(crate) async fn run_archive(
 
 /// Sends a .zip of these files: a piece is read and packed while the listener has the one before.
 async fn archive(app: Arc<App>, files: Vec<(String, Content)>, sender: Sender) {
-    let held = Held::default();
+    let held = Packed::default();
     let mut zip = zip::ZipWriter::new_stream(held.clone());
     let options =
         zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
@@ -367,5 +391,31 @@ async fn archive(app: Arc<App>, files: Vec<(String, Content)>, sender: Sender) {
     let finished = piece(move || Ok(zip.finish()?.flush()?)).await;
     if finished.is_some() && sender.send(held.take()).await {
         sender.finish();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tokio_stream::StreamExt;
+
+    use super::*;
+
+    /// What is sent but not read yet holds its turn.
+    #[tokio::test]
+    async fn a_turn_is_held_until_the_last_byte_is_read() {
+        let turns = Turns::new(1, 1);
+        let is_free = || {
+            let turn = turns.take((1, false));
+            tokio::time::timeout(Duration::from_millis(20), turn)
+        };
+        let (sender, mut pieces) = Pieces::new(is_free().await.unwrap().unwrap());
+        assert!(sender.send(vec![1, 2, 3]).await);
+        sender.finish();
+        assert!(is_free().await.is_err(), "nothing was read");
+        let piece = pieces.next().await.unwrap().unwrap();
+        assert!(is_free().await.is_err(), "the piece is there");
+        assert_eq!(&piece[..], [1, 2, 3]);
+        drop(piece);
+        assert!(is_free().await.is_ok());
     }
 }

@@ -11,6 +11,7 @@ use cloud_api::{Head, RunId};
 use serde_json::Value;
 
 use crate::access::ApiError;
+use crate::inputs;
 use crate::projects;
 use crate::secrets;
 use crate::state::App;
@@ -62,11 +63,8 @@ pub(crate) fn pin(app: &App, user: i64, scene: &mut Scene) -> Result<(), ApiErro
             return Err(ApiError::bad_request("the run has no state", detail));
         };
         let name = format!("{folder}{}", checkpoint.name);
-        if app.db.input(&checkpoint.sha256, user)?.is_none() {
-            keep(app, &run, &head)?;
-            app.db
-                .add_input(&checkpoint.sha256, user, checkpoint.bytes)?;
-        }
+        let (sha256, bytes) = (&checkpoint.sha256, checkpoint.bytes);
+        inputs::add(app, user, sha256, bytes, || keep(app, &run, &head))?;
         scene.files.insert(name, checkpoint.sha256.clone());
     }
     Ok(())
@@ -95,7 +93,7 @@ fn keep(app: &App, run: &RunId, head: &Head) -> Result<(), ApiError> {
         )));
     }
     app.store
-        .put_file(&format!("inputs/{sha256}"), &mut file, 0..checkpoint.bytes)?;
+        .put_file(&inputs::key(&sha256), &mut file, 0..checkpoint.bytes)?;
     Ok(())
 }
 

@@ -3,6 +3,7 @@
 mod access;
 mod accounts;
 mod attempts;
+mod audit;
 mod charts;
 mod check;
 mod connections;
@@ -11,7 +12,7 @@ mod db;
 mod downloads;
 mod earlier;
 mod frames;
-
+mod inputs;
 mod openapi;
 mod prices;
 mod projects;
@@ -22,7 +23,9 @@ mod secrets;
 mod state;
 mod studies;
 mod templates;
+mod tries;
 mod turns;
+mod users;
 mod views;
 mod web;
 
@@ -104,9 +107,9 @@ pub async fn serve(options: Options, ready: impl FnOnce(&Links)) -> Result<()> {
             options.listen.ip()
         );
     }
-    if options.sandbox && !cloud_worker::confine::landlock_is_there() {
+    if options.sandbox && !cloud_worker::confine::is_there() {
         anyhow::bail!(
-            "the kernel does not enforce Landlock, so a scene could read any file of this user. \
+            "the kernel has no Landlock, or no filter of system calls (seccomp), so a scene could read any file of this user. \
              --no-sandbox serves all the same{}",
             if loopback {
                 ""

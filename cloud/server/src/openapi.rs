@@ -1,8 +1,9 @@
 //! The description of the API, from the types and the paths themselves.
 
+use serde_json::{Value, json};
 use utoipa::OpenApi;
 
-use crate::{accounts, downloads, projects, routes};
+use crate::{accounts, audit, downloads, projects, routes};
 
 #[derive(OpenApi)]
 #[openapi(
@@ -67,21 +68,109 @@ use crate::{accounts, downloads, projects, routes};
         accounts::token_list,
         accounts::token_add,
         accounts::token_remove,
+        audit::audit_list,
     ),
     components(schemas(cloud_api::Problem))
 )]
 struct Api;
 
 /// The description, as JSON.
-pub fn document() -> serde_json::Value {
-    serde_json::to_value(Api::openapi()).unwrap_or_default()
+pub fn document() -> Value {
+    let mut api = serde_json::to_value(Api::openapi()).unwrap_or_default();
+    complete(&mut api);
+    api
+}
+
+/// Whether a path and method has something.
+type Has = fn(&Operation) -> bool;
+
+/// Answers that are errors: status, meaning, and where they come.
+const ERRORS: [(u16, &str, Has); 14] = [
+    (400, "the request is not understood", |_| true),
+    (401, "no secret, or one that is good no more", |_| true),
+    (
+        403,
+        "not allowed: by the right of the user, a limit, or the page that sends it",
+        |_| true,
+    ),
+    (404, "not there, or not visible", |of| of.has_path),
+    (408, "the body is too slow", |of| of.has_body),
+    (
+        409,
+        "the state does not fit, or another request was faster",
+        |of| of.changes,
+    ),
+    (413, "the body is too long", |of| of.has_body),
+    (415, "the body is no JSON", |of| of.has_body),
+    (416, "no such bytes", |of| of.path.contains("/files/")),
+    (421, "for another host", |_| true),
+    (422, "the scene cannot run", |of| of.has_body),
+    (429, "too many at once; `Retry-After` says when", |_| true),
+    (500, "the server failed", |_| true),
+    (503, "the store does not respond", |_| true),
+];
+
+/// Facts of a path and method that decide which errors it has.
+struct Operation<'a> {
+    path: &'a str,
+    has_path: bool,
+    has_body: bool,
+    changes: bool,
+}
+
+/// Adds what all paths have in common: how requests show their rights, and the answers that are errors.
+fn complete(api: &mut Value) {
+    api["components"]["securitySchemes"] = json!({
+        "token": {"type": "http", "scheme": "bearer", "description": "A token, from `mercury-cloud token NAME`."},
+        "session": {"type": "apiKey", "in": "cookie", "name": "mercury-PORT",
+            "description": "The cookie of POST /session; behind a proxy with TLS it is called `__Host-mercury`."},
+    });
+    api["security"] = json!([{"token": []}, {"session": []}]);
+    for (path, methods) in api["paths"].as_object_mut().into_iter().flatten() {
+        for (method, of) in methods.as_object_mut().into_iter().flatten() {
+            let operation = Operation {
+                path,
+                has_path: path.contains('{') || of["parameters"].is_array(),
+                has_body: of["requestBody"].is_object(),
+                changes: method != "get",
+            };
+            if path == "/api/v1/session" && method == "post" {
+                // It is the way to get one.
+                of["security"] = json!([]);
+            }
+            let errors = ERRORS.iter().filter(|(.., has)| has(&operation));
+            let errors: Vec<(String, Value)> = errors
+                .map(|(status, meaning, _)| (status.to_string(), problem(meaning)))
+                .collect();
+            let Some(answers) = of["responses"].as_object_mut() else {
+                continue;
+            };
+            for (status, answer) in answers.iter_mut() {
+                if !answer["description"].is_string() {
+                    answer["description"] = json!(match status.as_str() {
+                        "201" => "Made",
+                        "204" => "Done",
+                        "206" => "A part",
+                        _ => "The answer",
+                    });
+                }
+            }
+            for (status, answer) in errors {
+                answers.entry(status).or_insert(answer);
+            }
+        }
+    }
+}
+
+/// An answer that is an error.
+fn problem(meaning: &str) -> Value {
+    let schema = json!({"$ref": "#/components/schemas/Problem"});
+    json!({"description": meaning, "content": {"application/problem+json": {"schema": schema}}})
 }
 
 /// The page of the documentation that lists the API, made from its description.
 #[cfg(test)]
-fn page(api: &serde_json::Value) -> String {
-    use serde_json::Value;
-
+fn page(api: &Value) -> String {
     fn words(value: &Value) -> &str {
         value.as_str().unwrap_or_default()
     }
@@ -253,7 +342,7 @@ mod tests {
         );
     }
 
-    /// Every path says what it does.
+    /// Every path says what it does, and all that it may answer.
     #[test]
     fn every_path_is_described() {
         let api = document();
@@ -263,6 +352,15 @@ mod tests {
                     of["summary"].is_string() || of["description"].is_string(),
                     "{method} {path}"
                 );
+                let answers = of["responses"].as_object().unwrap();
+                for (status, answer) in answers {
+                    assert!(answer["description"].is_string(), "{method} {path}");
+                    let is_problem = answer["content"]["application/problem+json"].is_object();
+                    assert_eq!(status >= &"400".to_owned(), is_problem, "{method} {path}");
+                }
+                for status in ["401", "403", "421", "500"] {
+                    assert!(answers.contains_key(status), "{method} {path}: {status}");
+                }
             }
         }
     }

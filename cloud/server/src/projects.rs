@@ -14,11 +14,11 @@ use cloud_api::requests::{NewMember, NewProject, Role};
 use rusqlite::{Connection, OptionalExtension, params};
 use serde_json::Value;
 
-use crate::access::{ApiError, LoggedIn};
+use crate::access::{Anyone, ApiError, LoggedIn};
 use crate::db::{self, MOST_ROWS, now};
 use crate::routes::{Answer, JsonBody, Shared};
 use crate::runs::blocking;
-use crate::secrets::{self, User};
+use crate::secrets::{self, Caller, User};
 use crate::state::App;
 
 /// The longest name of a project, in bytes.
@@ -55,11 +55,8 @@ pub(crate) fn is_member(app: &App, user: i64, project: Option<&str>) -> Result<b
     Ok(role_in(&app.db.lock(), user, project)?.is_some())
 }
 
-/// Role of a user in a project; `None` for others than members, and for links to one run.
+/// Role of a user in a project; `None` for others than members.
 pub(crate) fn role(app: &App, user: &User, project: &str) -> Result<Option<Role>, ApiError> {
-    if user.share.is_some() {
-        return Ok(None);
-    }
     Ok(role_in(&app.db.lock(), user.id, project)?)
 }
 
@@ -88,11 +85,11 @@ fn enough(role: Option<Role>, least: Role) -> Result<(), ApiError> {
 #[utoipa::path(get, path = "/api/v1/projects", responses((status = 200, body = Vec<ProjectRow>)))]
 pub(crate) async fn project_list(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Anyone(caller): Anyone,
 ) -> Answer<Vec<ProjectRow>> {
-    if user.share.is_some() {
+    let Caller::User(user) = caller else {
         return Ok(Json(Vec::new()));
-    }
+    };
     blocking(move || Ok(Json(list(&app.db.lock(), user.id)?))).await
 }
 

@@ -266,12 +266,12 @@ fn reconcile_run(
             }
             None => (Head::default(), None),
         };
-        let job = match jobs {
-            None => JobState::Unknown,
+        let (job, waits) = match jobs {
+            None => (JobState::Unknown, None),
             Some(jobs) => match jobs.get(&job_name(&live.id, live.run.epoch)) {
-                None => JobState::Absent,
-                Some(Observed::Pending(_)) => JobState::Pending,
-                Some(Observed::Running(_)) => JobState::Running,
+                None => (JobState::Absent, None),
+                Some(Observed::Pending(reason)) => (JobState::Pending, Some(reason.clone())),
+                Some(Observed::Running(_)) => (JobState::Running, None),
             },
         };
         let beat = if live.run.state.has_attempt() && head.phase == Phase::Running {
@@ -284,7 +284,7 @@ fn reconcile_run(
         } else {
             None
         };
-        record_signs(app, &live, &head, beat, job);
+        record_signs(app, &live, &head, beat, (job, waits));
         let (changed, submitted) = app.attempts.with(&live.id, live.run.epoch, |seen| {
             (seen.changed, seen.submitted)
         });
@@ -341,20 +341,37 @@ fn reconcile_run(
             }
             Todo::Interrupt => {
                 let epoch = live.run.epoch;
-                // First the gentle way; a job that does not go is ended.
-                let since = app.attempts.with(&live.id, epoch, |seen| {
-                    *seen.interrupted.get_or_insert_with(Instant::now)
-                });
+                // First the gentle way, once; a job that does not go is ended.
+                let since = app.attempts.with(&live.id, epoch, |seen| seen.interrupted);
                 let grace = app.engine.abilities().grace;
-                let how = if since.elapsed().as_secs_f64() > grace {
-                    Stop::Hard
-                } else {
-                    Stop::Gently
+                let how = match since {
+                    None => Stop::Gently,
+                    Some(since) if since.elapsed().as_secs_f64() > grace => Stop::Hard,
+                    Some(_) => break,
                 };
                 app.engine.stop(&job_name(&live.id, epoch), how)?;
+                app.attempts.with(&live.id, epoch, |seen| {
+                    seen.interrupted.get_or_insert_with(Instant::now);
+                });
                 break;
             }
-            Todo::Close(ending) => RunEvent::Ended(ending, head.step),
+            Todo::Close(ending) => {
+                let step = head.step;
+                // A worker that begins late finds its attempt ended.
+                if head.phase == Phase::Launched && head.epoch == live.run.epoch {
+                    let over = serde_json::to_vec_pretty(&Head {
+                        commit: head.commit + 1,
+                        phase: Phase::Ended,
+                        ending: Some(ending.clone()),
+                        ..head
+                    })?;
+                    let swapped = app.store.swap(&head_key, version.as_ref(), &over)?;
+                    if swapped.is_none() {
+                        continue;
+                    }
+                }
+                RunEvent::Ended(ending, step)
+            }
         };
         let closed = matches!(event, RunEvent::Ended(..));
         match app.db.apply(
@@ -385,9 +402,28 @@ fn head_of(app: &App, live: &LiveRun) -> Result<Head> {
     Ok(app.head(&id)?.unwrap_or_default())
 }
 
+/// Sends a message about a run that is not kept.
+fn announce(app: &App, run: &str, kind: &str, data: serde_json::Value) {
+    let message = Message {
+        audience: app.db.audience(run).unwrap_or_default(),
+        id: None,
+        run: run.to_owned(),
+        text: json!({"run": run, "kind": kind, "time": now(), "data": data}).to_string(),
+    };
+    // Without listeners there is no error.
+    let _ = app.news.send(Arc::new(message));
+}
+
 /// Records signs of life, and publishes them.
-fn record_signs(app: &App, live: &LiveRun, head: &Head, beat: Option<Beat>, job: JobState) {
+fn record_signs(
+    app: &App,
+    live: &LiveRun,
+    head: &Head,
+    beat: Option<Beat>,
+    (job, waits): (JobState, Option<String>),
+) {
     let mut committed = false;
+    let mut waits_otherwise = false;
     let (news, notes) = app.attempts.with(&live.id, live.run.epoch, |seen| {
         let beats =
             beat.as_ref().map(|beat| beat.count) != seen.beat.as_ref().map(|beat| beat.count);
@@ -398,6 +434,8 @@ fn record_signs(app: &App, live: &LiveRun, head: &Head, beat: Option<Beat>, job:
         committed = head.commit != seen.commit && head.epoch == live.run.epoch;
         seen.commit = head.commit;
         seen.job = job;
+        waits_otherwise = seen.waits != waits;
+        seen.waits.clone_from(&waits);
         let first = seen.notes.min(head.notes.len());
         seen.notes = head.notes.len();
         let news = beats.then(|| beat.clone()).flatten();
@@ -409,16 +447,11 @@ fn record_signs(app: &App, live: &LiveRun, head: &Head, beat: Option<Beat>, job:
     if committed && let Err(error) = app.db.set_bytes(&live.id, head.bytes()) {
         eprintln!("run {}: {error}", live.id);
     }
+    if waits_otherwise {
+        announce(app, &live.id, "waits", json!(waits));
+    }
     if let Some(beat) = news {
-        let text =
-            json!({"run": live.id, "kind": "progress", "time": now(), "data": beat}).to_string();
-        let message = Message {
-            audience: app.db.audience(&live.id).unwrap_or_default(),
-            id: None,
-            run: live.id.clone(),
-            text,
-        };
-        let _ = app.news.send(Arc::new(message));
+        announce(app, &live.id, "progress", json!(beat));
     }
     for note in notes {
         // A server that was started anew would say old ones again.

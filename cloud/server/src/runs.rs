@@ -14,10 +14,10 @@ use serde_json::Value;
 
 use crate::access::{ApiError, not_logged_in};
 use crate::check::{check, inspect};
-use crate::db::{Applied, Extension, NewRun, Reserved};
-use crate::secrets::{self, User};
+use crate::db::{Applied, Deleted, Extension, NewRun, Reserved};
+use crate::secrets::{self, Caller, User};
 use crate::state::App;
-use crate::{earlier, projects};
+use crate::{earlier, inputs, projects};
 
 /// Largest error of a memory forecast plus the memory of the solver itself, in bytes.
 const MEMORY_MARGIN: u64 = 256 << 20;
@@ -101,6 +101,21 @@ pub(crate) fn full(usage: &Usage, bytes: u64) -> ApiError {
     )
 }
 
+/// Result of a change that takes so many bytes of a user, or the answer why it was not made.
+pub(crate) fn granted<T>(change: Reserved<T>, bytes: u64) -> Result<T, ApiError> {
+    match change {
+        Reserved::Done(done) => Ok(done),
+        // Other requests of this user have taken the rest since.
+        Reserved::Full(usage) => Err(full(&usage, bytes)),
+        Reserved::NoUser => Err(not_logged_in()),
+        Reserved::NoInput => Err(ApiError::new(
+            StatusCode::CONFLICT,
+            "a file is missing",
+            "A file of this scene was removed meanwhile, with the last run that named it. Send the files and the request again.",
+        )),
+    }
+}
+
 /// Bytes that a plan expects of its run.
 pub(crate) fn expected_bytes(plan: &Value) -> u64 {
     plan["disk"]["bytes"].as_f64().unwrap_or(0.0) as u64
@@ -144,6 +159,8 @@ pub(crate) struct PreparedRun {
     pub(crate) title: String,
     pub(crate) spec: Spec,
     pub(crate) spec_text: String,
+    /// SHA-256 of the text of the scene, if its user did not have it.
+    pub(crate) new_text: Option<String>,
     pub(crate) steps: Option<u64>,
 }
 
@@ -167,11 +184,10 @@ pub(crate) fn prepare(
         .collect();
     let text = submit.scene.text.as_bytes();
     let digits = sha256(text);
-    // Runs of a study have one scene.
-    if app.db.input(&digits, user.id)?.is_none() {
-        app.store.put(&format!("inputs/{digits}"), text)?;
-    }
-    app.db.add_input(&digits, user.id, text.len() as u64)?;
+    let is_new = inputs::add(app, user.id, &digits, text.len() as u64, || {
+        Ok(app.store.put(&inputs::key(&digits), text)?)
+    })?;
+    let new_text = is_new.then(|| digits.clone());
     files.insert(
         submit.scene.name.clone(),
         InputFile {
@@ -197,8 +213,20 @@ pub(crate) fn prepare(
         title,
         spec,
         spec_text,
+        new_text,
         steps: forecast.steps,
     })
+}
+
+/// Removes what runs that were refused have in the store.
+pub(crate) fn undo(app: &App, user: &User, runs: &[PreparedRun]) -> Result<(), ApiError> {
+    for run in runs {
+        app.store.delete_all(&format!("runs/{}/", run.id))?;
+        if let Some(text) = &run.new_text {
+            inputs::take(app, user.id, text)?;
+        }
+    }
+    Ok(())
 }
 
 /// Writes the files of a run into the store, before the database knows of the run: a run without its files is never seen.
@@ -258,21 +286,19 @@ pub(crate) async fn submit(
             project: submit.project.as_deref(),
             reserved,
         };
-        let inserted = app.db.insert(&[new], None);
-        match inserted {
-            Ok(Reserved::Done(events)) => app.publish(events),
-            // Other requests of this user have taken the rest since.
-            Ok(Reserved::Full(usage)) => {
-                app.store.delete_all(&format!("runs/{id}/"))?;
-                return Err(full(&usage, reserved));
-            }
-            Ok(Reserved::NoUser) => {
-                app.store.delete_all(&format!("runs/{id}/"))?;
-                return Err(not_logged_in());
+        match app
+            .db
+            .insert(&[new], None)
+            .map(|new| granted(new, reserved))
+        {
+            Ok(Ok(events)) => app.publish(events),
+            Ok(Err(refused)) => {
+                undo(&app, &user, &[run])?;
+                return Err(refused);
             }
             // Two requests with one key at once: the other one was faster.
             Err(error) => {
-                app.store.delete_all(&format!("runs/{id}/"))?;
+                undo(&app, &user, &[run])?;
                 return by_idempotency_key(&app, "runs", &user, key.as_deref(), &body)?
                     .ok_or_else(|| ApiError::internal(error));
             }
@@ -303,48 +329,65 @@ pub(crate) fn by_idempotency_key(
     }
 }
 
-/// A run that the user may see.
-pub(crate) fn visible_run(
-    app: &App,
-    user: &User,
-    id: &str,
-) -> Result<(RunId, i64, cloud_api::lifecycle::Run, RunRow, Spec), ApiError> {
+/// A run that a user or guest may see.
+pub(crate) struct VisibleRun {
+    pub(crate) id: RunId,
+    pub(crate) owner: i64,
+    pub(crate) state: cloud_api::lifecycle::Run,
+    pub(crate) row: RunRow,
+    pub(crate) spec: Spec,
+}
+
+/// A run that a user may change: the owner, or a member of its project. Functions that change a run take one.
+pub(crate) struct ChangeableRun(VisibleRun);
+
+impl std::ops::Deref for ChangeableRun {
+    type Target = VisibleRun;
+
+    fn deref(&self) -> &VisibleRun {
+        &self.0
+    }
+}
+
+/// A run, if the user or guest may see it.
+pub(crate) fn visible_run(app: &App, caller: &Caller, id: &str) -> Result<VisibleRun, ApiError> {
     let id: RunId = id.parse().map_err(|_| ApiError::not_found())?;
-    let (owner, run, row, spec) = app.db.run(id.as_str())?.ok_or_else(ApiError::not_found)?;
-    let is_visible = match (&user.share, &row.project) {
-        (Some(share), _) => share == id.as_str(),
-        (None, _) if owner == user.id => true,
-        (None, Some(project)) => projects::role(app, user, project)?.is_some(),
-        (None, None) => false,
+    let (owner, state, row, spec) = app.db.run(id.as_str())?.ok_or_else(ApiError::not_found)?;
+    let is_visible = match (caller, &row.project) {
+        (Caller::Guest(guest), _) => guest.run == id.as_str(),
+        (Caller::User(user), _) if owner == user.id => true,
+        (Caller::User(user), Some(project)) => projects::role(app, user, project)?.is_some(),
+        (Caller::User(_), None) => false,
     };
     if !is_visible {
         return Err(ApiError::not_found());
     }
-    Ok((
+    Ok(VisibleRun {
         id,
         owner,
-        run,
+        state,
         row,
-        serde_json::from_str(&spec).map_err(ApiError::internal)?,
-    ))
+        spec: serde_json::from_str(&spec).map_err(ApiError::internal)?,
+    })
 }
 
-/// Refuses to change a run of which the user may only see something.
-pub(crate) fn may_change(app: &App, user: &User, owner: i64, row: &RunRow) -> Result<(), ApiError> {
-    match &row.project {
-        Some(project) if owner != user.id => projects::need(app, user, project, Role::Member),
-        _ => Ok(()),
+/// A run, if the user may change it.
+pub(crate) fn changeable_run(app: &App, user: &User, id: &str) -> Result<ChangeableRun, ApiError> {
+    let run = visible_run(app, &Caller::User(user.clone()), id)?;
+    if let Some(project) = &run.row.project
+        && run.owner != user.id
+    {
+        projects::need(app, user, project, Role::Member)?;
     }
+    Ok(ChangeableRun(run))
 }
 
 /// Records an event that the user wants.
-pub(crate) fn change(app: &App, user: &User, id: &str, event: &RunEvent) -> Result<(), ApiError> {
-    let (id, owner, _, row, _) = visible_run(app, user, id)?;
-    may_change(app, user, owner, &row)?;
+pub(crate) fn change(app: &App, run: &ChangeableRun, event: &RunEvent) -> Result<(), ApiError> {
     if matches!(event, RunEvent::Resume) {
-        within_quota(app, owner, 0, 0)?;
+        within_quota(app, run.owner, 0, 0)?;
     }
-    let applied = (app.db).apply(id.as_str(), event, None, app.engine.as_ref())?;
+    let applied = (app.db).apply(run.id.as_str(), event, None, app.engine.as_ref())?;
     after(app, applied)
 }
 
@@ -399,8 +442,13 @@ pub(crate) async fn extend(
             "It is a time in s, larger than 0.",
         ));
     }
-    let (id, owner, run, row, mut spec) = visible_run(app, user, id)?;
-    may_change(app, user, owner, &row)?;
+    let ChangeableRun(VisibleRun {
+        id,
+        owner,
+        state: run,
+        row,
+        mut spec,
+    }) = changeable_run(app, user, id)?;
     if end <= row.time {
         let detail = format!(
             "The run has come to {} s already; its new end is later than that.",
@@ -449,42 +497,37 @@ pub(crate) async fn extend(
             of_steps: forecast.steps,
             reserved,
         };
-        match (app.db).extend(id.as_str(), &extension, app.engine.as_ref())? {
-            Reserved::Done(Some(applied)) => after(&app, applied),
-            Reserved::Done(None) => Err(other()),
-            Reserved::Full(usage) => Err(full(&usage, reserved)),
-            Reserved::NoUser => Err(not_logged_in()),
-        }
+        let extended = (app.db).extend(id.as_str(), &extension, app.engine.as_ref())?;
+        after(&app, granted(extended, reserved)?.ok_or_else(other)?)
     })
     .await
 }
 
 /// Removes a run with all its files. One that has an attempt has to be stopped first.
-pub(crate) fn delete(app: &App, user: &User, id: &str) -> Result<(), ApiError> {
-    let (id, owner, run, row, _) = visible_run(app, user, id)?;
-    may_change(app, user, owner, &row)?;
-    if run.state.is_live() {
-        let detail = "Stop the run first.";
-        return Err(ApiError::new(
-            StatusCode::CONFLICT,
-            "the run is not over",
-            detail,
-        ));
-    }
-    forget(app, id.as_str())
+pub(crate) fn delete(app: &App, run: &ChangeableRun) -> Result<(), ApiError> {
+    forget(app, run.id.as_str())
 }
 
-/// Removes a run that has no attempt, with all its files.
+/// Removes a run that is not live, with all its files.
 pub(crate) fn forget(app: &App, id: &str) -> Result<(), ApiError> {
-    let inputs = app.db.delete(id)?;
+    let inputs = match app.db.delete(id)? {
+        Deleted::Done(inputs) => inputs,
+        // Another request has removed it.
+        Deleted::Missing => return Ok(()),
+        Deleted::Live => {
+            let detail = "Stop the run first.";
+            return Err(ApiError::new(
+                StatusCode::CONFLICT,
+                "the run is not over",
+                detail,
+            ));
+        }
+    };
     app.attempts.forget(id);
     app.cache.forget(id);
     // The head last but one glance: a worker that was given up finds it gone, and ends.
     app.store.delete_all(&format!("runs/{id}/"))?;
-    for sha256 in inputs {
-        app.store.delete(&format!("inputs/{sha256}"))?;
-    }
-    Ok(())
+    inputs::remove(app, &inputs)
 }
 
 /// Work that waits for disks, on a thread that may.
@@ -500,13 +543,15 @@ pub(crate) async fn blocking<T: Send + 'static>(
 pub(crate) fn with_life(app: &App, mut row: RunRow) -> RunRow {
     if row.state.has_attempt()
         && let Some(seen) = app.attempts.get(&row.id)
-        && let Some(beat) = seen.beat
     {
-        row.step = row.step.max(beat.step);
-        row.of_steps = beat.of_steps.or(row.of_steps);
-        row.time = row.time.max(beat.time);
-        row.seconds_left = beat.seconds_left;
-        row.particles = beat.particles;
+        row.waits = seen.waits;
+        if let Some(beat) = seen.beat {
+            row.step = row.step.max(beat.step);
+            row.of_steps = beat.of_steps.or(row.of_steps);
+            row.time = row.time.max(beat.time);
+            row.seconds_left = beat.seconds_left;
+            row.particles = beat.particles;
+        }
     }
     row
 }

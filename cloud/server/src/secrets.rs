@@ -1,43 +1,22 @@
-//! Passwords, sessions, tokens and links. Secrets are 256 random bits and kept as hashes; passwords by argon2id.
+//! Sessions, tokens and links: 256 random bits each, kept as hashes.
 
-use std::collections::HashMap;
 use std::fs;
 use std::io::Write;
-use std::net::IpAddr;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
-use std::sync::Mutex;
-use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, anyhow};
-use argon2::Argon2;
-use argon2::password_hash::{PasswordHasher, PasswordVerifier, phc::PasswordHash};
-use cloud_api::requests::NewUser;
 use cloud_store::{hex, sha256};
 use rusqlite::{Connection, OptionalExtension, Transaction, params};
 
 use crate::db::{self, Db, now};
+use crate::turns::OfUser;
 
 /// Name of the user of a laptop.
-const LOCAL: &str = "local";
+pub(crate) const LOCAL: &str = "local";
 
 /// Number of that user.
 pub(crate) const LOCAL_ID: i64 = 1;
-
-/// Tries to log in without a delay.
-const FREE_TRIES: u32 = 3;
-
-/// The longest delay of a try, in s.
-const LONGEST_DELAY: u64 = 900;
-
-/// How long a wrong try is remembered.
-const REMEMBERED: Duration = Duration::from_secs(3600);
-
-/// The most names and addresses of which wrong tries are remembered.
-const MOST_REMEMBERED: usize = 10_000;
-
-/// The longest password, in bytes.
-pub(crate) const LONGEST_PASSWORD: usize = 1000;
 
 /// Seconds of a day.
 pub(crate) const DAY: f64 = 86_400.0;
@@ -102,15 +81,33 @@ pub(crate) struct Issued {
     pub(crate) expires: f64,
 }
 
-/// A recognised user.
+/// Sender of a request that has a good secret.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Caller {
+    User(User),
+    Guest(Guest),
+}
+
+/// A guest: one that has a link to a run, to look at.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Guest {
+    /// The run.
+    pub(crate) run: String,
+    /// The user to whom the run belongs.
+    pub(crate) owner: i64,
+    /// Number of the secret that the request has.
+    pub(crate) secret: i64,
+    /// As in [`User`].
+    pub(crate) root: Option<(i64, f64)>,
+}
+
+/// A user: one that has an account. Functions that take one do nothing for guests.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct User {
     pub(crate) id: i64,
     pub(crate) name: String,
     pub(crate) admin: bool,
     pub(crate) read_only: bool,
-    /// The one run that the secret is for.
-    pub(crate) share: Option<String>,
     /// Number of the secret that the request has.
     pub(crate) secret: Option<i64>,
     /// The token or share that the secret is, or was made with: number, and Unix time of its end, in s.
@@ -118,13 +115,12 @@ pub(crate) struct User {
 }
 
 impl User {
-    fn new(id: i64, name: &str, admin: bool) -> Self {
+    pub(crate) fn new(id: i64, name: &str, admin: bool) -> Self {
         Self {
             id,
             name: name.to_owned(),
             admin,
             read_only: false,
-            share: None,
             secret: None,
             root: None,
         }
@@ -134,6 +130,40 @@ impl User {
     pub(crate) fn right(&self) -> Right<'static> {
         // Without a secret: the user of `--no-auth`.
         self.secret.map_or(Right::Server, Right::Secret)
+    }
+}
+
+impl Caller {
+    /// Number of the secret that the request has.
+    pub(crate) fn secret(&self) -> Option<i64> {
+        match self {
+            Self::User(user) => user.secret,
+            Self::Guest(guest) => Some(guest.secret),
+        }
+    }
+
+    /// Name of the user; that of a guest is not known.
+    pub(crate) fn name(&self) -> &str {
+        match self {
+            Self::User(user) => &user.name,
+            Self::Guest(_) => "guest",
+        }
+    }
+
+    /// Whether it only looks.
+    pub(crate) fn is_read_only(&self) -> bool {
+        match self {
+            Self::User(user) => user.read_only,
+            Self::Guest(_) => true,
+        }
+    }
+
+    /// The user whose turns it takes, and whether they are those of guests.
+    pub(crate) fn turns(&self) -> OfUser {
+        match self {
+            Self::User(user) => (user.id, false),
+            Self::Guest(guest) => (guest.owner, true),
+        }
     }
 }
 
@@ -151,183 +181,8 @@ pub(crate) fn run_id() -> Result<cloud_api::RunId> {
     Ok(cloud_api::RunId::of(bytes))
 }
 
-/// Hash of a password, with its parameters.
-fn password_hash(password: &str) -> Result<String> {
-    let hash = on_own_thread(|| Argon2::default().hash_password(password.as_bytes()));
-    Ok(hash?
-        .map_err(|error| anyhow!("the password cannot be hashed: {error}"))?
-        .to_string())
-}
-
-fn is_password(password: &str, hash: &str) -> bool {
-    PasswordHash::new(hash).is_ok_and(|hash| {
-        on_own_thread(|| {
-            Argon2::default()
-                .verify_password(password.as_bytes(), &hash)
-                .is_ok()
-        })
-        .unwrap_or(false)
-    })
-}
-
-/// Does work on a thread of its own. The allocator keeps the memory of a hash, 19 MB, for each thread that has made one.
-fn on_own_thread<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T> {
-    std::thread::scope(|scope| scope.spawn(work).join())
-        .map_err(|_| anyhow!("the thread that hashes a password ended unexpectedly"))
-}
-
-/// The user of a laptop: exists from the beginning, without a password.
-pub(crate) fn first_user(db: &Db) -> db::Result<()> {
-    db.lock().execute(
-        "INSERT OR IGNORE INTO users(id, name, hash, admin) VALUES (1, ?1, NULL, 1)",
-        [LOCAL],
-    )?;
-    Ok(())
-}
-
-/// Reason for which a user was not changed.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub(crate) enum BadUser {
-    #[error("A new user needs a password.")]
-    NoPassword,
-    #[error("This is the last administrator. Make another user one first.")]
-    LastAdmin,
-    #[error("The user `{LOCAL}` belongs to this machine, and cannot be removed.")]
-    Local,
-    #[error("The user has submitted a run meanwhile. Send the request again.")]
-    Runs,
-    #[error("You are no administrator any more.")]
-    NotAdmin,
-}
-
-/// Whether a user is an administrator, and what allows the request still holds.
-fn is_admin(connection: &Connection, user: i64, right: Right) -> db::Result<bool> {
-    let admin = "SELECT EXISTS (SELECT 1 FROM users WHERE id = ?1 AND admin)";
-    Ok(holds(connection, user, right)?
-        && (matches!(right, Right::Server)
-            || connection.query_row(admin, [user], |row| row.get(0))?))
-}
-
-/// Adds a user, or changes what is given of a user: password, rights, limits. A new password ends the sessions that the old one has begun.
-/// `by`: the administrator, and what allows the request.
-pub(crate) fn set_user(
-    db: &Db,
-    by: (i64, Right),
-    user: &NewUser,
-) -> Result<std::result::Result<(), BadUser>> {
-    let hash = user.password.as_deref().map(password_hash).transpose()?;
-    let mut connection = db.lock();
-    let transaction = connection.transaction()?;
-    if !is_admin(&transaction, by.0, by.1)? {
-        return Ok(Err(BadUser::NotAdmin));
-    }
-    let known = transaction
-        .query_row(
-            "SELECT id FROM users WHERE name = ?1",
-            [&user.name],
-            |row| row.get::<_, i64>(0),
-        )
-        .optional()?;
-    let id = match (known, &hash) {
-        (Some(id), _) => id,
-        (None, Some(_)) => {
-            let id = db::next_id(&transaction, "users")?;
-            let add = "INSERT INTO users(id, name, admin) VALUES (?1, ?2, 0)";
-            transaction.execute(add, params![id, user.name])?;
-            id
-        }
-        (None, None) => return Ok(Err(BadUser::NoPassword)),
-    };
-    if let Some(hash) = &hash {
-        transaction.execute(
-            "UPDATE users SET hash = ?2 WHERE id = ?1",
-            params![id, hash],
-        )?;
-        let sessions =
-            "DELETE FROM secrets WHERE user = ?1 AND kind = 'session' AND parent IS NULL";
-        transaction.execute(sessions, [id])?;
-    }
-    if let Some(admin) = user.admin {
-        transaction.execute(
-            "UPDATE users SET admin = ?2 WHERE id = ?1",
-            params![id, admin],
-        )?;
-    }
-    if let Some(cores) = user.cores {
-        transaction.execute(
-            "UPDATE users SET cores = ?2 WHERE id = ?1",
-            params![id, cores],
-        )?;
-    }
-    if let Some(disk) = user.disk {
-        let disk = disk.map(|bytes| bytes as i64);
-        transaction.execute(
-            "UPDATE users SET disk = ?2 WHERE id = ?1",
-            params![id, disk],
-        )?;
-    }
-    if !has_other_admin(&transaction, 0)? {
-        return Ok(Err(BadUser::LastAdmin));
-    }
-    transaction.commit()?;
-    Ok(Ok(()))
-}
-
-/// Whether there is an administrator besides this user.
-fn has_other_admin(connection: &Connection, user: i64) -> db::Result<bool> {
-    let other = "SELECT EXISTS (SELECT 1 FROM users WHERE admin AND id <> ?1)";
-    connection.query_row(other, [user], |row| row.get(0))
-}
-
-/// Refuses to remove the user of the machine, and the last administrator.
-pub(crate) fn may_be_removed(
-    connection: &Connection,
-    id: i64,
-) -> db::Result<std::result::Result<(), BadUser>> {
-    Ok(if id == LOCAL_ID {
-        Err(BadUser::Local)
-    } else if !has_other_admin(connection, id)? {
-        Err(BadUser::LastAdmin)
-    } else {
-        Ok(())
-    })
-}
-
-/// Removes a user who has no run, with all secrets and inputs. Returns the contents that nothing needs any more.
-/// `by`: the administrator, and what allows the request.
-pub(crate) fn remove_user(
-    db: &Db,
-    by: (i64, Right),
-    id: i64,
-) -> Result<std::result::Result<Vec<String>, BadUser>> {
-    let mut connection = db.lock();
-    let transaction = connection.transaction()?;
-    if !is_admin(&transaction, by.0, by.1)? {
-        return Ok(Err(BadUser::NotAdmin));
-    }
-    if let Err(why) = may_be_removed(&transaction, id)? {
-        return Ok(Err(why));
-    }
-    let runs = "SELECT EXISTS (SELECT 1 FROM runs WHERE owner = ?1)";
-    if transaction.query_row(runs, [id], |row| row.get(0))? {
-        return Ok(Err(BadUser::Runs));
-    }
-    let gone = db::forget_inputs(&transaction, id)?;
-    for (table, column) in [
-        ("secrets", "user"),
-        ("members", "user"),
-        ("studies", "owner"),
-        ("users", "id"),
-    ] {
-        let remove = format!("DELETE FROM {table} WHERE {column} = ?1");
-        transaction.execute(&remove, [id])?;
-    }
-    transaction.commit()?;
-    Ok(Ok(gone))
-}
-
 /// Whether the user is still there, and what allows a secret of this user still holds.
-fn holds(connection: &Connection, user: i64, right: Right) -> db::Result<bool> {
+pub(crate) fn holds(connection: &Connection, user: i64, right: Right) -> db::Result<bool> {
     let hash = match right {
         Right::Password(hash) => Some(hash),
         _ => None,
@@ -395,8 +250,8 @@ fn issue_in(transaction: &Transaction, new: &NewSecret) -> Result<Option<Issued>
     }))
 }
 
-/// The user whose secret of this kind it is. The comparison is by hash, so its time tells nothing of the secret.
-pub(crate) fn recognise(db: &Db, kind: SecretKind, secret: &str) -> db::Result<Option<User>> {
+/// The user or guest whose secret of this kind it is. The comparison is by hash, so its time tells nothing of the secret.
+pub(crate) fn recognise(db: &Db, kind: SecretKind, secret: &str) -> db::Result<Option<Caller>> {
     db.lock()
         .query_row(
             "SELECT u.id, u.name, u.admin, s.read_only, s.run, s.id, s.expires, s.parent FROM secrets s JOIN users u ON u.id = s.user
@@ -405,19 +260,28 @@ pub(crate) fn recognise(db: &Db, kind: SecretKind, secret: &str) -> db::Result<O
             |row| {
                 let (secret, expires): (i64, f64) = (row.get(5)?, row.get(6)?);
                 let parent: Option<i64> = row.get(7)?;
-                Ok(User {
-                    id: row.get(0)?,
-                    name: row.get(1)?,
-                    admin: row.get(2)?,
-                    read_only: row.get(3)?,
-                    share: row.get(4)?,
-                    secret: Some(secret),
-                    root: match kind {
-                        SecretKind::Token | SecretKind::Share => Some((secret, expires)),
-                        SecretKind::Session | SecretKind::Link => {
-                            parent.map(|parent| (parent, expires))
-                        }
-                    },
+                let root = match kind {
+                    SecretKind::Token | SecretKind::Share => Some((secret, expires)),
+                    SecretKind::Session | SecretKind::Link => {
+                        parent.map(|parent| (parent, expires))
+                    }
+                };
+                let owner = row.get(0)?;
+                Ok(match row.get(4)? {
+                    Some(run) => Caller::Guest(Guest {
+                        run,
+                        owner,
+                        secret,
+                        root,
+                    }),
+                    None => Caller::User(User {
+                        id: owner,
+                        name: row.get(1)?,
+                        admin: row.get(2)?,
+                        read_only: row.get(3)?,
+                        secret: Some(secret),
+                        root,
+                    }),
                 })
             },
         )
@@ -436,14 +300,25 @@ pub(crate) fn is_good(db: &Db, secret: i64) -> db::Result<bool> {
     Ok(count > 0)
 }
 
-/// Removes a secret with all that were made with it.
-pub(crate) fn remove(db: &Db, secret: i64) -> db::Result<()> {
-    db.lock().execute(
-        "WITH RECURSIVE gone(id) AS (SELECT ?1 UNION SELECT s.id FROM secrets s JOIN gone ON s.parent = gone.id)
-         DELETE FROM secrets WHERE id IN (SELECT id FROM gone)",
-        [secret],
-    )?;
-    Ok(())
+/// Takes a secret of a user back, with all that were made with it. `false`: the user has no such secret.
+pub(crate) fn take_back(db: &Db, kind: SecretKind, user: i64, id: i64) -> db::Result<bool> {
+    let which = "id = ?1 AND user = ?2 AND kind = ?3";
+    let removed = remove_tree(&db.lock(), which, params![id, user, kind.word()])?;
+    Ok(removed > 0)
+}
+
+/// Removes the secrets that a condition names, with all that were made with them.
+fn remove_tree(
+    connection: &Connection,
+    condition: &str,
+    values: &[&dyn rusqlite::ToSql],
+) -> db::Result<usize> {
+    let remove = format!(
+        "WITH RECURSIVE gone(id) AS (SELECT id FROM secrets WHERE {condition}
+           UNION SELECT s.id FROM secrets s JOIN gone ON s.parent = gone.id)
+         DELETE FROM secrets WHERE id IN (SELECT id FROM gone)"
+    );
+    connection.execute(&remove, values)
 }
 
 /// A secret as lists show it, with its kind.
@@ -458,7 +333,7 @@ pub(crate) struct Listed {
     pub(crate) made_with: Option<String>,
 }
 
-/// The secrets of a kind that a user has, or that a run has.
+/// The secrets of a kind that a user has, or that a run has. Sessions of links to runs end with those, and are in no list.
 pub(crate) fn list(
     db: &Db,
     kind: SecretKind,
@@ -468,7 +343,8 @@ pub(crate) fn list(
     let connection = db.lock();
     let mut query = connection.prepare(
         "SELECT s.id, s.name, s.run, s.created, s.expires, s.read_only, p.name FROM secrets s LEFT JOIN secrets p ON p.id = s.parent
-         WHERE s.kind = ?1 AND s.expires > ?2 AND (?3 IS NULL OR s.user = ?3) AND (?4 IS NULL OR s.run = ?4) ORDER BY s.id DESC LIMIT 200",
+         WHERE s.kind = ?1 AND s.expires > ?2 AND (?3 IS NULL OR s.user = ?3) AND (?4 IS NULL OR s.run = ?4)
+           AND (s.kind <> 'session' OR s.run IS NULL) ORDER BY s.id DESC LIMIT 200",
     )?;
     let rows = query.query_map(params![kind.word(), now(), user, run], |row| {
         Ok(Listed {
@@ -482,34 +358,6 @@ pub(crate) fn list(
         })
     })?;
     rows.collect()
-}
-
-/// The user with this password, and its hash. Takes as long where there is no such user.
-pub(crate) fn log_in(db: &Db, name: &str, password: &str) -> Result<Option<(User, String)>> {
-    let found = db
-        .lock()
-        .query_row(
-            "SELECT id, admin, hash FROM users WHERE name = ?1",
-            [name],
-            |row| {
-                Ok((
-                    row.get::<_, i64>(0)?,
-                    row.get::<_, bool>(1)?,
-                    row.get::<_, Option<String>>(2)?,
-                ))
-            },
-        )
-        .optional()?;
-    match found {
-        Some((id, admin, Some(hash))) if is_password(password, &hash) => {
-            Ok(Some((User::new(id, name, admin), hash)))
-        }
-        Some((_, _, Some(_))) => Ok(None),
-        _ => {
-            password_hash(password)?;
-            Ok(None)
-        }
-    }
 }
 
 pub(crate) fn revoke(db: &Db, kind: SecretKind, secret: &str) -> db::Result<()> {
@@ -547,22 +395,30 @@ pub(crate) fn link(db: &Db, right: Right, root: Option<(i64, f64)>) -> Result<Op
 }
 
 /// The token of the command line of this machine: kept in the data folder, readable by its owner alone. `rotate`: a new one, and all
-/// sessions of the user of this machine end.
-pub(crate) fn machine_token(db: &Db, data: &Path, rotate: bool) -> Result<String> {
+/// sessions of the user of this machine end; with what allows that. `None`: it does not hold any more.
+pub(crate) fn machine_token(db: &Db, data: &Path, rotate: Option<Right>) -> Result<Option<Issued>> {
     let path = data.join("token");
-    if !rotate
+    if rotate.is_none()
         && let Ok(token) = fs::read_to_string(&path)
-        && recognise(db, SecretKind::Token, token.trim())?.is_some()
+        && let Some(Caller::User(user)) = recognise(db, SecretKind::Token, token.trim())?
+        && let Some((id, expires)) = user.root
     {
-        return Ok(token.trim().to_owned());
+        return Ok(Some(Issued {
+            id,
+            secret: token.trim().to_owned(),
+            expires,
+        }));
     }
-    let old = list(db, SecretKind::Token, Some(LOCAL_ID), None)?;
-    for old in old.iter().filter(|old| old.name == COMMAND_LINE) {
-        remove(db, old.id)?;
+    let mut connection = db.lock();
+    let transaction = connection.transaction()?;
+    if let Some(right) = rotate {
+        if !holds(&transaction, LOCAL_ID, right)? {
+            return Ok(None);
+        }
+        end_sessions_in(&transaction, LOCAL_ID)?;
     }
-    if rotate {
-        end_sessions(db, LOCAL_ID)?;
-    }
+    let old = params![COMMAND_LINE, LOCAL_ID, SecretKind::Token.word()];
+    remove_tree(&transaction, "name = ?1 AND user = ?2 AND kind = ?3", old)?;
     let token = NewSecret {
         kind: SecretKind::Token,
         user: LOCAL_ID,
@@ -573,15 +429,21 @@ pub(crate) fn machine_token(db: &Db, data: &Path, rotate: bool) -> Result<String
         days: 3650.0,
         read_only: false,
     };
-    let token = issue(db, &token)?.context("the user of this machine is not in the database")?;
-    write_secret(&path, &token.secret)?;
-    Ok(token.secret)
+    let issued = issue_in(&transaction, &token)?
+        .context("the user of this machine is not in the database")?;
+    transaction.commit()?;
+    write_secret(&path, &issued.secret)?;
+    Ok(Some(issued))
 }
 
 /// Logs a user out everywhere.
 pub(crate) fn end_sessions(db: &Db, user: i64) -> db::Result<()> {
+    end_sessions_in(&db.lock(), user)
+}
+
+fn end_sessions_in(connection: &Connection, user: i64) -> db::Result<()> {
     let sessions = "DELETE FROM secrets WHERE user = ?1 AND kind = 'session' AND run IS NULL";
-    db.lock().execute(sessions, [user])?;
+    connection.execute(sessions, [user])?;
     Ok(())
 }
 
@@ -597,75 +459,14 @@ pub(crate) fn write_secret(path: &Path, text: &str) -> Result<()> {
     written.with_context(|| format!("{}", path.display()))
 }
 
-/// Tries to log in that were wrong, by address and name together: tries of one address delay no other address.
-#[derive(Default)]
-pub(crate) struct Tries(Mutex<HashMap<(IpAddr, String), WrongTries>>);
-
-struct WrongTries {
-    count: u32,
-    last: Instant,
-}
-
-impl WrongTries {
-    /// Time from the last try to the next one: 1 s after the third, then doubled.
-    fn delay(&self) -> Duration {
-        let doublings = match self.count.checked_sub(FREE_TRIES) {
-            None => return Duration::ZERO,
-            Some(doublings) => doublings,
-        };
-        let seconds = 1_u64.checked_shl(doublings).unwrap_or(LONGEST_DELAY);
-        Duration::from_secs(seconds.min(LONGEST_DELAY))
-    }
-}
-
-impl Tries {
-    fn lock(&self) -> std::sync::MutexGuard<'_, HashMap<(IpAddr, String), WrongTries>> {
-        self.0
-            .lock()
-            .unwrap_or_else(|poisoned| poisoned.into_inner())
-    }
-
-    /// Counts a try as wrong, until [`Self::forget`]. An error is the number of seconds until the next try.
-    pub(crate) fn begin(&self, address: IpAddr, name: &str) -> std::result::Result<(), u64> {
-        let mut all = self.lock();
-        let key = (address, name.to_owned());
-        if !all.contains_key(&key) && all.len() >= MOST_REMEMBERED {
-            all.retain(|_, wrong| wrong.last.elapsed() < REMEMBERED);
-            let oldest = all.iter().min_by_key(|(_, wrong)| wrong.last);
-            if let Some(oldest) = oldest.map(|(key, _)| key.clone())
-                && all.len() >= MOST_REMEMBERED
-            {
-                all.remove(&oldest);
-            }
-        }
-        let now = Instant::now();
-        let wrong = all.entry(key).or_insert(WrongTries {
-            count: 0,
-            last: now,
-        });
-        if wrong.last.elapsed() >= REMEMBERED {
-            wrong.count = 0;
-        }
-        let left = wrong.delay().saturating_sub(wrong.last.elapsed());
-        if !left.is_zero() {
-            return Err(left.as_secs() + 1);
-        }
-        wrong.count += 1;
-        wrong.last = now;
-        Ok(())
-    }
-
-    /// Forgets the wrong tries of a user who has logged in.
-    pub(crate) fn forget(&self, address: IpAddr, name: &str) {
-        self.lock().remove(&(address, name.to_owned()));
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use cloud_api::lifecycle::Policy;
+    use cloud_api::requests::NewUser;
 
     use super::*;
+    use crate::users::tests::{changed, new_user};
+    use crate::users::{BadUser, first_user, log_in, remove_user, set_user};
 
     /// A secret of the server's own making.
     fn made(
@@ -689,9 +490,12 @@ mod tests {
         (issued.id, issued.secret, issued.expires)
     }
 
-    /// The user of the machine changes a user.
-    fn changed(db: &Db, user: &NewUser) -> std::result::Result<(), BadUser> {
-        set_user(db, (LOCAL_ID, Right::Server), user).unwrap()
+    /// The user that a secret recognises.
+    fn user_of(db: &Db, kind: SecretKind, secret: &str) -> Option<User> {
+        match recognise(db, kind, secret).unwrap()? {
+            Caller::User(user) => Some(user),
+            Caller::Guest(guest) => panic!("{guest:?}"),
+        }
     }
 
     #[test]
@@ -700,18 +504,13 @@ mod tests {
         let db = Db::open(&folder.path().join("db"), Policy::default(), None).unwrap();
         first_user(&db).unwrap();
         let (_, token, _) = made(&db, SecretKind::Token, 1, None, 1.0);
-        assert!(
-            recognise(&db, SecretKind::Token, &token)
-                .unwrap()
-                .unwrap()
-                .read_only
-        );
-        assert_eq!(recognise(&db, SecretKind::Session, &token).unwrap(), None);
-        assert_eq!(recognise(&db, SecretKind::Token, "mc_0").unwrap(), None);
+        assert!(user_of(&db, SecretKind::Token, &token).unwrap().read_only);
+        assert_eq!(user_of(&db, SecretKind::Session, &token), None);
+        assert_eq!(user_of(&db, SecretKind::Token, "mc_0"), None);
         let (_, old, _) = made(&db, SecretKind::Token, 1, None, -1.0);
-        assert_eq!(recognise(&db, SecretKind::Token, &old).unwrap(), None);
+        assert_eq!(user_of(&db, SecretKind::Token, &old), None);
         revoke(&db, SecretKind::Token, &token).unwrap();
-        assert_eq!(recognise(&db, SecretKind::Token, &token).unwrap(), None);
+        assert_eq!(user_of(&db, SecretKind::Token, &token), None);
         let kept: i64 = db
             .lock()
             .query_row(
@@ -723,16 +522,6 @@ mod tests {
         assert_eq!(kept, 0, "a secret is never kept in the clear");
     }
 
-    fn new_user(name: &str, password: Option<&str>) -> NewUser {
-        NewUser {
-            name: name.into(),
-            password: password.map(str::to_owned),
-            admin: None,
-            cores: None,
-            disk: None,
-        }
-    }
-
     /// Secrets that a token makes end with it, and not later; so do secrets that those make.
     #[test]
     fn what_a_token_makes_ends_with_it() {
@@ -741,20 +530,20 @@ mod tests {
         first_user(&db).unwrap();
         let make = |kind, root, days| made(&db, kind, 1, root, days);
         let (id, token, end) = make(SecretKind::Token, None, 1.0);
-        let user = recognise(&db, SecretKind::Token, &token).unwrap().unwrap();
+        let user = user_of(&db, SecretKind::Token, &token).unwrap();
         assert_eq!(user.root, Some((id, end)));
         let (_, session, session_end) = make(SecretKind::Session, user.root, 30.0);
         assert_eq!(session_end, end);
-        let user = recognise(&db, SecretKind::Session, &session)
-            .unwrap()
-            .unwrap();
+        let user = user_of(&db, SecretKind::Session, &session).unwrap();
         assert_eq!(user.root, Some((id, end)));
         let (_, second, second_end) = make(SecretKind::Token, user.root, 366.0);
         assert_eq!(second_end, end);
-        let second = recognise(&db, SecretKind::Token, &second).unwrap().unwrap();
+        let second = user_of(&db, SecretKind::Token, &second).unwrap();
         let (last, _, _) = make(SecretKind::Session, second.root, 30.0);
-        remove(&db, id).unwrap();
-        assert_eq!(recognise(&db, SecretKind::Session, &session).unwrap(), None);
+        assert!(!take_back(&db, SecretKind::Share, 1, id).unwrap());
+        assert!(!take_back(&db, SecretKind::Token, 2, id).unwrap());
+        assert!(take_back(&db, SecretKind::Token, 1, id).unwrap());
+        assert_eq!(user_of(&db, SecretKind::Session, &session), None);
         assert!(!is_good(&db, last).unwrap());
     }
 
@@ -826,8 +615,50 @@ mod tests {
         assert_eq!(eve.id, 4);
         // A secret has no number of one that was taken back.
         let (last, _, _) = made(&db, SecretKind::Token, LOCAL_ID, None, 1.0);
-        remove(&db, last).unwrap();
+        take_back(&db, SecretKind::Token, LOCAL_ID, last).unwrap();
         assert!(made(&db, SecretKind::Token, LOCAL_ID, None, 1.0).0 > last);
+    }
+
+    /// A link of a token ends with it, and so does the session that it begins; a new token of the machine ends the old one.
+    #[test]
+    fn a_link_of_a_token_ends_with_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let db = Db::open(&folder.path().join("db"), Policy::default(), None).unwrap();
+        first_user(&db).unwrap();
+        let (id, token, end) = made(&db, SecretKind::Token, LOCAL_ID, None, 0.5);
+        let user = user_of(&db, SecretKind::Token, &token).unwrap();
+        let made_link = link(&db, user.right(), user.root).unwrap().unwrap();
+        assert_eq!(made_link.expires, end);
+        let user = user_of(&db, SecretKind::Link, &made_link.secret).unwrap();
+        assert_eq!(user.root, Some((id, end)));
+        assert!(take_back(&db, SecretKind::Token, LOCAL_ID, id).unwrap());
+        assert!(!is_good(&db, made_link.id).unwrap());
+        // A token that was taken back rotates nothing, and leaves the link of another one.
+        let kept = link(&db, Right::Server, None).unwrap().unwrap();
+        assert!(link(&db, Right::Secret(id), None).unwrap().is_none());
+        assert!(is_good(&db, kept.id).unwrap());
+        let rotate = |right| machine_token(&db, folder.path(), right).unwrap();
+        let first = rotate(None).unwrap();
+        assert!(rotate(Some(Right::Secret(id))).is_none());
+        assert_eq!(rotate(None).unwrap().id, first.id);
+        let second = rotate(Some(Right::Secret(first.id))).unwrap();
+        assert!(!is_good(&db, first.id).unwrap());
+        assert_eq!(rotate(None).unwrap().id, second.id);
+    }
+
+    /// Many sessions of links to runs hide none of the user's own.
+    #[test]
+    fn a_list_of_sessions_has_those_of_users() {
+        let folder = tempfile::tempdir().unwrap();
+        let db = Db::open(&folder.path().join("db"), Policy::default(), None).unwrap();
+        first_user(&db).unwrap();
+        let (own, _, _) = made(&db, SecretKind::Session, LOCAL_ID, None, 1.0);
+        let add = "INSERT INTO secrets(hash, kind, user, name, run, expires, read_only)
+                   WITH RECURSIVE n(k) AS (SELECT 1 UNION SELECT k + 1 FROM n WHERE k < 300)
+                   SELECT k, 'session', 1, '', 'r', 1e12, 1 FROM n";
+        assert_eq!(db.lock().execute(add, []).unwrap(), 300);
+        let listed = list(&db, SecretKind::Session, Some(LOCAL_ID), None).unwrap();
+        assert_eq!(listed.iter().map(|row| row.id).collect::<Vec<_>>(), [own]);
     }
 
     #[test]
@@ -857,8 +688,8 @@ mod tests {
         );
         let usage = db.usage(user.id).unwrap();
         assert_eq!((usage.most_cores, usage.most_disk), (Some(3), Some(5)));
-        assert_eq!(recognise(&db, SecretKind::Session, &session).unwrap(), None);
-        assert!(recognise(&db, SecretKind::Token, &token).unwrap().is_some());
+        assert_eq!(user_of(&db, SecretKind::Session, &session), None);
+        assert!(user_of(&db, SecretKind::Token, &token).is_some());
         let free = NewUser {
             disk: Some(None),
             ..new_user("ada", None)
@@ -889,14 +720,13 @@ mod tests {
             ..new_user("bob", Some("correct horse"))
         };
         assert_eq!(set(&bob), Ok(()));
-        // The contents of inputs go, but those that others have.
         for (content, owner) in [("a", user.id), ("b", user.id), ("b", LOCAL_ID)] {
             db.add_input(content, owner, 1).unwrap();
         }
         let gone = remove_user(&db, by, user.id).unwrap();
-        assert_eq!(gone, Ok(vec!["a".to_owned()]));
+        assert_eq!(gone, Ok(vec!["a".to_owned(), "b".to_owned()]));
         assert!(log_in(&db, "ada", "another horse").unwrap().is_none());
-        assert_eq!(recognise(&db, SecretKind::Token, &token).unwrap(), None);
+        assert_eq!(user_of(&db, SecretKind::Token, &token), None);
     }
 
     #[test]
@@ -910,34 +740,5 @@ mod tests {
         assert!(log_in(&db, "ada", "wrong horse").unwrap().is_none());
         assert!(log_in(&db, "local", "").unwrap().is_none());
         assert!(log_in(&db, "nemo", "x").unwrap().is_none());
-    }
-
-    #[test]
-    fn wrong_tries_delay_the_next_ones_of_the_same_address() {
-        let tries = Tries::default();
-        let (here, elsewhere) = (IpAddr::from([127, 0, 0, 1]), IpAddr::from([127, 0, 0, 2]));
-        for _ in 0..3 {
-            assert_eq!(tries.begin(here, "ada"), Ok(()));
-        }
-        assert_eq!(tries.begin(here, "ada"), Err(1));
-        assert_eq!(tries.begin(elsewhere, "ada"), Ok(()));
-        assert_eq!(tries.begin(here, "bob"), Ok(()));
-        tries.forget(here, "ada");
-        assert_eq!(tries.begin(here, "ada"), Ok(()));
-        let delays = [2, 3, 4, 5, 12, 13, 100].map(|count| {
-            let last = Instant::now();
-            WrongTries { count, last }.delay().as_secs()
-        });
-        assert_eq!(delays, [0, 1, 2, 4, 512, 900, 900]);
-    }
-
-    #[test]
-    fn a_table_of_wrong_tries_is_bounded() {
-        let tries = Tries::default();
-        let here = IpAddr::from([127, 0, 0, 1]);
-        for k in 0..MOST_REMEMBERED + 10 {
-            assert_eq!(tries.begin(here, &k.to_string()), Ok(()));
-        }
-        assert_eq!(tries.lock().len(), MOST_REMEMBERED);
     }
 }

@@ -2,10 +2,11 @@
 
 use std::collections::HashMap;
 use std::fs::{self, File, OpenOptions};
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
 use std::path::PathBuf;
 use std::process::Command;
+use std::sync::atomic::{AtomicU16, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
@@ -15,14 +16,14 @@ use cloud_api::lifecycle::Policy;
 use cloud_api::{Head, RunId};
 use cloud_engine::{Engine, Local, Slurm};
 use cloud_store::Store;
-use tokio::sync::{Semaphore, broadcast, watch};
+use tokio::sync::{broadcast, watch};
 
 use crate::attempts::Attempts;
 use crate::db::Db;
 use crate::frames::Cache;
-use crate::secrets::Tries;
+use crate::tries::Tries;
 use crate::turns::Turns;
-use crate::{EngineChoice, Options, downloads, secrets, templates};
+use crate::{EngineChoice, Options, downloads, inputs, secrets, templates, users};
 
 /// How many messages a slow listener may be behind before it gets a notice that it missed some.
 const BACKLOG: usize = 1024;
@@ -36,8 +37,17 @@ const CHECKS: usize = 2;
 /// How many walls and previews are read at once.
 const VIEWS: usize = 4;
 
-/// How many passwords are hashed at once.
+/// How many passwords are hashed at once, one for each address.
 const HASHES: usize = 2;
+
+/// How many more requests of an address wait until their passwords are hashed.
+const HASHES_WAITING: usize = 16;
+
+/// The most streams of events at once.
+const STREAMS: usize = 4096;
+
+/// The most streams of a user at once, and of all links to runs of that user.
+const STREAMS_EACH: usize = 256;
 
 /// A message to listeners of `GET /events`.
 #[derive(Clone, Debug)]
@@ -64,6 +74,8 @@ pub struct Links {
 pub(crate) struct App {
     /// Address of the page, once it is known.
     address: Mutex<String>,
+    /// Port of the page, likewise.
+    pub(crate) port: AtomicU16,
     pub(crate) options: Options,
     pub(crate) db: Db,
     pub(crate) store: Box<dyn Store>,
@@ -80,11 +92,16 @@ pub(crate) struct App {
     pub(crate) checks: Turns,
     /// Turns of programs that read walls and previews.
     pub(crate) views: Turns,
+    pub(crate) inputs: inputs::Busy,
     /// Held while a run gets a further revision.
     pub(crate) extensions: Mutex<()>,
     pub(crate) downloads: Turns,
+    /// Turns of streams of events.
+    pub(crate) streams: Turns,
+    /// Turns of frames and walls, until they are read.
+    pub(crate) frames: Turns,
     /// Turns of hashing a password, which takes 19 MB.
-    pub(crate) hashes: Arc<Semaphore>,
+    pub(crate) hashes: Turns<IpAddr>,
     pub(crate) news: broadcast::Sender<Arc<Message>>,
     pub(crate) wake: std::sync::mpsc::SyncSender<()>,
     pub(crate) woken: Mutex<Option<std::sync::mpsc::Receiver<()>>>,
@@ -126,7 +143,9 @@ impl App {
         let store = cloud_store::create(&store_url)?;
         let version = version(&options.solver)?;
         let engine: Box<dyn Engine> = match options.engine.clone() {
-            EngineChoice::Local => Box::new(Local::new(options.cores, &store_url)),
+            EngineChoice::Local => {
+                Box::new(Local::new(options.cores, &store_url, data.join("workers")))
+            }
             EngineChoice::Slurm(site) => Box::new(Slurm::new(site, data.join("arrays"))),
             #[cfg(feature = "aws")]
             EngineChoice::Aws(account) => Box::new(cloud_engine::Batch::new(account)?),
@@ -145,11 +164,12 @@ impl App {
             ..Policy::default()
         };
         let db = Db::open(&data.join("db.sqlite"), policy, options.prices.clone())?;
-        secrets::first_user(&db)?;
+        users::first_user(&db)?;
         let templates = templates::all(&options.solver, &data.join("checks"), store.as_ref(), &db)?;
         let (wake, woken) = std::sync::mpsc::sync_channel(1);
         Ok(Arc::new(Self {
             address: Mutex::default(),
+            port: AtomicU16::default(),
             cache: Cache::new(data.join("cache")),
             options,
             db,
@@ -163,9 +183,12 @@ impl App {
             tries: Tries::default(),
             checks: Turns::new(CHECKS, 1),
             views: Turns::new(VIEWS, 2),
+            inputs: inputs::Busy::default(),
             extensions: Mutex::new(()),
             downloads: Turns::new(downloads::ALL, downloads::EACH),
-            hashes: Arc::new(Semaphore::new(HASHES)),
+            streams: Turns::new(STREAMS, STREAMS_EACH).with_waiting(0),
+            frames: Turns::new(downloads::ALL_FRAMES, downloads::EACH_FRAMES),
+            hashes: Turns::new(HASHES, 1).with_waiting(HASHES_WAITING),
             news: broadcast::channel(BACKLOG).0,
             wake,
             woken: Mutex::new(Some(woken)),
@@ -176,6 +199,7 @@ impl App {
 
     /// Writes the link of the command line into the data folder, and returns the address and a link that logs in once.
     pub(crate) fn links(&self, address: SocketAddr) -> Result<Links> {
+        self.port.store(address.port(), Ordering::Relaxed);
         let host = self
             .options
             .hosts
@@ -198,7 +222,7 @@ impl App {
                 address,
             });
         }
-        self.write_link(false)?;
+        self.write_link(None)?;
         let link = secrets::link(&self.db, secrets::Right::Server, None)?
             .context("the user of this machine is not in the database")?;
         Ok(Links {
@@ -207,19 +231,24 @@ impl App {
         })
     }
 
-    fn write_link(&self, rotate: bool) -> Result<()> {
+    fn write_link(&self, rotate: Option<secrets::Right>) -> Result<Option<secrets::Issued>> {
         let data = &self.options.data;
-        let token = secrets::machine_token(&self.db, data, rotate)?;
+        let Some(token) = secrets::machine_token(&self.db, data, rotate)? else {
+            return Ok(None);
+        };
         let address = self
             .address
             .lock()
             .unwrap_or_else(|poisoned| poisoned.into_inner());
-        secrets::write_secret(&data.join("link"), &format!("{address}#token={token}"))
+        let link = format!("{address}#token={}", token.secret);
+        secrets::write_secret(&data.join("link"), &link)?;
+        Ok(Some(token))
     }
 
-    /// Makes the secrets of the machine anew, and ends the sessions of its user.
-    pub(crate) fn rotate(&self) -> Result<()> {
-        self.write_link(true)
+    /// Makes the secrets of the machine anew, and ends the sessions of its user. Returns the new token; `None` where what allowed the
+    /// request does not hold any more.
+    pub(crate) fn rotate(&self, right: secrets::Right) -> Result<Option<secrets::Issued>> {
+        self.write_link(Some(right))
     }
 
     /// Ends all streams of events.

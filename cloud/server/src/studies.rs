@@ -21,13 +21,13 @@ use rusqlite::{OptionalExtension, params};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use crate::access::{ApiError, not_logged_in};
+use crate::access::ApiError;
 use crate::check::{LARGEST_SCENE, inspect, lay_out, solve};
 use crate::content::Content;
-use crate::db::{ListScope, MOST_ROWS, NewRun, NewStudy, Reserved};
+use crate::db::{ListScope, MOST_ROWS, NewRun, NewStudy};
 use crate::runs::{
-    PreparedRun, blocking, by_idempotency_key, expected_bytes, full, label, prepare, title,
-    within_quota, write,
+    PreparedRun, blocking, by_idempotency_key, expected_bytes, granted, label, prepare, title,
+    undo, within_quota, write,
 };
 use crate::secrets::{self, User};
 use crate::state::App;
@@ -224,7 +224,7 @@ pub(crate) async fn check(
     user: &User,
     mut study: Study,
 ) -> Result<StudyChecked, ApiError> {
-    let _turn = app.checks.take(user.id, false).await?;
+    let _turn = app.checks.take((user.id, false)).await?;
     let (app, owner) = (Arc::clone(app), user.id);
     blocking(move || {
         earlier::pin(&app, owner, &mut study.base.scene)?;
@@ -250,7 +250,7 @@ pub(crate) async fn submit(
     if let Some(before) = submitted(app, user, key.as_deref(), &body)? {
         return Ok(before);
     }
-    let _turn = app.checks.take(user.id, false).await?;
+    let _turn = app.checks.take((user.id, false)).await?;
     let (app, user) = (Arc::clone(app), user.clone());
     blocking(move || {
         earlier::pin(&app, user.id, &mut study.base.scene)?;
@@ -315,26 +315,15 @@ pub(crate) async fn submit(
             plan: &plan,
             project: base.project.as_deref(),
         };
-        match app.db.insert(&new, Some(&row)) {
-            Ok(Reserved::Done(events)) => app.publish(events),
-            // Other requests of this user have taken the rest since.
-            Ok(Reserved::Full(usage)) => {
-                for name in &ids {
-                    app.store.delete_all(&format!("runs/{name}/"))?;
-                }
-                return Err(full(&usage, bytes));
-            }
-            Ok(Reserved::NoUser) => {
-                for name in &ids {
-                    app.store.delete_all(&format!("runs/{name}/"))?;
-                }
-                return Err(not_logged_in());
+        match (app.db.insert(&new, Some(&row))).map(|new| granted(new, bytes)) {
+            Ok(Ok(events)) => app.publish(events),
+            Ok(Err(refused)) => {
+                undo(&app, &user, &runs)?;
+                return Err(refused);
             }
             // Two requests with one key at once: the other one was faster.
             Err(error) => {
-                for name in &ids {
-                    app.store.delete_all(&format!("runs/{name}/"))?;
-                }
+                undo(&app, &user, &runs)?;
                 return submitted(&app, &user, key.as_deref(), &body)?
                     .ok_or_else(|| ApiError::internal(error));
             }
@@ -435,9 +424,6 @@ struct Row {
 
 /// The table of a study: values of its keys, and results of its runs.
 pub(crate) fn table(app: &App, user: &User, id: &str) -> Result<StudyTable, ApiError> {
-    if user.share.is_some() {
-        return Err(ApiError::not_found());
-    }
     let found = app
         .db
         .lock()

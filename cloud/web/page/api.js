@@ -11,6 +11,9 @@ export class Problem extends Error {
   }
 }
 
+/** Tells the page how the last request went: `away` (no answer), `over` (no session), `there`. @param {string} how */
+const tell = (how) => dispatchEvent(new CustomEvent("server", { detail: how }));
+
 /**
  * @param {string} method
  * @param {string} path
@@ -26,8 +29,10 @@ async function request(method, path, body, more = {}) {
     answer = await fetch(`/api/v1${path}`, { ...more, method, headers, body: body === undefined || binary ? body : JSON.stringify(body) });
   } catch (error) {
     if (error instanceof DOMException && error.name === "AbortError") throw error;
+    tell("away");
     throw new Problem({ title: "the server does not respond", status: 0 });
   }
+  tell(answer.status === 401 ? "over" : "there");
   if (answer.ok) return answer;
   const found = await answer.json().catch(() => ({ title: `the server answers ${answer.status}`, status: answer.status }));
   throw new Problem(found);
@@ -76,10 +81,12 @@ export function listen(runs, hear, anew) {
     if (source || document.hidden) return;
     const after = last ? `&after=${last}` : "";
     source = new EventSource(`/api/v1/events?runs=${runs.join(",")}${after}`);
-    source.onopen = () => { if (opened) anew(); opened = true; };
+    source.onopen = () => { tell("there"); if (opened) anew(); opened = true; };
     source.onmessage = (event) => { if (event.lastEventId) last = event.lastEventId; hear(JSON.parse(event.data)); };
     source.addEventListener("lagged", anew);
     source.onerror = () => {
+      // Says whether the server is away, or the session over.
+      get("/session").catch(() => {});
       // A server that restarts is not an end: browsers stop trying after some answers, and we do not.
       if (source?.readyState === EventSource.CLOSED) { source = null; setTimeout(open, 2000); }
     };

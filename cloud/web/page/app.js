@@ -40,13 +40,31 @@ async function show() {
     else if (pathname === "/projects") leave = await showProjects(main);
     else if (pathname === "/new") leave = await showNew(main, searchParams.get("from"));
     else if (pathname === "/compare") leave = await showCompare(main, (searchParams.get("runs") ?? "").split(",").filter(Boolean));
-    else leave = await showList(main, searchParams);
+    else if (pathname === "/" || pathname === "/index.html") leave = await showList(main, searchParams);
+    else nothing(pathname);
   } catch (error) {
     if (error instanceof Problem && error.status === 401) return logIn();
     put(main, el("div", { class: "card empty" }, el("h1", {}, "That did not work"), el("p", {}, String(error instanceof Error ? error.message : error)),
       el("a", { class: "button", href: "/" }, "All runs")));
   }
 }
+
+/** Says that there is no such page. @param {string} path */
+function nothing(path) {
+  document.title = "No such page · Mercury";
+  put(main, el("div", { class: "card empty" }, el("h1", {}, "No such page"), el("p", {}, "This server has no page ", el("code", {}, path), "."),
+    el("a", { class: "button", href: "/" }, "All runs")));
+}
+
+/** Says above the page that the server is away, or that the session is over. */
+addEventListener("server", (event) => {
+  const how = /** @type {CustomEvent} */ (event).detail;
+  const banner = /** @type {HTMLElement} */ (document.getElementById("banner"));
+  const over = how === "over" && session !== null;
+  banner.hidden = how !== "away" && !over;
+  if (how === "away") put(banner, "The server does not respond. What is shown may be old; the page tries again by itself.");
+  else if (over) put(banner, "Your session is over. ", el("a", { href: "/", onclick: () => location.reload() }, "Log in again"), ".");
+});
 
 function logIn() {
   document.title = "Log in · Mercury";

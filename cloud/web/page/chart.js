@@ -14,6 +14,13 @@ const ticks = (_, values) => {
   return values.map((value) => (Math.abs(value) < 1e-9 * step ? "0" : plain ? String(Number(value.toFixed(decimals + 1))) : value.toExponential(Math.min(digits, 8)).replace("e+", "e")));
 };
 
+/** The value at the pointer, or a dash. @param {string} unit */
+const shown = (unit) => (/** @type {any} */ _, /** @type {number | null | undefined} */ value) => {
+  if (value == null) return "–";
+  const plain = value === 0 || (Math.abs(value) >= 1e-3 && Math.abs(value) < 1e6);
+  return `${plain ? Number(value.toPrecision(5)) : value.toExponential(4)}${unit && ` ${unit}`}`;
+};
+
 /** @typedef {{label: string, chart: {time: number[], min: (number | null)[], max: (number | null)[]}}} Curve */
 
 /**
@@ -36,15 +43,17 @@ export function draw(box, title, curves) {
   };
   // Where bins have more than one row, the band from least to largest is the curve.
   const banded = curves.some((curve) => curve.chart.min.some((value, k) => value !== curve.chart.max[k]));
-  const series = /** @type {any[]} */ ([{ label: "time / s" }]);
+  // As in "Energies / J".
+  const unit = title.split(" / ")[1] ?? "";
+  const series = /** @type {any[]} */ ([{ label: "time", value: shown("s") }]);
   const data = [times];
   const bands = /** @type {any[]} */ ([]);
   curves.forEach((curve, k) => {
     const stroke = COLOURS[k % COLOURS.length];
-    series.push({ label: curve.label, stroke, width: 1.6, spanGaps: true, points: { show: curve.chart.time.length < 30 } });
+    series.push({ label: curve.label, stroke, value: shown(unit), width: 1.6, spanGaps: true, points: { show: curve.chart.time.length < 30 } });
     data.push(spread(curve, curve.chart.max));
     if (banded) {
-      series.push({ label: `${curve.label} least`, stroke, width: 1, spanGaps: true, points: { show: false } });
+      series.push({ label: `${curve.label} least`, stroke, value: shown(unit), width: 1, spanGaps: true, points: { show: false } });
       data.push(spread(curve, curve.chart.min));
       bands.push({ series: [series.length - 2, series.length - 1], fill: `${stroke}55` });
     }
@@ -52,7 +61,7 @@ export function draw(box, title, curves) {
   const axis = { stroke: text, grid: { stroke: line, width: 1 }, ticks: { stroke: line } };
   const width = () => Math.max(240, box.clientWidth);
   const plot = new uPlot(/** @type {any} */ ({
-    title, width: width(), height: 230, series, bands, legend: { show: curves.length > 1 && curves.length < 9 },
+    title, width: width(), height: 230, series, bands, legend: { show: curves.length < 9 },
     axes: [{ ...axis, values: ticks, label: "time / s", labelSize: 20, stroke: text }, { ...axis, size: 62, values: ticks }], scales: { x: { time: false } },
     cursor: { sync: { key: "charts" } },
   }), /** @type {any} */ (data), box);

@@ -1,6 +1,7 @@
 // Runs beside each other: what differs between them, charts over each other, two in 3D with one camera.
 import { get } from "./api.js";
 import { draw } from "./chart.js";
+import { differing, lines } from "./diff.js";
 import { el, number, put, state } from "./dom.js";
 import { Player } from "./player.js";
 
@@ -10,16 +11,19 @@ export const heading = (column) => (column.unit && column.unit !== "1" ? `${colu
 /**
  * A card in which a column of a table of all runs is drawn, the runs over each other.
  * @param {{id: string, label: string, tables: any[]}[]} runs
- * @returns {{chart: HTMLElement, end: () => void}}
+ * @param {string} [wanted] the column, as `column` of an earlier card gives it
+ * @returns {{chart: HTMLElement, column: () => string, end: () => void}}
  */
-export function overlay(runs) {
+export function overlay(runs, wanted = "") {
   // Tables of runs with other names of scenes are the same table by what follows the first dot.
   /** @param {string} file */
   const kind = (file) => file.slice(file.indexOf(".") + 1);
   const choices = runs[0]?.tables.flatMap((table) => (table.names.length ? table.names : [null]).flatMap((/** @type {string | null} */ name) => table.columns.map((/** @type {string} */ column) => ({ kind: kind(table.file), column, name })))) ?? [];
   const chosen = el("select", { "aria-label": "Column", onchange: plot }, choices.map((choice, k) => el("option", { value: k }, `${choice.kind}: ${choice.name ? `${choice.name} ` : ""}${choice.column}`)));
   const start = choices.findIndex((choice) => choice.column === "traKineticEnergy");
-  if (start >= 0) chosen.value = String(start);
+  const before = [...chosen.options].find((option) => option.text === wanted);
+  if (before) chosen.value = before.value;
+  else if (start >= 0) chosen.value = String(start);
   const place = el("div", { class: "chart" });
   let clear = () => {};
   let over = false;
@@ -41,8 +45,17 @@ export function overlay(runs) {
   plot();
   return {
     chart: el("div", { class: "card" }, el("div", { class: "row" }, el("h2", {}, "Chart"), chosen), place),
+    column: () => chosen.selectedOptions[0]?.text ?? "",
     end: () => { over = true; clear(); },
   };
+}
+
+/** What differs between the scenes of two runs. @param {any} first @param {any} other */
+function scenes(first, other) {
+  const found = differing(lines(first.scene, other.scene), 2);
+  const title = el("h3", {}, `${first.title} ${first.id.slice(0, 4)} and ${other.title} ${other.id.slice(0, 4)}`);
+  if (!found.length) return [title, el("p", { class: "quiet" }, "Their texts are the same.")];
+  return [title, el("pre", { class: "diff", tabindex: "0" }, found.map(([mark, line]) => el("span", { class: mark === "+" ? "good" : mark === "-" ? "bad-text" : "quiet" }, `${mark} ${line}\n`)))];
 }
 
 /**
@@ -76,9 +89,13 @@ export async function showCompare(main, ids) {
         keys.map((key) => el("td", { class: "number" }, sets[k][key] ?? "")),
         columns.map((_, c) => el("td", { class: "number" }, result(run.id, c) != null ? number(result(run.id, c)) : ""))))))),
     chart,
-    pair.length > 0 && el("div", { class: "row" }, ...pair.map((one) => one.box)));
-  const players = pair.map((one) => new Player(one.box, one.run, { title: called(runs.indexOf(one.run)) }));
-  if (players.length === 2) players[0].viewer.share(players[1].viewer);
+    pair.length > 0 && el("div", { class: "row top" }, ...pair.map((one) => one.box)),
+    el("div", { class: "card" }, el("h2", {}, "Scenes"), runs.slice(1).map((run) => scenes(runs[0], run))));
+  const players = pair.map((one, k) => new Player(one.box, one.run, { title: called(runs.indexOf(one.run)), led: k > 0 }));
+  if (players.length === 2) {
+    players[0].viewer.share(players[1].viewer);
+    players[0].lead(players[1]);
+  }
   await Promise.all(players.map((player) => player.load()));
   return () => { end(); players.forEach((player) => player.end()); };
 }

@@ -44,7 +44,7 @@ export async function showNew(main, from) {
   const submit = el("button", { class: "main", onclick: send }, "Submit");
   const chips = el("div", { class: "chips" });
   const picker = el("input", { type: "file", multiple: true, hidden: true, onchange: () => add([...(picker.files ?? [])]) });
-  const drop = el("div", { class: "drop" }, el("div", { class: "row spread" }, el("span", {}, "Files that the scene names: surfaces (STL, OBJ), tables (CSV), clumps."),
+  const drop = el("div", { class: "drop" }, el("div", { class: "row spread" }, el("span", {}, "A scene, and files that it names: surfaces (STL, OBJ), tables (CSV), clumps."),
     el("button", { onclick: () => picker.click() }, "Add files"), picker), chips);
   drop.addEventListener("dragover", (/** @type {DragEvent} */ event) => { event.preventDefault(); drop.classList.add("over"); });
   drop.addEventListener("dragleave", () => drop.classList.remove("over"));
@@ -190,6 +190,9 @@ export async function showNew(main, from) {
 
   /** @param {File[]} added */
   async function add(added) {
+    // Of a scene that comes with its files, those stay that have been taken before it.
+    /** @type {Record<string, string>} */
+    const sent_along = {};
     for (const file of added) {
       try {
         // A study file is no file of the scene.
@@ -202,10 +205,17 @@ export async function showNew(main, from) {
             studied(0);
             continue;
           }
+          // A scene has a time; the files that it names have none.
+          if (/^\s*\[time\]|^\s*time\.\w+\s*=|"time"\s*:/m.test(content)) {
+            const edited = text.value.trim() !== "" && !templates.some((/** @type {any} */ one) => one.text === text.value);
+            if (edited && await ask("Replace the scene?", `The text of this draft is lost; ${file.name} takes its place.`, "Replace") === null) continue;
+            use({ scene: file.name.replace(/[^A-Za-z0-9._-]/g, "_").replace(/^[.-]+/, ""), text: content, files: sent_along });
+            continue;
+          }
         }
         // Names are flat and plain; others would be refused.
         const plain = file.name.replace(/[^A-Za-z0-9._-]/g, "_").replace(/^[.-]+/, "");
-        files[plain] = await upload(file);
+        files[plain] = sent_along[plain] = await upload(file);
         if (plain !== file.name) toast(`${file.name} is called ${plain} here`);
       } catch (error) {
         toast(`${file.name}: ${error instanceof Error ? error.message : error}`, true);

@@ -33,7 +33,7 @@ export class Player {
   /**
    * @param {HTMLElement} box
    * @param {{id: string}} run
-   * @param {{title?: string}} [options]
+   * @param {{title?: string, led?: boolean}} [options] `led`: another player chooses its frames
    */
   constructor(box, run, options = {}) {
     this.run = run;
@@ -45,25 +45,64 @@ export class Player {
     this.busy = false;
     /** @type {[number, number] | null} */
     this.range = null;
+    /** Players that show the same time in the same colours. @type {Player[]} */
+    this.peers = [];
+    /** What is shown: draws it again, with another range. @type {{name: string, own: [number, number], paint: (range: [number, number]) => void} | null} */
+    this.shown = null;
+    /** The particle that was picked. @type {number | null} */
+    this.picked = null;
     const stage = el("div");
     this.viewer = new Viewer(stage, { pick: (id) => this.pick(id) });
     this.slider = el("input", { type: "range", min: "0", max: "0", value: "0", class: "grow", "aria-label": "Frame", oninput: () => this.show(Number(this.slider.value), true) });
     this.play = el("button", { "aria-label": "Play", onclick: () => this.toggle() }, "▶");
     this.time = el("span", { class: "small quiet" });
-    this.colour = el("select", { "aria-label": "Colour", onchange: () => { this.range = null; this.show(this.at, false, true); } });
+    this.colour = el("select", { "aria-label": "Colour", onchange: () => this.recolour() });
     this.cut = el("input", { type: "range", min: "0", max: "1000", value: "1000", "aria-label": "Cut", oninput: () => this.viewer.cut(this.axis.value, Number(this.cut.value) / 1000) });
     this.axis = el("select", { "aria-label": "Axis of the cut", onchange: () => this.viewer.cut(this.axis.value, Number(this.cut.value) / 1000) }, ["x", "y", "z"].map((axis) => el("option", { value: axis }, axis)));
     this.axis.value = "y";
     this.grain = el("div", { class: "small" });
     const walls = el("input", { type: "checkbox", checked: true, onchange: () => this.viewer.showWalls(walls.checked) });
     put(box, el("div", { class: "card" }, options.title && el("h2", {}, options.title), stage,
-      el("div", { class: "row controls" }, this.play, this.slider, this.time),
+      el("div", { class: "row controls", hidden: options.led === true }, this.play, this.slider, this.time),
       el("div", { class: "row small" }, el("label", {}, "Colour", this.colour), el("label", {}, "Cut", this.axis, this.cut), el("label", {}, walls, "Walls"),
         el("button", { onclick: () => this.viewer.home() }, "Reset view")), this.grain));
+    if (!this.viewer.gl) this.still(stage);
+  }
+
+  /** Shows a picture of the run, where the browser draws no particles. @param {HTMLElement} stage */
+  async still(stage) {
+    const files = await get(`/runs/${this.run.id}/files`).catch(() => []);
+    const names = files.map((/** @type {any} */ file) => file.name).filter((/** @type {string} */ name) => name.endsWith(".png"));
+    const name = names.find((/** @type {string} */ name) => name.includes("final")) ?? names[0];
+    if (name) stage.append(el("img", { src: `/api/v1/runs/${this.run.id}/files/${name.split("/").map(encodeURIComponent).join("/")}`, alt: `Picture ${name}`, class: "still" }));
+  }
+
+  /** Has another player show the time that this one shows, in the same colours. @param {Player} other */
+  lead(other) {
+    this.peers.push(other);
+    other.peers.push(this);
+  }
+
+  /** Shows the colour that is chosen, also in the others. */
+  recolour() {
+    for (const player of [this, ...this.peers]) {
+      if ([...player.colour.options].some((option) => option.value === this.colour.value)) player.colour.value = this.colour.value;
+      player.range = null;
+      player.shown = null;
+      player.show(player.at, false, true);
+    }
+  }
+
+  /** Shows the frame that is nearest to a time. @param {number} time */
+  showTime(time) {
+    const away = this.list.frames.map((/** @type {any} */ frame) => Math.abs(frame.time - time));
+    this.follow = false;
+    this.show(away.indexOf(Math.min(...away)));
   }
 
   /** Looks for new frames, and shows the last one unless the user looks at another. */
   async load() {
+    if (!this.viewer.gl) return;
     const list = await get(`/runs/${this.run.id}/frames`).catch((error) => { if (error instanceof Problem && error.status === 404) return null; throw error; });
     if (!list) return;
     const anew = list.version !== this.list.version;
@@ -108,10 +147,16 @@ export class Player {
         const colour = frame.columns[name];
         // While frames follow each other the legend grows with what is seen, and does not jump.
         this.range = this.range && this.playing ? [Math.min(this.range[0], colour.min), Math.max(this.range[1], colour.max)] : [colour.min, colour.max];
-        this.viewer.frame(frame, colour.values, this.range, `${name}${unit && unit !== "1" ? ` / ${unit}` : ""}`, this.list.domain);
+        const label = `${name}${unit && unit !== "1" ? ` / ${unit}` : ""}`;
+        this.shown = { name, own: this.range, paint: (range) => this.viewer.frame(frame, colour.values, range, label, this.list.domain) };
+        const all = [this, ...this.peers].map((player) => player.shown).filter((one) => one !== null).filter((one) => one.name === name);
+        const range = /** @type {[number, number]} */ ([Math.min(...all.map((one) => one.own[0])), Math.max(...all.map((one) => one.own[1]))]);
+        for (const one of all) one.paint(range);
         if (walls) this.viewer.walls(walls.walls);
         this.viewer.say((frame.rows < frame.of ? `${whole(frame.rows)} of ${whole(frame.of)} particles` : `${whole(frame.of)} particles`) + reduced(walls?.triangles));
         put(this.time, `${number(frame.time)} s · ${now + 1} of ${this.list.frames.length}`);
+        if (!this.slider.closest("[hidden]")) this.peers.forEach((peer) => peer.showTime(frame.time));
+        if (this.picked !== null) this.pick(this.picked);
       }
     } catch (error) {
       this.viewer.say(error instanceof Error ? error.message : String(error));
@@ -135,9 +180,11 @@ export class Player {
 
   /** @param {number | null} id */
   async pick(id) {
+    this.picked = id;
     if (id === null) return put(this.grain);
     const row = await get(`/runs/${this.run.id}/frames/${this.at}/grains/${id}`).catch(() => null);
-    if (row) put(this.grain, el("h2", {}, `Particle ${id}`), el("dl", { class: "facts" }, row.flatMap((/** @type {any} */ one) => [el("dt", {}, one.name), el("dd", {}, `${number(one.value)} ${one.unit === "1" ? "" : one.unit}`)])));
+    if (!row) put(this.grain, el("p", { class: "quiet" }, `Particle ${id} is not in this frame.`));
+    else put(this.grain, el("h2", {}, `Particle ${id}`), el("dl", { class: "facts" }, row.flatMap((/** @type {any} */ one) => [el("dt", {}, one.name), el("dd", {}, `${number(one.value)} ${one.unit === "1" ? "" : one.unit}`)])));
   }
 
   end() {

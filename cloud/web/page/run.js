@@ -27,7 +27,10 @@ export async function showRun(main, id) {
     projects.onchange = () => patch(`/runs/${id}`, { project: projects.value }).then((found) => { run = { ...run, ...found }; }, (error) => toast(error.message, true));
   }
   document.title = `${run.title} · Mercury`;
-  const head = el("div", { class: "card" });
+  const [named, actions, life] = [el("div"), el("div", { class: "row" }), el("div")];
+  const head = el("div", { class: "card" }, el("div", { class: "row spread" }, named, actions), life);
+  /** What the buttons of the head depend on, as text: they are made anew only where that changes. */
+  let offered = "";
   const panes = /** @type {Record<string, HTMLElement>} */ ({});
   const tabs = el("div", { role: "tablist", "aria-label": "Parts of the run" });
   let tab = "Overview";
@@ -37,6 +40,8 @@ export async function showRun(main, id) {
   const viewer = new Player(stage, run);
   const chartBox = el("div", { class: "charts" });
   const log = el("pre", { tabindex: "0", "aria-label": "Log" }, "");
+  const logOf = el("select", { "aria-label": "Lines of", onchange: () => showLog() });
+  const logSearch = el("input", { type: "search", "aria-label": "Search in the log", placeholder: "Search", oninput: () => showLines() });
   const attempts = el("tbody");
   const files = el("tbody");
   const pictures = el("div", { class: "gallery" });
@@ -55,7 +60,7 @@ export async function showRun(main, id) {
   }
   put(panes.Overview, el("div", { class: "columns" }, stage, el("div", {}, facts, el("div", { class: "card" }, chartBox))), pictures);
   put(panes.Charts, el("div", { class: "card" }, el("div", { class: "row" }, el("label", {}, "Column", chooser)), extra));
-  put(panes.Log, el("div", { class: "card" }, log));
+  put(panes.Log, el("div", { class: "card" }, el("div", { class: "row" }, el("label", {}, "Lines of", logOf), logSearch), log));
   put(panes.Attempts, el("div", { class: "card scroll" }, el("table", {}, el("thead", {}, el("tr", {}, ["Number", "Began", "Lasted", "Machine", "Why it ended", "Step", session.price && "Cost"].filter(Boolean).map((text) => el("th", {}, text)))), attempts)));
   put(panes.Files, el("div", { class: "card" }, el("div", { class: "row spread" }, el("h2", {}, "Files"), el("a", { class: "button", href: `/api/v1/runs/${id}/archive`, download: "" }, "Download all (.zip)")),
     el("div", { class: "scroll" }, el("table", {}, el("thead", {}, el("tr", {}, el("th", {}, "Name"), el("th", { class: "number" }, "Size"))), files))));
@@ -88,7 +93,8 @@ export async function showRun(main, id) {
   function top() {
     const live = LIVE.includes(run.state);
     const share = run.of_steps ? Math.min(1, run.step / run.of_steps) : null;
-    const buttons = run.writable ? [
+    const offers = JSON.stringify([run.state, run.writable, run.time > 0, run.title]);
+    if (offers !== offered) put(actions, run.writable ? [
       ["running", "queued"].includes(run.state) && el("button", { onclick: () => act("stop") }, "Stop"),
       run.state === "stopping" && el("button", { class: "danger", onclick: async () => { if (await ask("End at once", "What was made since the last commit is lost.", "End") !== null) act("kill"); } }, "End at once"),
       ["stopped", "failed", "cancelled"].includes(run.state) && el("button", { class: "main", onclick: () => act("resume") }, "Resume"),
@@ -102,11 +108,12 @@ export async function showRun(main, id) {
         if (await ask("Delete", `${run.title} with all its files. This cannot be taken back.`, "Delete") === null) return;
         await remove(`/runs/${id}`).then(() => go("/"), (error) => toast(error.message, true));
       } }, "Delete"),
-    ] : [el("span", { class: "quiet" }, "to look at only")];
-    const doing = run.state === "queued" ? "waits for a free place" : run.beat?.doing || "";
-    put(head, el("div", { class: "row spread" }, el("div", {}, el("h1", {}, run.title), el("div", { class: "row small quiet" }, state(run),
-      run.label && el("a", { href: `/?label=${encodeURIComponent(run.label)}` }, run.label), run.study && el("a", { href: `/studies/${run.study}` }, "its study"), `submitted ${ago(run.created)}`, el("span", { class: "code" }, id.slice(0, 8)))), el("div", { class: "row" }, buttons)),
-    run.unseen && live && el("p", { class: "warn-text" }, `Not seen for ${duration(run.unseen)}.`),
+    ] : [el("span", { class: "quiet" }, "to look at only")]);
+    offered = offers;
+    const doing = run.state === "queued" ? "waits for a free place" : run.waits ? `waits in the queue: ${run.waits}` : run.beat?.doing || "";
+    put(named, el("h1", {}, run.title), el("div", { class: "row small quiet" }, state(run),
+      run.label && el("a", { href: `/?label=${encodeURIComponent(run.label)}` }, run.label), run.study && el("a", { href: `/studies/${run.study}` }, "its study"), `submitted ${ago(run.created)}`, el("span", { class: "code" }, id.slice(0, 8))));
+    put(life, run.unseen && live && el("p", { class: "warn-text" }, `Not seen for ${duration(run.unseen)}.`),
     !live && run.cause && run.cause !== "finished" && el("p", { class: run.state === "failed" ? "bad-text" : "quiet" }, CAUSES[run.cause] ?? run.cause, run.message && el("pre", {}, run.message)),
     live && el("div", {}, el("p", { class: "row spread small" }, el("span", {}, share !== null ? `${(100 * share).toFixed(1)} % · ${number(run.time)} s of simulated time` : `${number(run.time)} s of simulated time`, doing && ` · ${doing}`),
       el("span", { class: "quiet" }, run.seconds_left ? `about ${duration(run.seconds_left)} left` : "")), el("progress", { max: 1, value: share ?? 0, "aria-label": "Progress" })));
@@ -177,11 +184,24 @@ export async function showRun(main, id) {
   }
   chooser.onchange = () => plot();
 
-  async function showLog() {
-    const found = await get(`/runs/${id}/log`);
+  let lines = "";
+  /** Shows the lines that contain what is searched for; stays at the end, where it is there. */
+  function showLines() {
+    const wanted = logSearch.value.toLowerCase();
+    const found = wanted ? lines.split("\n").filter((line) => line.toLowerCase().includes(wanted)).join("\n") : lines;
     const end = log.scrollTop + log.clientHeight >= log.scrollHeight - 30;
-    put(log, found.text || "Nothing yet.");
+    put(log, found || (wanted && lines ? "No line has this text." : "Nothing yet."));
     if (end) log.scrollTop = log.scrollHeight;
+  }
+  /** The lines of an attempt as they come, or the report that the solver writes at the end. */
+  async function showLog() {
+    if (logOf.options.length !== run.epoch + 1) {
+      const chosen = logOf.value;
+      put(logOf, ...Array.from({ length: run.epoch }, (_, k) => el("option", { value: String(k + 1) }, `attempt ${k + 1}`)), el("option", { value: "" }, "the report"));
+      logOf.value = chosen || (run.state === "finished" || !run.epoch ? "" : String(run.epoch));
+    }
+    lines = (await get(`/runs/${id}/log${logOf.value && `?attempt=${logOf.value}`}`)).text;
+    showLines();
   }
 
   async function showAttempts() {

@@ -112,15 +112,20 @@ export async function showStudy(main, id) {
     for (const row of rows) await post(`/runs/${row.id}/${what}`, {}).catch((error) => toast(error.message, true));
     again();
   }
+  /** @type {ReturnType<typeof overlay> | null} */
+  let laid = null;
+  /** Time at which the charts were drawn: they follow the runs, not faster than every 5 s. */
+  let drawn = 0;
   /** Charts over each other: of the chosen runs, or of the first ones that have begun. */
   async function lay() {
     const wanted = table.rows.filter((/** @type {any} */ row) => (chosen.size ? chosen.has(row.id) : row.state !== "queued")).slice(0, MOST_CURVES);
     const found = await Promise.all(wanted.map(async (/** @type {any} */ row) => ({ id: row.id, label: row.name, tables: await get(`/runs/${row.id}/tables`).catch(() => []) })));
     end();
     const runs = found.filter((run) => run.tables.length);
-    const laid = runs.length ? overlay(runs) : null;
+    laid = runs.length ? overlay(runs, laid?.column()) : null;
     end = laid?.end ?? (() => {});
     put(curves, laid?.chart);
+    drawn = Date.now();
   }
   /** @type {any} */
   let waiting = null;
@@ -130,6 +135,7 @@ export async function showStudy(main, id) {
     table = await get(`/studies/${id}`).catch(() => table);
     fill();
     plot();
+    if (Date.now() - drawn > 5000) await lay();
   }
   fill();
   plot();
@@ -137,7 +143,9 @@ export async function showStudy(main, id) {
   const ids = new Set(table.rows.map((/** @type {any} */ row) => row.id));
   // Many runs end at once: the table is read anew once a second at most.
   const deaf = listen([], (news) => {
-    if (news.kind === "state" && ids.has(news.run) && !waiting) waiting = setTimeout(again, 1000);
+    if (!ids.has(news.run) || waiting) return;
+    if (news.kind === "state") waiting = setTimeout(again, 1000);
+    else if (news.kind === "progress" && Date.now() - drawn > 5000) waiting = setTimeout(again, 1000);
   }, again);
   return () => { clearTimeout(waiting); deaf(); clear(); end(); };
 }

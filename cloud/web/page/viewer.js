@@ -161,7 +161,7 @@ export class Viewer {
     this.last = 0;
     /** @type {WebGL2RenderingContext} */
     this.gl = /** @type {any} */ (this.canvas.getContext("webgl2", { antialias: false, alpha: true }));
-    if (!this.gl) { this.say("This browser has no WebGL2. The pictures are among the files."); return; }
+    if (!this.gl) { this.canvas.style.height = "4rem"; this.say("This browser draws no particles: it has no WebGL2. A picture of the run is shown instead, once there is one."); return; }
     this.prepare();
     this.watch = new ResizeObserver(() => this.soon());
     this.watch.observe(this.canvas);

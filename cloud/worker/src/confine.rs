@@ -1,8 +1,10 @@
-//! A program in a cage: it reads and writes one folder, reads the system's own files, and has no network.
+//! A program in a cage: it reads and writes one folder, reads the system's own files, and has neither a network nor other processes.
 //!
 //! A scene may name any file (`file = "/etc/passwd"`), and a solver that meets one says what is wrong with its content.
-//! So it must not be able to read it. Landlock is enforced by the kernel for this process and all that follow it.
+//! So it must not be able to read it. The kernel enforces this for the process and all that follow it: Landlock for files, a filter of
+//! system calls (seccomp) for sockets of all kinds, signals and the memory of others, and no capabilities.
 
+use std::collections::BTreeMap;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -13,6 +15,11 @@ use landlock::{
     RulesetCreatedAttr, RulesetStatus, Scope, make_bitflags, path_beneath_rules,
 };
 use rustix::process::{Resource, Rlimit, Signal, setrlimit};
+use rustix::thread::{CapabilitySet, remove_capability_from_bounding_set};
+use seccompiler::{
+    BpfProgram, SeccompAction, SeccompCmpArgLen, SeccompCmpOp, SeccompCondition, SeccompFilter,
+    SeccompRule,
+};
 
 /// Limits of a program.
 #[derive(Clone, Debug, Default)]
@@ -29,16 +36,54 @@ pub struct Cage {
     pub cpu: u64,
 }
 
-/// Paths that a program of the system needs to start: its libraries, and the files that describe the machine.
-const SYSTEM: [&str; 7] = [
+/// Paths that a program of the system needs to start: its libraries, and the files that describe the machine and the process itself.
+const SYSTEM: [&str; 10] = [
     "/usr",
     "/lib",
     "/lib64",
     "/bin",
     "/etc/ld.so.cache",
-    "/proc",
+    "/proc/cpuinfo",
+    "/proc/meminfo",
+    "/proc/self",
+    "/proc/sys/kernel",
     "/sys",
 ];
+
+/// System calls that no program in a cage makes: sockets (also of `io_uring`, which makes them by itself), signals to others, memory and
+/// files of other processes, and parts of the kernel that programs rarely need and attackers often use. A pair of sockets without a name
+/// reaches nothing else: programs wake their threads with it.
+const REFUSED: [libc::c_long; 22] = [
+    libc::SYS_socket,
+    libc::SYS_io_uring_setup,
+    libc::SYS_kill,
+    libc::SYS_tkill,
+    libc::SYS_pidfd_send_signal,
+    libc::SYS_rt_sigqueueinfo,
+    libc::SYS_rt_tgsigqueueinfo,
+    libc::SYS_ptrace,
+    libc::SYS_process_vm_readv,
+    libc::SYS_process_vm_writev,
+    libc::SYS_pidfd_getfd,
+    libc::SYS_kcmp,
+    libc::SYS_unshare,
+    libc::SYS_setns,
+    libc::SYS_mount,
+    libc::SYS_bpf,
+    libc::SYS_perf_event_open,
+    libc::SYS_userfaultfd,
+    libc::SYS_add_key,
+    libc::SYS_request_key,
+    libc::SYS_keyctl,
+    libc::SYS_open_by_handle_at,
+];
+
+/// The same system calls of x32, whose numbers have this bit, on x86-64 kernels that have them.
+const X32: libc::c_long = if cfg!(target_arch = "x86_64") {
+    0x4000_0000
+} else {
+    0
+};
 
 /// Rights that no program has in its folder: to make symbolic links, sockets and the like, and to execute what it wrote.
 const NEVER: BitFlags<AccessFs> = make_bitflags!(AccessFs::{
@@ -138,15 +183,43 @@ impl Cage {
         if status.ruleset == RulesetStatus::NotEnforced {
             bail!("the kernel does not enforce Landlock");
         }
-        Ok(())
+        // Of a program of root all capabilities are those of this set; one of another user has none.
+        for capability in (0..u64::BITS).map(|bit| CapabilitySet::from_bits_retain(1 << bit)) {
+            match remove_capability_from_bounding_set(capability) {
+                Ok(()) => {}
+                Err(rustix::io::Errno::PERM | rustix::io::Errno::INVAL) => break,
+                Err(error) => return Err(error).context("capabilities cannot be dropped"),
+            }
+        }
+        seccompiler::apply_filter(&filter()?).context("the kernel takes no filter of system calls")
     }
 }
 
+/// The filter of system calls: those of [`REFUSED`] fail, and so does a signal to a thread of another process.
+fn filter() -> Result<BpfProgram> {
+    let own = u64::from(std::process::id());
+    let other = SeccompCondition::new(0, SeccompCmpArgLen::Dword, SeccompCmpOp::Ne, own)?;
+    let to_others = SeccompRule::new(vec![other])?;
+    let mut rules = BTreeMap::new();
+    for bits in [0, X32] {
+        // Without a rule of arguments it matches always.
+        rules.extend(REFUSED.map(|call| (call | bits, Vec::new())));
+        rules.insert(libc::SYS_tgkill | bits, vec![to_others.clone()]);
+    }
+    let filter = SeccompFilter::new(
+        rules,
+        SeccompAction::Allow,
+        SeccompAction::Errno(libc::EPERM as u32),
+        std::env::consts::ARCH.try_into()?,
+    )?;
+    Ok(filter.try_into()?)
+}
+
 /// Whether the kernel of this machine enforces what [`Cage`] needs.
-pub fn landlock_is_there() -> bool {
-    Ruleset::default()
+pub fn is_there() -> bool {
+    let landlock = Ruleset::default()
         .set_compatibility(CompatLevel::HardRequirement)
         .handle_access(AccessFs::from_all(ABI::V2))
-        .and_then(|ruleset| ruleset.create())
-        .is_ok()
+        .and_then(|ruleset| ruleset.create());
+    landlock.is_ok() && Path::new("/proc/sys/kernel/seccomp/actions_avail").exists()
 }

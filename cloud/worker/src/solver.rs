@@ -160,17 +160,20 @@ impl Solver {
         Some(ticks / rustix::param::clock_ticks_per_second() as f64)
     }
 
+    /// Length of its messages, and the last bytes of them, so many at most.
+    pub(crate) fn messages(&self, most: u64) -> std::io::Result<(u64, String)> {
+        let mut file = File::open(&self.messages)?;
+        let length = file.metadata()?.len();
+        file.seek(SeekFrom::Start(length.saturating_sub(most)))?;
+        let mut bytes = Vec::new();
+        file.take(most).read_to_end(&mut bytes)?;
+        Ok((length, String::from_utf8_lossy(&bytes).into_owned()))
+    }
+
     /// Its last messages.
-    pub(crate) fn last_words(&self) -> String {
-        let read = || {
-            let mut file = File::open(&self.messages)?;
-            let length = file.metadata()?.len();
-            file.seek(SeekFrom::Start(length.saturating_sub(LAST_WORDS)))?;
-            let mut bytes = Vec::new();
-            file.read_to_end(&mut bytes)?;
-            std::io::Result::Ok(String::from_utf8_lossy(&bytes).trim().to_owned())
-        };
-        read().unwrap_or_default()
+    fn last_words(&self) -> String {
+        let (_, words) = self.messages(LAST_WORDS).unwrap_or_default();
+        words.trim().to_owned()
     }
 
     /// Meaning of its exit status. `wanted`: the cause for which this worker has stopped it, if it has.

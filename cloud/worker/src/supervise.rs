@@ -29,6 +29,9 @@ const MEASURE: Duration = Duration::from_secs(10);
 /// How long a solver may take from SIGTERM to its end where it has shown no sign of life.
 const HUNG_GRACE: Duration = Duration::from_secs(60);
 
+/// How much of the solver's messages the store has, in bytes: the end of them.
+const LOG: u64 = 256 << 10;
+
 /// Something that is due every so often.
 struct Every {
     period: Duration,
@@ -175,6 +178,7 @@ fn run(attempt: &Attempt, held: &mut Held) -> Result<Outcome> {
         solver,
         wanted: None,
         killed_at: None,
+        logged: 0,
     };
     let handle = watch.solver.handle();
     let shared = Shared::default();
@@ -196,9 +200,32 @@ struct Watch<'a> {
     wanted: Option<Cause>,
     /// When it is killed, if it has not ended by then.
     killed_at: Option<Instant>,
+    /// Length of the solver's messages when they were sent.
+    logged: u64,
 }
 
 impl Watch<'_> {
+    /// Sends the solver's messages, if there are new ones.
+    fn log(&mut self) -> Result<()> {
+        let (length, text) = self.solver.messages(LOG)?;
+        if length != self.logged {
+            let key = self.attempt.key(&format!("log/{}.txt", self.attempt.epoch));
+            let text = self.without_paths(&text);
+            self.attempt.store.put(&key, text.as_bytes())?;
+            self.logged = length;
+        }
+        Ok(())
+    }
+
+    /// A text without the paths of this machine.
+    fn without_paths(&self, text: &str) -> String {
+        let folder = self.workspace.folder.display().to_string();
+        let text = text
+            .replace(&format!("{folder}/"), "")
+            .replace(&folder, ".");
+        text.replace(&format!("{OUTPUT}/"), "")
+    }
+
     fn until_it_ends(
         &mut self,
         held: &mut Held,
@@ -292,6 +319,10 @@ impl Watch<'_> {
     }
 
     fn commit(&mut self, held: &mut Held, sync: &mut Sync, last: bool) -> Result<Swapped> {
+        // The run does not depend on it.
+        if let Err(error) = self.log() {
+            eprintln!("the messages of the solver are not sent: {error:#}");
+        }
         held.head.of_steps = self.progress.of_steps.or(held.head.of_steps);
         held.head.time = self.progress.time.max(held.head.time);
         if let Some(seconds) = self.solver.core_seconds() {
@@ -369,14 +400,10 @@ fn end(
     held.head.phase = Phase::Ended;
     // Paths of this machine stay on it.
     let mut ending = ending;
-    if let Some(watch) = watch {
-        let folder = watch.workspace.folder.display().to_string();
-        ending.message = ending
-            .message
-            .replace(&format!("{folder}/"), "")
-            .replace(&folder, ".");
-    }
-    ending.message = ending.message.replace(&format!("{OUTPUT}/"), "");
+    ending.message = match watch {
+        Some(watch) => watch.without_paths(&ending.message),
+        None => ending.message.replace(&format!("{OUTPUT}/"), ""),
+    };
     held.head.ending = Some(ending);
     let mut wait = Duration::from_millis(500);
     loop {

@@ -204,6 +204,14 @@ impl World {
             }
             Todo::Close(ending) => {
                 let step = self.head.step;
+                if self.head.phase == Phase::Launched && self.head.epoch == self.run.epoch {
+                    self.head.phase = Phase::Ended;
+                    self.head.ending = Some(ending.clone());
+                    self.head.commit += 1;
+                    if dies {
+                        return;
+                    }
+                }
                 self.record(&RunEvent::Ended(ending, step));
             }
         }

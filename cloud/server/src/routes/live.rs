@@ -1,7 +1,8 @@
 //! Routes that follow what happens: live events, and counts for Prometheus.
 
+use std::collections::BTreeSet;
 use std::convert::Infallible;
-
+use std::sync::Arc;
 use std::time::Duration;
 
 use axum::extract::State;
@@ -12,11 +13,11 @@ use serde::Deserialize;
 use tokio_stream::wrappers::ReceiverStream;
 
 use super::{QueryParams, Shared};
-use crate::access::{ApiError, LoggedIn};
-use crate::accounts;
+use crate::access::{Admin, Anyone, ApiError};
 use crate::db::MOST_ROWS;
-use crate::runs::visible_run;
-use crate::secrets::{self, User};
+use crate::downloads;
+use crate::runs::blocking;
+use crate::secrets::Caller;
 use crate::state::App;
 
 /// How often a stream of events without any says that it lives.
@@ -32,13 +33,11 @@ pub(crate) struct EventsQuery {
 /// How often the right to a stream of events is looked at again.
 const RECHECK: Duration = Duration::from_secs(5);
 
-/// Whether a user may still see these runs: the secret of the stream is good, and the runs are there and shared.
-fn still_may(app: &App, user: &User, runs: &[String]) -> bool {
-    let good = match user.secret {
-        Some(secret) => secrets::is_good(&app.db, secret).unwrap_or(true),
-        None => true,
-    };
-    good && runs.iter().all(|run| visible_run(app, user, run).is_ok())
+/// Whether a user or guest may see all of these runs, and the secret of the stream is good. An answer that does not come is a no.
+async fn may(app: &Arc<App>, caller: &Arc<Caller>, runs: &Arc<BTreeSet<String>>) -> bool {
+    let (app, caller, runs) = (Arc::clone(app), Arc::clone(caller), Arc::clone(runs));
+    let may = blocking(move || Ok(app.db.may_see(&caller, &runs)?)).await;
+    may.unwrap_or(false)
 }
 
 /// Live events: first what happened since `Last-Event-ID`, then what happens.
@@ -46,11 +45,11 @@ fn still_may(app: &App, user: &User, runs: &[String]) -> bool {
     responses((status = 200, content_type = "text/event-stream")))]
 pub(crate) async fn events(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Anyone(caller): Anyone,
     QueryParams(query): QueryParams<EventsQuery>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    let mut wanted: Vec<String> = query
+    let mut wanted: BTreeSet<String> = query
         .runs
         .split(',')
         .filter(|run| !run.is_empty())
@@ -62,23 +61,31 @@ pub(crate) async fn events(
             "At most 200 at once; none: all of yours.",
         ));
     }
-    for run in &wanted {
-        visible_run(&app, &user, run)?;
+    // All of a user, without any other.
+    let mut of = None;
+    match &caller {
+        _ if !wanted.is_empty() => {}
+        Caller::User(user) => of = Some(user.id),
+        Caller::Guest(guest) => wanted.extend([guest.run.clone()]),
     }
-    if wanted.is_empty() {
-        wanted.extend(user.share.clone());
+    let (caller, wanted) = (Arc::new(caller), Arc::new(wanted));
+    if !may(&app, &caller, &wanted).await {
+        return Err(ApiError::not_found());
     }
+    let turn = downloads::turn(&app.streams, &caller).await?;
     // Heard from now on, so that nothing falls between the replay and the news.
     let mut news = app.news.subscribe();
     let last = headers
         .get("last-event-id")
         .and_then(|id| id.to_str().ok()?.parse::<i64>().ok())
         .or(query.after);
-    let newest = app.db.newest_event()?;
+    let shared = Arc::clone(&app);
+    let newest = blocking(move || Ok(shared.db.newest_event()?)).await?;
     let (send, receive) = tokio::sync::mpsc::channel::<Result<Sse, Infallible>>(64);
     let mut closing = app.closing();
     tokio::spawn(async move {
-        let hears = |run: &String| wanted.is_empty() || wanted.contains(run);
+        let _turn = turn;
+        let hears = |run: &String| of.is_some() || wanted.contains(run);
         // So that a listener that comes back later knows from where on.
         let mut at = last.unwrap_or(newest).min(newest);
         let hello = Sse::default().event("hello").id(at.to_string()).data("{}");
@@ -86,13 +93,10 @@ pub(crate) async fn events(
             return;
         }
         loop {
-            let rows = match app
-                .db
-                .events(wanted.is_empty().then_some(user.id), None, at)
-            {
-                Ok(rows) => rows,
-                Err(error) => return eprintln!("{error}"),
-            };
+            let shared = Arc::clone(&app);
+            let rows = blocking(move || Ok(shared.db.events(of, None, at)?)).await;
+            // The log has the error.
+            let Ok(rows) = rows else { return };
             let Some(end) = rows.last().map(|row| row.id) else {
                 break;
             };
@@ -112,7 +116,7 @@ pub(crate) async fn events(
         loop {
             let message = tokio::select! {
                 message = news.recv() => message,
-                _ = again.tick() => match still_may(&app, &user, &wanted) {
+                _ = again.tick() => match may(&app, &caller, &wanted).await {
                     true => continue,
                     false => return,
                 },
@@ -120,8 +124,12 @@ pub(crate) async fn events(
                 _ = closing.changed() => return,
             };
             let event = match message {
-                Ok(message) if !wanted.is_empty() && !wanted.contains(&message.run) => continue,
-                Ok(message) if wanted.is_empty() && !message.audience.contains(&user.id) => {
+                Ok(message)
+                    if !of.map_or_else(
+                        || wanted.contains(&message.run),
+                        |user| message.audience.contains(&user),
+                    ) =>
+                {
                     continue;
                 }
                 Ok(message) => match message.id {
@@ -155,11 +163,7 @@ pub(crate) async fn events(
 }
 
 /// Counts for Prometheus. No names of runs or users.
-pub(super) async fn metrics(
-    State(app): Shared,
-    LoggedIn(user): LoggedIn,
-) -> Result<String, ApiError> {
-    accounts::admin(&user)?;
+pub(super) async fn metrics(State(app): Shared, Admin(_): Admin) -> Result<String, ApiError> {
     let connection = app.db.lock();
     let mut query = connection.prepare("SELECT state, count(*) FROM runs GROUP BY state")?;
     let rows = query.query_map([], |row| {

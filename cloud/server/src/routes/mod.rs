@@ -18,7 +18,7 @@ use tower_http::compression::CompressionLayer;
 
 use crate::access::{ApiError, guard};
 use crate::state::App;
-use crate::{accounts, downloads, openapi, projects, web};
+use crate::{accounts, audit, downloads, openapi, projects, web};
 
 pub(crate) use live::*;
 pub(crate) use results::*;
@@ -152,6 +152,7 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route("/shares", get(accounts::share_list))
         .route("/shares/{id}", delete(accounts::share_remove))
         .route("/tokens/{id}", delete(accounts::token_remove))
+        .route("/audit", get(audit::audit_list))
         .route("/openapi.json", get(|| async { Json(openapi::document()) }))
         .layer(DefaultBodyLimit::max(LARGEST_BODY))
         .merge(secrets)
@@ -169,6 +170,7 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route("/healthz", get(|| async { "ok\n" }))
         .route("/metrics", get(live::metrics))
         .fallback(web::page)
+        .layer(middleware::from_fn_with_state(app.clone(), audit::record))
         .layer(middleware::from_fn_with_state(app.clone(), guard))
         .with_state(app)
 }

@@ -1,5 +1,7 @@
 //! Routes of what a run has written: its log, tables, charts and frames.
 
+use std::sync::Arc;
+
 use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::{StatusCode, header};
@@ -11,18 +13,20 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::{Answer, QueryParams, Shared};
-use crate::access::{ApiError, LoggedIn};
+use crate::access::{Anyone, ApiError};
 use crate::content::Content;
-use crate::runs::{blocking, visible_run};
+use crate::downloads::{holding, turn};
+use crate::runs::{VisibleRun, blocking, visible_run};
+use crate::secrets::Caller;
 use crate::state::App;
-use crate::{charts, check, frames, secrets};
+use crate::{charts, check, frames};
 
 /// The most that a request for the log gets, in bytes.
 const MOST_LOG: u64 = 256 << 10;
 
-/// A run that the user may see, with its head.
-pub(crate) fn headed(app: &App, user: &secrets::User, id: &str) -> Result<(RunId, Head), ApiError> {
-    let (id, ..) = visible_run(app, user, id)?;
+/// A run that a user or guest may see, with its head.
+pub(crate) fn headed(app: &App, caller: &Caller, id: &str) -> Result<(RunId, Head), ApiError> {
+    let VisibleRun { id, .. } = visible_run(app, caller, id)?;
     let head = app.head(&id)?.ok_or_else(ApiError::not_found)?;
     Ok((id, head))
 }
@@ -30,12 +34,12 @@ pub(crate) fn headed(app: &App, user: &secrets::User, id: &str) -> Result<(RunId
 /// Does something with files of a run. Pieces that were joined since the head was read are looked for again.
 fn with_files<T>(
     app: &App,
-    user: &secrets::User,
+    caller: &Caller,
     id: &str,
     work: impl Fn(&RunId, &Head) -> Result<T, anyhow::Error>,
 ) -> Result<T, ApiError> {
     for _ in 0..3 {
-        let (id, head) = headed(app, user, id)?;
+        let (id, head) = headed(app, caller, id)?;
         match work(&id, &head) {
             Err(error)
                 if error
@@ -54,18 +58,30 @@ fn with_files<T>(
 #[derive(Deserialize)]
 pub(crate) struct LogQuery {
     from: Option<u64>,
+    attempt: Option<u64>,
 }
 
-/// The log of the solver from byte `from` on, the last 256 kB at most.
-#[utoipa::path(get, path = "/api/v1/runs/{run}/log", params(("run" = String, Path), ("from" = Option<u64>, Query)), responses((status = 200, body = Object)))]
+/// The report of a run from byte `from` on; with `attempt` the lines of that attempt as they come. The last 256 kB at most.
+#[utoipa::path(get, path = "/api/v1/runs/{run}/log", params(("run" = String, Path), ("from" = Option<u64>, Query), ("attempt" = Option<u64>, Query)),
+    responses((status = 200, body = Object)))]
 pub(crate) async fn run_log(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Anyone(caller): Anyone,
     Path(id): Path<String>,
     QueryParams(query): QueryParams<LogQuery>,
 ) -> Answer<Value> {
     blocking(move || {
-        with_files(&app, &user, &id, |id, head| {
+        if let Some(attempt) = query.attempt {
+            let run = visible_run(&app, &caller, &id)?;
+            let text = app
+                .store
+                .get(&format!("runs/{}/log/{attempt}.txt", run.id))?;
+            let text = text.unwrap_or_default();
+            return Ok(Json(
+                json!({"text": String::from_utf8_lossy(&text), "from": 0, "next": text.len()}),
+            ));
+        }
+        with_files(&app, &caller, &id, |id, head| {
             let Some(content) = Content::of(id, head, "run.log") else {
                 return Ok(Json(json!({"text": "", "from": 0, "next": 0})));
             };
@@ -92,11 +108,11 @@ pub(crate) async fn run_log(
 #[utoipa::path(get, path = "/api/v1/runs/{run}/tables", params(("run" = String, Path)), responses((status = 200, body = Vec<TableInfo>)))]
 pub(crate) async fn run_tables(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Anyone(caller): Anyone,
     Path(id): Path<String>,
 ) -> Answer<Vec<TableInfo>> {
     blocking(move || {
-        with_files(&app, &user, &id, |id, head| {
+        with_files(&app, &caller, &id, |id, head| {
             let mut tables = Vec::new();
             for name in head
                 .streams
@@ -126,12 +142,12 @@ pub(crate) struct ChartQuery {
     params(("run" = String, Path), ("file" = String, Query), ("column" = String, Query), ("name" = Option<String>, Query)))]
 pub(crate) async fn run_charts(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Anyone(caller): Anyone,
     Path(id): Path<String>,
     QueryParams(query): QueryParams<ChartQuery>,
 ) -> Answer<Chart> {
     blocking(move || {
-        let chart = with_files(&app, &user, &id, |id, head| {
+        let chart = with_files(&app, &caller, &id, |id, head| {
             let Some(content) = Content::of(id, head, &query.file) else {
                 return Ok(None);
             };
@@ -152,11 +168,11 @@ pub(crate) async fn run_charts(
 #[utoipa::path(get, path = "/api/v1/runs/{run}/frames", params(("run" = String, Path)), responses((status = 200, body = Object)))]
 pub(crate) async fn run_frames(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Anyone(caller): Anyone,
     Path(id): Path<String>,
 ) -> Answer<Value> {
     blocking(move || {
-        with_files(&app, &user, &id, |id, head| {
+        with_files(&app, &caller, &id, |id, head| {
             Ok(Json(frames::list(
                 &app.cache,
                 app.store.as_ref(),
@@ -188,7 +204,7 @@ fn most() -> usize {
     params(("run" = String, Path), ("k" = u32, Path), ("columns" = Option<String>, Query), ("most" = Option<u32>, Query), ("v" = Option<String>, Query)))]
 pub(crate) async fn run_frame(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Anyone(caller): Anyone,
     Path((id, k)): Path<(String, String)>,
     QueryParams(query): QueryParams<FrameQuery>,
 ) -> Result<Response, ApiError> {
@@ -206,8 +222,9 @@ pub(crate) async fn run_frame(
         ));
     }
     let most = query.most.clamp(1, 10_000_000);
+    let turn = turn(&app.frames, &caller).await?;
     let frame = blocking(move || {
-        with_files(&app, &user, &id, |id, head| {
+        with_files(&app, &caller, &id, |id, head| {
             frames::frame(&app.cache, app.store.as_ref(), id, head, k, &columns, most)
         })
     });
@@ -223,7 +240,7 @@ pub(crate) async fn run_frame(
             (header::CONTENT_TYPE, "application/octet-stream"),
             (header::CACHE_CONTROL, kept),
         ],
-        bytes,
+        holding(bytes, Arc::new(turn)),
     )
         .into_response())
 }
@@ -232,14 +249,14 @@ pub(crate) async fn run_frame(
 #[utoipa::path(get, path = "/api/v1/runs/{run}/frames/{k}/grains/{id}", params(("run" = String, Path), ("k" = u32, Path), ("id" = u32, Path)), responses((status = 200, body = Vec<Object>)))]
 pub(crate) async fn run_grain(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Anyone(caller): Anyone,
     Path((id, k, grain)): Path<(String, String, String)>,
 ) -> Answer<Value> {
     let (Ok(k), Ok(grain)) = (k.parse(), grain.parse()) else {
         return Err(ApiError::not_found());
     };
     blocking(move || {
-        let row = with_files(&app, &user, &id, |id, head| {
+        let row = with_files(&app, &caller, &id, |id, head| {
             frames::row(&app.cache, app.store.as_ref(), id, head, k, grain)
         })?;
         row.map(Json).ok_or_else(ApiError::not_found)
@@ -251,18 +268,20 @@ pub(crate) async fn run_grain(
 #[utoipa::path(get, path = "/api/v1/runs/{run}/frames/{k}/walls", params(("run" = String, Path), ("k" = u32, Path)), responses((status = 200, body = Object)))]
 pub(crate) async fn run_walls(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Anyone(caller): Anyone,
     Path((id, k)): Path<(String, String)>,
 ) -> Result<Response, ApiError> {
     let k: usize = k.parse().map_err(|_| ApiError::not_found())?;
-    let turn = app.views.take(user.id, user.share.is_some()).await?;
+    let held = turn(&app.frames, &caller).await?;
+    let turn = app.views.take(caller.turns()).await?;
     let walls = blocking(move || {
         let _turn = turn;
-        let walls = with_files(&app, &user, &id, |id, head| {
+        let walls = with_files(&app, &caller, &id, |id, head| {
             let folder = frames::folder(&app.cache, app.store.as_ref(), id, head)?;
             check::view(&app, &folder, Some(k))
         })?;
         walls.ok_or_else(ApiError::not_found)
     });
-    Ok(([(header::CONTENT_TYPE, "application/json")], walls.await?).into_response())
+    let walls = holding(walls.await?, Arc::new(held));
+    Ok(([(header::CONTENT_TYPE, "application/json")], walls).into_response())
 }

@@ -15,12 +15,12 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::{Answer, JsonBody, QueryParams, Shared};
-use crate::access::{ApiError, LoggedIn, not_logged_in};
+use crate::access::{Anyone, ApiError, LoggedIn, not_logged_in};
 use crate::db::MOST_ROWS;
-use crate::runs::{blocking, visible_run, with_life};
-use crate::secrets::{NewSecret, SecretKind};
+use crate::runs::{VisibleRun, blocking, visible_run, with_life};
+use crate::secrets::{Caller, NewSecret, SecretKind};
 use crate::state::App;
-use crate::{projects, runs, secrets};
+use crate::{inputs, projects, runs, secrets};
 
 #[derive(Deserialize)]
 pub(crate) struct ListQuery {
@@ -38,7 +38,7 @@ pub(crate) struct ListQuery {
         ("after" = Option<String>, Query, description = "`after` of the page before")))]
 pub(crate) async fn runs_list(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Anyone(caller): Anyone,
     QueryParams(query): QueryParams<ListQuery>,
 ) -> Answer<RunList> {
     if let Some(state) = &query.state
@@ -49,13 +49,13 @@ pub(crate) async fn runs_list(
             RunState::ALL.map(RunState::word).join(", "),
         ));
     }
-    if user.share.is_some() {
+    let Caller::User(user) = caller else {
         return Ok(Json(RunList {
             runs: Vec::new(),
             after: None,
             states: BTreeMap::new(),
         }));
-    }
+    };
     blocking(move || {
         let [state, label, text, after] =
             [&query.state, &query.label, &query.text, &query.after].map(Option::as_deref);
@@ -88,7 +88,7 @@ pub(crate) async fn runs_submit(
 ) -> Result<Response, ApiError> {
     let key = key_of(&headers)?;
     let id = runs::submit(&app, &user, body, key.as_deref()).await?;
-    let answer = blocking(move || answer(&app, &user, &id)).await?;
+    let answer = blocking(move || answer(&app, &Caller::User(user), &id)).await?;
     Ok((StatusCode::CREATED, Json(answer)).into_response())
 }
 
@@ -106,9 +106,14 @@ pub(super) fn key_of(headers: &HeaderMap) -> Result<Option<String>, ApiError> {
 }
 
 /// All of a run.
-fn answer(app: &App, user: &secrets::User, id: &str) -> Result<RunAnswer, ApiError> {
-    let (id, owner, _, row, spec) = visible_run(app, user, id)?;
-    let writable = !user.read_only && runs::may_change(app, user, owner, &row).is_ok();
+fn answer(app: &App, caller: &Caller, id: &str) -> Result<RunAnswer, ApiError> {
+    let VisibleRun { id, row, spec, .. } = visible_run(app, caller, id)?;
+    let writable = match caller {
+        Caller::User(user) if !user.read_only => {
+            runs::changeable_run(app, user, id.as_str()).is_ok()
+        }
+        _ => false,
+    };
     let head = app.head(&id)?.unwrap_or_default();
     let scene = runs::scene(app, &spec)?.text;
     let seen = app
@@ -120,7 +125,7 @@ fn answer(app: &App, user: &secrets::User, id: &str) -> Result<RunAnswer, ApiErr
         .map(|seen| seen.changed.elapsed().as_secs_f64());
     let late = app.db.policy().lost_when_gone();
     let mut row = with_life(app, row);
-    if user.share.is_some() {
+    if matches!(caller, Caller::Guest(_)) {
         // A link shows a run, not the users of the server, nor what they pay.
         row.owner.clear();
         (row.cost, row.saved, row.project) = (None, None, None);
@@ -140,10 +145,10 @@ fn answer(app: &App, user: &secrets::User, id: &str) -> Result<RunAnswer, ApiErr
 #[utoipa::path(get, path = "/api/v1/runs/{run}", params(("run" = String, Path)), responses((status = 200, body = RunAnswer)))]
 pub(crate) async fn run_get(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Anyone(caller): Anyone,
     Path(id): Path<String>,
 ) -> Answer<RunAnswer> {
-    blocking(move || Ok(Json(answer(&app, &user, &id)?))).await
+    blocking(move || Ok(Json(answer(&app, &caller, &id)?))).await
 }
 
 /// Changes title or label of a run.
@@ -155,10 +160,9 @@ pub(crate) async fn run_patch(
     JsonBody(body): JsonBody<Patch>,
 ) -> Answer<RunAnswer> {
     blocking(move || {
-        let (_, owner, _, row, _) = visible_run(&app, &user, &id)?;
-        runs::may_change(&app, &user, owner, &row)?;
+        let run = runs::changeable_run(&app, &user, &id)?;
         if let Some(project) = &body.project {
-            if owner != user.id {
+            if run.owner != user.id {
                 return Err(ApiError::new(
                     StatusCode::FORBIDDEN,
                     "not allowed",
@@ -173,12 +177,12 @@ pub(crate) async fn run_patch(
             runs::checked_text(what, text.as_deref().unwrap_or_default())?;
         }
         app.db.patch(
-            &id,
+            run.id.as_str(),
             body.title.as_deref(),
             body.label.as_deref(),
             body.project.as_deref(),
         )?;
-        Ok(Json(answer(&app, &user, &id)?))
+        Ok(Json(answer(&app, &Caller::User(user), &id)?))
     })
     .await
 }
@@ -190,7 +194,11 @@ pub(crate) async fn run_delete(
     LoggedIn(user): LoggedIn,
     Path(id): Path<String>,
 ) -> Result<StatusCode, ApiError> {
-    blocking(move || runs::delete(&app, &user, &id).map(|()| StatusCode::NO_CONTENT)).await
+    blocking(move || {
+        runs::delete(&app, &runs::changeable_run(&app, &user, &id)?)?;
+        Ok(StatusCode::NO_CONTENT)
+    })
+    .await
 }
 
 async fn changed(
@@ -200,8 +208,8 @@ async fn changed(
     event: RunEvent,
 ) -> Answer<RunAnswer> {
     blocking(move || {
-        runs::change(&app, &user, &id, &event)?;
-        Ok(Json(answer(&app, &user, &id)?))
+        runs::change(&app, &runs::changeable_run(&app, &user, &id)?, &event)?;
+        Ok(Json(answer(&app, &Caller::User(user), &id)?))
     })
     .await
 }
@@ -245,7 +253,7 @@ pub(crate) async fn run_extend(
     JsonBody(body): JsonBody<Extend>,
 ) -> Answer<RunAnswer> {
     runs::extend(&app, &user, &id, body.end).await?;
-    blocking(move || Ok(Json(answer(&app, &user, &id)?))).await
+    blocking(move || Ok(Json(answer(&app, &Caller::User(user), &id)?))).await
 }
 
 /// Scene, files and settings for a new run like this one, to be changed and submitted.
@@ -256,11 +264,14 @@ pub(crate) async fn run_clone(
     Path(id): Path<String>,
 ) -> Answer<Submit> {
     blocking(move || {
-        let (_, _, _, row, spec) = visible_run(&app, &user, &id)?;
+        let caller = Caller::User(user.clone());
+        let VisibleRun { row, spec, .. } = visible_run(&app, &caller, &id)?;
         let scene: Scene = runs::scene(&app, &spec)?;
         // Files of a run that one may see are files that one may use.
         for file in spec.files.values() {
-            app.db.add_input(&file.sha256, user.id, file.bytes)?;
+            // A content that this run named, until now.
+            let gone = || Err(ApiError::not_found());
+            inputs::add(&app, user.id, &file.sha256, file.bytes, gone)?;
         }
         let label = (!row.label.is_empty()).then_some(row.label);
         Ok(Json(Submit {
@@ -287,15 +298,14 @@ pub(crate) async fn run_share(
 ) -> Answer<Value> {
     let days = days(body.days)?;
     blocking(move || {
-        let (id, owner, _, row, _) = visible_run(&app, &user, &id)?;
-        runs::may_change(&app, &user, owner, &row)?;
+        let run = runs::changeable_run(&app, &user, &id)?;
         let share = NewSecret {
             kind: SecretKind::Share,
-            user: owner,
+            user: run.owner,
             right: user.right(),
-            root: user.root.filter(|_| user.id == owner),
+            root: user.root,
             name: "share",
-            run: Some(id.as_str()),
+            run: Some(run.id.as_str()),
             days,
             read_only: true,
         };
@@ -322,13 +332,13 @@ pub(crate) fn days(days: u32) -> Result<f64, ApiError> {
 #[utoipa::path(get, path = "/api/v1/runs/{run}/attempts", params(("run" = String, Path)), responses((status = 200, body = Vec<Attempt>)))]
 pub(crate) async fn run_attempts(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Anyone(caller): Anyone,
     Path(id): Path<String>,
 ) -> Answer<Vec<Attempt>> {
     blocking(move || {
-        visible_run(&app, &user, &id)?;
+        visible_run(&app, &caller, &id)?;
         let mut attempts = app.db.attempts(&id)?;
-        if user.share.is_some() {
+        if matches!(caller, Caller::Guest(_)) {
             for attempt in &mut attempts {
                 (attempt.cost, attempt.machine) = (None, String::new());
             }
@@ -348,12 +358,12 @@ pub(crate) struct AfterQuery {
 #[utoipa::path(get, path = "/api/v1/runs/{run}/events", params(("run" = String, Path), ("after" = Option<i64>, Query)), responses((status = 200, body = Object)))]
 pub(crate) async fn run_events(
     State(app): Shared,
-    LoggedIn(user): LoggedIn,
+    Anyone(caller): Anyone,
     Path(id): Path<String>,
     QueryParams(query): QueryParams<AfterQuery>,
 ) -> Answer<Value> {
     blocking(move || {
-        visible_run(&app, &user, &id)?;
+        visible_run(&app, &caller, &id)?;
         Ok(Json(
             json!({"events": app.db.events(None, Some(&id), query.after)?}),
         ))

@@ -15,11 +15,11 @@ use cloud_store::Hashing;
 use tokio_stream::StreamExt;
 
 use super::{Answer, JsonBody, Shared};
-use crate::access::{ApiError, LoggedIn, not_logged_in};
-use crate::check;
+use crate::access::{Anyone, ApiError, LoggedIn, not_logged_in};
 use crate::db::{Forgotten, Reserved};
 use crate::runs::{blocking, full};
 use crate::state::App;
+use crate::{check, inputs};
 
 /// The largest input, in bytes.
 const LARGEST_INPUT: u64 = 2 << 30;
@@ -86,17 +86,17 @@ impl Reservation {
                     return Err(full(&usage, more));
                 }
                 Reserved::Full(_) => {}
-                Reserved::NoUser => return Err(not_logged_in()),
+                Reserved::NoUser | Reserved::NoInput => return Err(not_logged_in()),
             }
         }
         Ok(self)
     }
 
     /// The content has come whole.
-    fn keep(mut self, sha256: &str, bytes: u64) -> Result<(), ApiError> {
+    fn keep(mut self, sha256: &str, bytes: u64) -> rusqlite::Result<Reserved<()>> {
         let reserved = std::mem::take(&mut self.bytes);
         let input = Some((sha256, bytes));
-        Ok(self.app.db.end_upload(self.user, reserved, input)?)
+        self.app.db.end_upload(self.user, reserved, input)
     }
 }
 
@@ -174,11 +174,13 @@ pub(crate) async fn input_put(
         ));
     }
     blocking(move || {
-        let key = format!("inputs/{sha256}");
-        if app.store.bytes(&key)?.is_none() {
+        let put = || {
+            let key = inputs::key(&sha256);
             app.store.put_file(&key, &mut file, 0..bytes)?;
-        }
-        reservation.keep(&sha256, bytes)?;
+            Ok(())
+        };
+        let record = || reservation.keep(&sha256, bytes);
+        inputs::keep(&app, &sha256, bytes, put, record)?;
         Ok(StatusCode::CREATED)
     })
     .await
@@ -190,9 +192,6 @@ pub(crate) async fn input_list(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
 ) -> Answer<Vec<InputRow>> {
-    if user.share.is_some() {
-        return Err(ApiError::not_found());
-    }
     blocking(move || Ok(Json(app.db.inputs(user.id)?))).await
 }
 
@@ -203,27 +202,20 @@ pub(crate) async fn input_remove(
     LoggedIn(user): LoggedIn,
     Path(sha256): Path<String>,
 ) -> Result<StatusCode, ApiError> {
-    blocking(move || match app.db.remove_input(&sha256, user.id)? {
+    blocking(move || match inputs::take(&app, user.id, &sha256)? {
         Forgotten::Missing => Err(ApiError::not_found()),
         Forgotten::Named => Err(ApiError::new(
             StatusCode::CONFLICT,
             "the input is in use",
             "A run names it. It goes with the last of them.",
         )),
-        Forgotten::Row => Ok(StatusCode::NO_CONTENT),
-        Forgotten::Content => {
-            app.store.delete(&format!("inputs/{sha256}"))?;
-            Ok(StatusCode::NO_CONTENT)
-        }
+        Forgotten::Done => Ok(StatusCode::NO_CONTENT),
     })
     .await
 }
 
 /// Scenes to start from.
 #[utoipa::path(get, path = "/api/v1/templates", responses((status = 200, body = Vec<Template>)))]
-pub(crate) async fn template_list(
-    State(app): Shared,
-    LoggedIn(_): LoggedIn,
-) -> Answer<Vec<Template>> {
+pub(crate) async fn template_list(State(app): Shared, Anyone(_): Anyone) -> Answer<Vec<Template>> {
     Ok(Json(app.templates.clone()))
 }
