@@ -113,3 +113,41 @@ impl ParticleProperty {
         value.to_bits() != self.default.to_bits()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    /// The page of frames has a row for each property, in the order of files, between the torque and the liquid.
+    #[test]
+    fn the_page_of_frames_has_the_properties() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/formats/frames.md");
+        let page = std::fs::read_to_string(&path).expect("the page can be read");
+        let begin = page.find("| `tx ty tz`").expect("the torque has a row");
+        let begin = begin + page[begin..].find('\n').expect("the row ends") + 1;
+        let end = page
+            .find("| `liquid_volume`")
+            .expect("the liquid has a row");
+        let row = |property: &ParticleProperty| {
+            let (name, unit) = (property.name, property.unit_of_frames());
+            format!(
+                "| `{name}` (optional) | float64 | {unit} | {} |\n",
+                property.meaning
+            )
+        };
+        let rows: String = PARTICLE_PROPERTIES.iter().map(row).collect();
+        if std::env::var_os("MERCURY_BLESS").is_some() {
+            let written = format!("{}{rows}{}", &page[..begin], &page[end..]);
+            std::fs::write(&path, written).expect("the page can be written");
+        } else {
+            assert_eq!(
+                page[begin..end],
+                rows,
+                "{} is behind the properties; MERCURY_BLESS=1 cargo test -p common --lib particle_properties writes them",
+                path.display()
+            );
+        }
+    }
+}
