@@ -194,6 +194,72 @@ position = [{place:?}, 0.0, 0.0]
     }
 }
 
+/// The critical step counts the slope of the force: A R*/(3 z0³) of van der Waals forces, k_a of a linear branch, and the larger radius of `jkr`.
+#[test]
+fn the_critical_step_counts_adhesion() {
+    let text = |adhesion: &str, step: &str| {
+        format!(
+            r#"
+time = {{ end = 1.0, step = {step} }}
+domain = {{ min = [-1e-2, -1e-2, -1e-2], max = [1e-2, 1e-2, 1e-2] }}
+output = {{ interval = 1.0 }}
+[materials.fine]
+density = 1500.0
+normal = {{ law = "hertz", youngs_modulus = 1e8, poisson_ratio = 0.3, restitution = 1.0 }}
+{adhesion}
+[[particles]]
+material = "fine"
+radius = 1e-4
+position = [0.0, 0.0, 0.0]
+velocity = [0.01, 0.0, 0.0]
+[[particles]]
+material = "fine"
+radius = 1e-4
+position = [3e-4, 0.0, 0.0]
+"#
+        )
+    };
+    let planned = |adhesion: &str, step: &str| {
+        let text = text(adhesion, step);
+        let scene = parse_scene_with(
+            &law_keys(),
+            Path::new("t.toml"),
+            &text,
+            &[],
+            Files::Unchecked,
+        );
+        plan(&scene.unwrap_or_else(|errors| panic!("{errors}")))
+    };
+    let critical = |adhesion: &str| {
+        let plan = planned(adhesion, "\"auto\"").unwrap_or_else(|errors| panic!("{errors}"));
+        let limit = plan.notes().step().critical.clone();
+        limit.expect("the two can meet")
+    };
+    let (mass, radius) = (0.5 * MASS, 5e-5);
+    let van_der_waals = r#"adhesion = { law = "van-der-waals", hamaker = 6.5e-20, separation = 4e-10, range = 1e-8 }"#;
+    let linear = r#"adhesion = { law = "reversible", force = 1e-4, stiffness = 1e4 }"#;
+    for (adhesion, stiffness) in [
+        (van_der_waals, 6.5e-20 * radius / (3.0 * 4e-10f64.powi(3))),
+        (linear, 1e4),
+    ] {
+        let limit = critical(adhesion);
+        let expected = 2.0 * (mass / stiffness).sqrt();
+        assert!(
+            (limit.time / expected - 1.0).abs() < 1e-9,
+            "{adhesion}: {limit:?}, {expected}"
+        );
+        assert_eq!(limit.part, "adhesion");
+        // A step that is too long is refused, with a way out.
+        let step = format!("{:e}", 2.0 * expected);
+        let errors = planned(adhesion, &step).unwrap_err().to_string();
+        assert!(errors.contains("soften the adhesion"), "{errors}");
+    }
+    let sticky = critical(r#"adhesion = { law = "jkr", work_of_adhesion = 0.05 }"#);
+    let smooth = critical("");
+    assert!(sticky.time < smooth.time, "{sticky:?}, {smooth:?}");
+    assert_eq!(sticky.part, "normal");
+}
+
 /// Messages of what cannot be, all at once.
 #[test]
 fn mistakes_are_named() {

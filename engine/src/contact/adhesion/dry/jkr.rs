@@ -184,7 +184,8 @@ impl Jkr {
         speed: f64,
     ) -> (SpringAndDashpot, f64) {
         let zero_radius = self.zero_radius(effective_radius);
-        let unit = self.effective_modulus * zero_radius.powi(5) / effective_radius.powi(2);
+        let overlap = zero_radius * zero_radius / effective_radius;
+        let unit = self.effective_modulus * zero_radius * overlap * overlap;
         let energy = 0.5 * effective_mass * speed * speed / unit;
         let stored = |t: f64| {
             let (t3, t4) = (t * t * t, t * t * t * t);

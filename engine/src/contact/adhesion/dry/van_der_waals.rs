@@ -59,6 +59,7 @@ impl VanDerWaals {
 
     /// Its steepest slope, A R*/(3 z₀³) at the touch, N/m, for R* (m).
     pub(super) fn stiffness(&self, effective_radius: f64) -> f64 {
-        self.hamaker * effective_radius / (3.0 * self.separation.powi(3))
+        let separation = self.separation;
+        self.hamaker * effective_radius / (3.0 * separation * separation * separation)
     }
 }
