@@ -109,8 +109,8 @@ pub(super) static BONDS: TableKeys = TableKeys::new(&[&[
     key("walls", Kind::List("", &Kind::Text), "[\"plate\"]", "names of walls to which particles are glued too").absent(Absent::EmptyList),
     key("radius_ratio", positive(""), "0.8", "radius of the section, over the smaller radius of the pair").or(1.0),
     key("damping", non_negative(""), "0.05", "fraction of critical damping of each mode").or(0.0),
-    key("tensile_strength", positive("Pa"), "1e6", "tension with bending, T/A + |M| r/I, at which the bond breaks").or_open("never"),
-    key("shear_strength", positive("Pa"), "1e6", "shear with torsion, |V|/A + |M_t| r/J, at which the bond breaks").or_open("never"),
+    key("tensile_strength", positive("Pa"), "1e6", "tension with bending, T/A + M r/I, at which the bond breaks").or_open("never"),
+    key("shear_strength", positive("Pa"), "1e6", "shear with torsion, V/A + M_t r/J, at which the bond breaks").or_open("never"),
     key("strength_spread", non_negative(""), "0.2", "coefficient of variation of both strengths, which are lognormal by the seed and the pair").or(0.0),
     key("contact", Kind::Flag, "false", "`true`: the contact law acts where the pair overlaps more than when it was glued; `false`: not before the bond breaks").or_flag(true),
 ], INTERVAL]).with_variants(Variants::Word {

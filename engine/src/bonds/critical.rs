@@ -26,7 +26,7 @@ pub struct SmallestGrain {
     pub density: f64,
 }
 
-/// What is known of bonds before a run.
+/// Findings about bonds before a run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BondedStart {
     /// Bonds of the start, by entry.

@@ -13,7 +13,7 @@ use crate::physics::{FeaturePlan, Plans, Setup};
 use crate::state::{Particles, Pieces, Plain, Row, Unpaired};
 use crate::step::{Core, CriticalStep, Leaving, Part, RunError, SizeEstimate};
 
-/// What became of the bonds of an entry.
+/// Counts of the bonds of an entry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct BondCounts {
     /// Glued since the start.
@@ -68,7 +68,7 @@ pub struct Bonds {
     last_powers: [f64; 2],
     /// Time of the present step, s.
     time: f64,
-    /// What the contact loop is given of `offsets`.
+    /// Offsets as the contact loop reads them.
     informed: OverlapOffsets,
     /// Pairs that may touch by the present list; only where touches are glued.
     candidates: Vec<Candidate>,
@@ -307,7 +307,7 @@ impl Bonds {
         &self.all
     }
 
-    /// What became of the bonds of each entry.
+    /// Counts of the bonds of each entry.
     #[must_use]
     pub fn counts(&self) -> &[BondCounts] {
         &self.counts

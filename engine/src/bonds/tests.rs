@@ -488,7 +488,7 @@ fn close_to(found: f64, expected: f64, tolerance: f64) {
     );
 }
 
-/// What the damping takes is what is missing.
+/// Damping and breaks take the energy that is missing.
 #[test]
 fn the_budget_closes_with_damping_and_breaks() {
     let plan = BondPlan {

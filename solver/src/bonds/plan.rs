@@ -128,7 +128,7 @@ fn walls_of(name: &Located<String>, walls: &[Wall], errors: &mut Vec<SceneError>
     found
 }
 
-/// What the bonds glue at the start, and their largest stable step. An entry that glues nothing at the start is an error.
+/// Pairs that the bonds glue at the start, and the largest stable step. An entry that glues nothing at the start is an error.
 pub(crate) fn bonded_start(
     scene: &Scene,
     plans: &[BondPlan],
