@@ -23,9 +23,9 @@ fn files_of_bonds_agree() {
     assert_eq!(count("glue", "made"), 150 + 2 * 6 * 4 * 5);
     assert!(count("glue", "broken") > 0 && count("foot", "made") > 0);
 
-    let bonds = BondReader::open(&path("glued.bonds.arrow")).unwrap();
+    let bonds = BondReader::open(path("glued.bonds.arrow")).unwrap();
     assert_eq!(bonds.layout().0, ["glue", "foot"]);
-    let particles = ParticleReader::open(&path("glued.particles.arrow")).unwrap();
+    let particles = ParticleReader::open(path("glued.particles.arrow")).unwrap();
     let frames = bonds.frames().len();
     assert_eq!(frames, particles.frames().len());
     let last = bonds.frame(frames - 1).unwrap();

@@ -12,7 +12,9 @@ use mercury_common::particle_properties::FILM_VOLUME;
 use mercury_engine::bodies::{Clump, NewBody};
 use mercury_engine::cell::Cell;
 use mercury_engine::forces::{Observation, Partner, Watch};
-use mercury_engine::membrane::{Elasticity, Law, Load, MembranePlan, Sheet, Topology};
+use mercury_engine::membrane::{
+    Elasticity, HoldCourse, HoldPlan, Law, Load, MembranePlan, Sheet, Topology,
+};
 use mercury_engine::state::{MaterialIndex, StartValues};
 use mercury_engine::step::{Engine, Snapshot};
 use mercury_engine::surface::{Faces, SurfacePlan};
@@ -72,6 +74,23 @@ fn limp(surface: SurfacePlan) -> MembranePlan {
         load: Load::Given(Vec::new()),
         first_volume: 0.0,
         holds: Vec::new(),
+    }
+}
+
+/// A sheet that its only hold carries with this velocity, m/s.
+fn carried(mut surface: SurfacePlan, velocity: DVec3) -> MembranePlan {
+    surface.masses.fill(f64::INFINITY);
+    let vertices = (0..surface.vertices.len() as u32).collect();
+    let hold = HoldPlan {
+        name: "all".to_owned(),
+        vertices,
+        ramp: HoldCourse::Velocity(velocity.to_array().map(Some)),
+        from: 0.0,
+        until: f64::INFINITY,
+    };
+    MembranePlan {
+        holds: vec![hold],
+        ..limp(surface)
     }
 }
 
@@ -680,13 +699,11 @@ fn fast_sheets_meet_resting_particles() {
     for at in &mut sheet.vertices {
         *at += dvec3(-0.01, -0.01, -0.01);
     }
-    // Held vertices move with their velocity.
-    sheet.masses.fill(f64::INFINITY);
-    let plan = Setup::default().plan(balls, vec![sheet]);
+    let plan = Setup::default().plan_of(|draft| {
+        draft.particles = balls;
+        draft.plans.insert(carried(sheet, dvec3(0.0, 0.0, 10.0)));
+    });
     let mut engine = Engine::new(plan, 1).unwrap();
-    for velocity in &mut engine.domain.surfaces[0].velocities {
-        *velocity = dvec3(0.0, 0.0, 10.0);
-    }
     engine.steps_at_once(700, None).unwrap();
     let front = engine.surfaces()[0].positions[0].z;
     assert!(front > 0.05);
@@ -707,15 +724,15 @@ fn a_sheet_far_away_wears_no_list_out() {
         for at in &mut sheet.vertices {
             *at += dvec3(-0.01, -0.01, height);
         }
-        sheet.masses.fill(f64::INFINITY);
         let setup = Setup {
             periodic,
             ..Setup::default()
         };
-        let mut engine = Engine::new(setup.plan(balls.clone(), vec![sheet]), 1).unwrap();
-        engine.domain.surfaces[0]
-            .velocities
-            .fill(dvec3(0.0, 0.0, 10.0));
+        let plan = setup.plan_of(|draft| {
+            draft.particles = balls.clone();
+            draft.plans.insert(carried(sheet, dvec3(0.0, 0.0, 10.0)));
+        });
+        let mut engine = Engine::new(plan, 1).unwrap();
         let start = engine.list_statistics().0;
         // It goes 0.1 m; the skin of balls at rest is a few hundredths of their millimetre.
         engine.steps_at_once(1000, None).unwrap();
@@ -944,7 +961,6 @@ fn a_sheet_takes_a_bridge_apart() {
     };
     let (radius, film) = (1e-3, 1e-12);
     let mut sheet = square(4, 0.02, 0.0, 0);
-    sheet.masses.fill(f64::INFINITY);
     for at in &mut sheet.vertices {
         *at += dvec3(0.002, -0.01, 0.0);
     }
@@ -955,16 +971,13 @@ fn a_sheet_takes_a_bridge_apart() {
                 ball(at, radius, DVec3::ZERO, DVec3::ZERO)
             })
             .to_vec();
-        draft.plans.insert(limp(sheet));
+        draft.plans.insert(carried(sheet, dvec3(-2.0, 0.0, 0.0)));
         draft.start_values.push(StartValues {
             particles: vec![(0, film), (1, film)],
             ..StartValues::new(&FILM_VOLUME)
         });
     });
     let mut engine = Engine::new(plan, 1).unwrap();
-    engine.domain.surfaces[0]
-        .velocities
-        .fill(dvec3(-2.0, 0.0, 0.0));
     let films = |engine: &Engine| -> f64 {
         let films = engine.particles.columns.get(FILM_VOLUME.name).unwrap();
         films.iter().sum()
