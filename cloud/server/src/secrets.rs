@@ -93,7 +93,7 @@ pub(crate) enum Caller {
 pub(crate) struct Guest {
     /// The run.
     pub(crate) run: String,
-    /// The user to whom the run belongs.
+    /// The owner of the run.
     pub(crate) owner: i64,
     /// Number of the secret that the request has.
     pub(crate) secret: i64,

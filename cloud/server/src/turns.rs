@@ -14,7 +14,7 @@ const RETRY: u64 = 5;
 /// A user, and whether it is a link to one run of that user.
 pub(crate) type OfUser = (i64, bool);
 
-/// Turns of one kind of work. One who takes all of theirs leaves those of others.
+/// Turns of one kind of work. A user that takes all of its turns leaves those of others.
 pub(crate) struct Turns<K = OfUser> {
     all: Arc<Semaphore>,
     most_each: usize,

@@ -136,12 +136,6 @@ pub(super) fn read(item: &Item<'_>) -> Option<Bonds> {
     let fields = item.open(&BONDS)?;
     let law = read_law(&fields);
     let when: BondTime = fields.read("when");
-    match when {
-        BondTime::Start => ["from", "until"]
-            .iter()
-            .for_each(|key| fields.excluded(key, "when = \"start\"")),
-        BondTime::Contact => fields.excluded("reach", "when = \"contact\""),
-    }
     let between: Option<Pair> = fields.read("between");
     let (from, until) = interval(&fields);
     let tensile_strength = fields.read("tensile_strength");

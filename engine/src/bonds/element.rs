@@ -4,7 +4,9 @@
 //! ends. With the rotations a and b of the ends against that frame (a rotation vector each, from what they were at the gluing), m = (a + b)/2 across t
 //! and d = b - a:
 //!
-//!     tension N = k_n (L - L0),  torsion M_t = k_t d.t,  bending couple k_b d across t,  shear force V = k_s L0 m
+//! ```text
+//! tension N = k_n (L - L0),  torsion M_t = k_t d.t,  bending couple k_b d across t,  shear force V = k_s L0 m
+//! ```
 //!
 //! The ends feel couples k_b d - k_s L0^2 m/2 and -k_b d - k_s L0^2 m/2 across t, and the forces that balance them, so that momentum and angular
 //! momentum are kept. With k_s = 12 E I/(L0^3 (1 + Phi)) and k_b = E I/L0 this is Timoshenko's exact element (Przemieniecki 1968, section 5.6):

@@ -57,6 +57,23 @@ fn plan_one(
     warnings: &mut Vec<String>,
     errors: &mut Vec<SceneError>,
 ) -> BondPlan {
+    // Keys of the other time of gluing would do nothing.
+    let given = match entry.when {
+        BondTime::Start => [
+            (*entry.from > 0.0).then_some(&entry.from),
+            entry.until.as_ref(),
+        ],
+        BondTime::Contact => [entry.reach.as_ref(), None],
+    };
+    let when = match entry.when {
+        BondTime::Start => "start",
+        BondTime::Contact => "contact",
+    };
+    for key in given.into_iter().flatten() {
+        errors.push(key.error(format!(
+            "cannot be given together with `when = \"{when}\"`: choose one"
+        )));
+    }
     let strength =
         |strength: &Option<Located<f64>>| strength.as_deref().copied().unwrap_or(f64::INFINITY);
     let strengths = [&entry.tensile_strength, &entry.shear_strength].map(strength);
