@@ -182,7 +182,7 @@ pub(super) fn cases() -> Vec<Case> {
             || agglomerates().1 as f64,
         ),
         Case::new(
-            "T31 engine: share of bonds broken at 6 m/s",
+            "T31 engine: share of bonds broken at 4.6 m/s",
             1.0,
             // More than 0.6 of them.
             Absolute(0.4),
