@@ -89,6 +89,7 @@ pub(super) struct Surroundings<'a> {
 
 impl Surroundings<'_> {
     /// Orientation of a particle, or of the body of a pebble.
+    #[inline]
     fn orientation(&self, row: usize) -> DQuat {
         let particles = self.particles;
         if let Some(bodies) = &particles.bodies
@@ -172,6 +173,7 @@ impl Bond {
     }
 
     /// Ends as they are, at velocities that are half a step older.
+    #[inline]
     pub(super) fn ends(&self, around: &Surroundings<'_>) -> Ends {
         let records = &around.particles.records;
         let [row, other] = self.rows.map(|row| row as usize);
@@ -211,11 +213,12 @@ impl Bond {
 
     /// How it breaks now, if it does: by the stress that is more over its strength.
     pub(super) fn breaks(&self) -> Option<BreakMode> {
-        let [tension, shear] = [0, 1].map(|k| self.now.stresses[k] / self.strengths[k]);
+        let ([tension, shear], strengths) = (self.now.stresses, self.strengths);
         // An end that is not a number is found by the step.
-        if tension.max(shear) < 1.0 || self.strengths == [f64::INFINITY; 2] {
+        if !(tension >= strengths[0] || shear >= strengths[1]) {
             return None;
         }
+        let (tension, shear) = (tension / strengths[0], shear / strengths[1]);
         Some(if tension >= shear {
             BreakMode::Tension
         } else {

@@ -205,10 +205,12 @@ impl Element {
     }
 
     /// Loads on the ends.
+    #[inline]
     #[must_use]
     pub fn act(&self, ends: &Ends) -> Action {
         let length = ends.branch.length();
-        let axis = ends.branch / length;
+        let per_length = 1.0 / length;
+        let axis = ends.branch * per_length;
         let [a, b] = rotations_in_frame(axis, ends.rotations);
         let Modes {
             normal,
@@ -234,10 +236,12 @@ impl Element {
         let section = Section {
             radius: self.radius,
         };
-        let (area, moment) = (section.area(), section.moment());
+        // r/I = 4/(A r).
+        let per_area = 1.0 / section.area();
+        let per_moment = per_area * (4.0 / self.radius);
         let stresses = [
-            tension / area + bending_moment * self.radius / moment,
-            balance.length() / (length * area) + torque.abs() * self.radius / (2.0 * moment),
+            tension * per_area + bending_moment * per_moment,
+            balance.length() * (per_length * per_area) + torque.abs() * (0.5 * per_moment),
         ];
         let energy = 0.5
             * (normal * stretch * stretch
@@ -311,6 +315,7 @@ impl Rates {
 }
 
 /// Loads of a tension (N), a torsion (N m), a bending couple on A, and the sum of the couples on both ends across the axis, which forces balance.
+#[inline]
 fn assemble(
     (axis, length): (DVec3, f64),
     (tension, torque): (f64, f64),
@@ -325,31 +330,46 @@ fn assemble(
 }
 
 /// Rotation vectors of both ends against the frame of the element, rad.
+///
+/// The mean of two rotations p and q is the middle of the turn from one to the other: with r the half of that turn, p is the mean turned back by r, q the
+/// mean turned on by r. The frame of the mean is turned the shortest way, o, onto the axis; against it the ends are r* o* and r o*, whose parts are
+/// computed once.
+#[inline]
 fn rotations_in_frame(axis: DVec3, [first, second]: [DQuat; 2]) -> [DVec3; 2] {
     // A rotation is two quaternions: those on one side.
-    let second = if first.dot(second) < 0.0 {
-        -second
-    } else {
-        second
-    };
-    let mean = (first + second).normalize();
-    // The frame of the mean is turned the shortest way onto the axis.
-    let carried = mean * DVec3::X;
+    let cosine = first.dot(second);
+    let side = if cosine < 0.0 { -1.0 } else { 1.0 };
+    let (cosine, second) = (cosine * side, second * side);
+    let turn = second * first.conjugate();
+    // cos of the half of the half turn, from that of the half.
+    let half = (0.5 * (1.0 + cosine)).sqrt();
+    let r = DVec3::new(turn.x, turn.y, turn.z) * (0.5 / half);
+    // The first axis turned by the mean, whose square is 2 + 2 cosine before it is divided by its length.
+    let DQuat { x, y, z, w } = first + second;
+    let carried = DVec3::new(
+        (w * w - z * z) + (x * x - y * y),
+        2.0 * (x * y + w * z),
+        2.0 * (x * z - w * y),
+    ) * (0.5 / (1.0 + cosine));
     // Bent by half a turn, no way is the shortest: any is as good.
     let real = (1.0 + carried.dot(axis)).max(1e-12);
-    let turn = carried.cross(axis);
-    let onto = DQuat::from_xyzw(turn.x, turn.y, turn.z, real).normalize();
-    let back = (onto * mean).conjugate();
-    [first, second].map(|end| rotation_vector(end * back))
+    let scale = 1.0 / (2.0 * real).sqrt();
+    let (o, real) = (carried.cross(axis) * scale, real * scale);
+    let along = r.dot(o);
+    let (common, own) = (o * half, r * real - r.cross(o));
+    [
+        rotation_vector(half * real - along, -own - common),
+        rotation_vector(half * real + along, own - common),
+    ]
 }
 
-/// Rotation vector (rad) of a quaternion with a positive real part: 2 asin(s)/s times its vector of length s, by its series.
+/// Rotation vector (rad) of a quaternion: 2 asin(s)/s times its vector of length s, by its series.
 /// Off by 1e-7 of itself for turns of 0.7 rad, by 1e-4 of 1.7 rad.
-fn rotation_vector(turn: DQuat) -> DVec3 {
-    let vector = DVec3::new(turn.x, turn.y, turn.z);
-    let vector = if turn.w < 0.0 { -vector } else { vector };
+#[inline]
+fn rotation_vector(real: f64, vector: DVec3) -> DVec3 {
     let s = vector.length_squared();
-    vector * (2.0 + s * (1.0 / 3.0 + s * (3.0 / 20.0 + s * (5.0 / 56.0 + s * (35.0 / 576.0)))))
+    let factor = 2.0 + s * (1.0 / 3.0 + s * (3.0 / 20.0 + s * (5.0 / 56.0 + s * (35.0 / 576.0))));
+    vector * if real < 0.0 { -factor } else { factor }
 }
 
 crate::state::plain!(Modes {

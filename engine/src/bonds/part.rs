@@ -1,6 +1,7 @@
 //! The bonds in a step.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
 
@@ -189,14 +190,20 @@ impl Part for Bonds {
     fn add_loads(&mut self, core: &mut Core) {
         let parallel = rayon::current_thread_index().is_some();
         let around = surroundings(core);
-        change_each(&mut self.all, parallel, |_, bond| bond.act(&around));
         let walls = around.walls;
-        let broken = self.break_where(&core.particles, |bond| {
-            if bond.is_wall && !walls[bond.rows[1] as usize].state.present {
-                return Some(BreakMode::Deletion);
+        let breaks = |bond: &Bond| match bond.is_wall && !walls[bond.rows[1] as usize].state.present
+        {
+            true => Some(BreakMode::Deletion),
+            false => bond.breaks(),
+        };
+        let any = AtomicBool::new(false);
+        change_each(&mut self.all, parallel, |_, bond| {
+            bond.act(&around);
+            if breaks(bond).is_some() {
+                any.store(true, Ordering::Relaxed);
             }
-            bond.breaks()
         });
+        let broken = any.into_inner() && self.break_where(&core.particles, breaks);
         for bond in &self.all {
             let [row, other] = bond.rows.map(|row| row as usize);
             let loads = &mut core.particles.loads;
