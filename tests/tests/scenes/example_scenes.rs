@@ -97,13 +97,13 @@ fn the_scene_beside_a_script_of_another_code_is_a_whole_one() {
     );
 }
 
-/// Sixteen pictures, all there and small, and each chapter with its commands and files that are there.
+/// Nineteen pictures, all there and small, and each chapter with its commands and files that are there.
 #[test]
 fn the_gallery_is_whole() {
     let docs = folder().join("../docs");
     let text = std::fs::read_to_string(docs.join("gallery.md")).expect("the page is there");
     let chapters: Vec<&str> = text.split("\n## ").skip(1).collect();
-    assert_eq!(chapters.len(), 16);
+    assert_eq!(chapters.len(), 19);
     for chapter in chapters {
         let title = chapter.lines().next().unwrap_or_default();
         assert!(chapter.contains("```sh\nmercury-"), "{title}: no command");
