@@ -82,7 +82,7 @@ impl Tries {
         }
     }
 
-    /// Forgets the wrong tries of a user who has logged in.
+    /// Forgets the wrong tries of a user after a login.
     pub(crate) fn forget(&self, address: IpAddr, name: &str) {
         self.lock().remove(&(address, name.to_owned()));
     }

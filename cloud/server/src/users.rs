@@ -154,7 +154,7 @@ pub(crate) fn may_be_removed(
     })
 }
 
-/// Removes a user who has no run, with all secrets and inputs. Returns the inputs.
+/// Removes a user without runs, with all secrets and inputs. Returns the inputs.
 /// `by`: the administrator, and what allows the request.
 pub(crate) fn remove_user(
     db: &Db,

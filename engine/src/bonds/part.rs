@@ -1,5 +1,6 @@
 //! The bonds in a step.
 
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -368,6 +369,10 @@ impl Bonds {
     fn add(&mut self, bonds: Vec<Bond>, core: &mut Core) {
         let physics = std::sync::Arc::clone(core.physics());
         let plans = physics.plans.all::<BondPlan>();
+        let known = self.offsets.iter().zip(0..);
+        let mut places: BTreeMap<_, usize> = known
+            .map(|(offset, place)| ((offset.is_wall, offset.ids), place))
+            .collect();
         for bond in &bonds {
             let plan = &plans[bond.plan as usize];
             self.counts[bond.plan as usize].made += 1;
@@ -378,20 +383,22 @@ impl Bonds {
             let overlap = reach - bond.element.length;
             if plan.contact && overlap > 0.0 {
                 // A pair that has an offset from an earlier bond keeps the larger one.
-                let same =
-                    |offset: &&mut Offset| (offset.ids, offset.is_wall) == (bond.ids, bond.is_wall);
-                match self.offsets.iter_mut().find(same) {
-                    Some(offset) => {
+                match places.entry((bond.is_wall, bond.ids)) {
+                    Entry::Occupied(place) => {
+                        let offset = &mut self.offsets[*place.get()];
                         offset.overlap = offset.overlap.max(overlap);
                         offset.is_glued = true;
                     }
-                    None => self.offsets.push(Offset {
-                        ids: bond.ids,
-                        is_wall: bond.is_wall,
-                        rows: bond.rows,
-                        overlap,
-                        is_glued: true,
-                    }),
+                    Entry::Vacant(place) => {
+                        place.insert(self.offsets.len());
+                        self.offsets.push(Offset {
+                            ids: bond.ids,
+                            is_wall: bond.is_wall,
+                            rows: bond.rows,
+                            overlap,
+                            is_glued: true,
+                        });
+                    }
                 }
             }
         }

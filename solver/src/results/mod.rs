@@ -7,6 +7,7 @@ mod estimate;
 mod until;
 mod values;
 
+use until::slack;
 pub use until::{Aims, requested};
 
 use std::fs;
@@ -386,7 +387,13 @@ impl NamedResult {
             true => self.begin(settled?),
             false => self.begin(0.0),
         };
-        let to = to.min(until);
+        let to = to.min(until + slack(until));
+        let from = from
+            - if self.window.is_steady {
+                slack(from)
+            } else {
+                0.0
+            };
         let all = self.rows(&self.source, folder, prefix)?;
         let inside = |row: &&Row| (from..=to).contains(&row.time);
         let values: Vec<f64> = all.iter().filter(inside).map(|row| row.value).collect();

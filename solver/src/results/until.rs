@@ -264,17 +264,15 @@ impl Aims {
         self.known_at.is_some_and(|known| time > known + 0.5 * dt)
     }
 
-    /// Counts a row at a time (s); whether its run is to be looked at now.
+    /// Counts a row at a time (s); returns whether the results are to be looked at now.
     #[must_use]
-    pub(crate) fn is_due_at(&mut self, time: f64) -> bool {
-        // Round-off of times that are multiples of a step.
-        let slack = 1e-9 * time.abs();
-        if time + slack < self.from {
+    pub(crate) fn count_row(&mut self, time: f64) -> bool {
+        if time + slack(time) < self.from {
             return false;
         }
         self.rows += 1;
         let begins = self.from + self.at_least.0;
-        time + slack >= begins && self.looks.is_due(self.rows) && !self.is_known()
+        time + slack(time) >= begins && self.looks.is_due(self.rows) && !self.is_known()
     }
 
     /// Looks at the files of a run up to a time (s).
@@ -290,17 +288,11 @@ impl Aims {
         }
     }
 
-    /// Makes the looks of a run again that has come to a time (s), from its files.
-    pub(crate) fn replay(&mut self, folder: &Path, prefix: &str, until: f64) {
-        let Some(aim) = self.aims.first() else {
-            return;
-        };
-        let source = aim.result.source.clone();
-        let rows = aim.result.rows(&source, folder, prefix).unwrap_or_default();
-        let slack = 1e-9 * until.abs();
-        for row in rows.iter().filter(|row| row.time <= until + slack) {
-            if self.is_due_at(row.time) {
-                self.look(folder, prefix, row.time);
+    /// Makes the looks of a run again that wrote rows at these times (s), from its files.
+    pub(crate) fn replay(&mut self, folder: &Path, prefix: &str, times: impl Iterator<Item = f64>) {
+        for time in times {
+            if self.count_row(time) {
+                self.look(folder, prefix, time);
             }
         }
     }
@@ -333,6 +325,11 @@ impl Aims {
         }
         (summaries, warnings)
     }
+}
+
+/// Round-off of a time (s) that is a multiple of the step, or was read from a file with ten digits.
+pub(super) fn slack(time: f64) -> f64 {
+    1e-9 * time.abs()
 }
 
 impl Aim {

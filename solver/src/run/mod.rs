@@ -250,6 +250,28 @@ pub fn run_from(
     result
 }
 
+/// Times (s) of the rows that a run has written by a step, the start included.
+fn rows_until(plan: &Plan, step: u64) -> impl Iterator<Item = f64> {
+    let dt = plan.physics().time_step;
+    let mut past = Schedule::behind(plan.outputs().files(), dt, 0);
+    let mut last = 0;
+    let steps = std::iter::from_fn(move || {
+        loop {
+            last = past.next_step().max(last + 1);
+            if last > step {
+                return None;
+            }
+            if past.due(last).frame {
+                return Some(last);
+            }
+            let _ = past.is_checkpoint_due(last);
+        }
+    });
+    std::iter::once(0)
+        .chain(steps)
+        .map(move |step| step as f64 * dt)
+}
+
 /// Particle-steps between two checks: some tenths of a second.
 const STEPS_AT_ONCE: u64 = 2_000_000;
 
@@ -441,13 +463,8 @@ impl Run {
         };
         let mut aims = options.until.clone();
         if let Some(aims) = &mut aims {
-            match resumed_at {
-                // The row of the start.
-                None => {
-                    let _ = aims.is_due_at(0.0);
-                }
-                Some(_) => aims.replay(folder, plan.outputs().prefix(), engine.time()),
-            }
+            let times = rows_until(&plan, engine.steps());
+            aims.replay(folder, plan.outputs().prefix(), times);
         }
         let dt = plan.physics().time_step;
         let are_known = |aims: &Aims| aims.have_ended(engine.time(), dt);
@@ -698,7 +715,7 @@ impl Run {
         let Some(aims) = &mut self.aims else {
             return true;
         };
-        if !aims.is_due_at(time) {
+        if !aims.count_row(time) {
             return true;
         }
         // Its answer comes when all rows are written.

@@ -218,3 +218,35 @@ fn wrong_results_are_refused_at_their_place() {
         }
     }
 }
+
+/// The looks follow the rows of frames, also for a result whose own table has rows at other times: a run that goes on ends at the same step.
+#[test]
+fn rows_of_another_interval_end_an_interrupted_run_at_the_same_step() {
+    let tracer = "[[particles]]\nname = \"tracer\"\nmaterial = \"ball\"\nradius = 0.06\nposition = [0.5, 0.5, 0.5]\nvelocity = [1.0, 0.3, 0.2]\n\n[results]\nvx = \"mean(track.tracer.vx, steady..)\"\n";
+    let text = GAS
+        .replace("[results]\n", tracer)
+        .replace("error = \"8 %\"", "error = \"0.2 m/s\"")
+        .replace("result = \"load\"", "result = \"vx\"")
+        .replace(
+            "interval = 0.01",
+            "interval = 0.01\ntrack = [\"tracer\"]\ntrack_interval = 0.003",
+        );
+    let folder = folder_with("gas.toml", &text);
+    run(folder.path(), &["gas.toml", "--quiet"]);
+    let whole = summary(&folder.path().join("gas"));
+    assert_eq!(whole["until"][0]["reached"], true);
+    let end = whole["time"].as_f64().unwrap();
+    let stop = format!("time.end={}", (0.6 * end * 100.0).floor() / 100.0);
+    run(
+        folder.path(),
+        &["gas.toml", "--quiet", "--output", "again", "--set", &stop],
+    );
+    run(
+        folder.path(),
+        &["gas.toml", "--quiet", "--output", "again", "--resume"],
+    );
+    assert_eq!(
+        summary(&folder.path().join("again"))["steps"],
+        whole["steps"]
+    );
+}

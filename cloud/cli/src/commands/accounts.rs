@@ -210,9 +210,9 @@ pub(crate) struct User {
     server: Server,
     #[command(subcommand)]
     command: Option<UserCommand>,
-    /// Name of a user who is added or changed; without it users are listed
+    /// Name of the user to add or change; without it users are listed
     name: Option<String>,
-    /// Read a password, also of a user who has one; without a limit or a right to change this is the default
+    /// Read a password, also where the user has one; without a limit or a right to change this is the default
     #[arg(long)]
     password: bool,
     /// Whether the user may manage others

@@ -107,7 +107,7 @@ pub(super) fn forget_input(
     })
 }
 
-/// Forgets all inputs of a user who has no run, and returns them.
+/// Forgets all inputs of a user without runs, and returns them.
 pub(crate) fn forget_inputs(transaction: &Transaction, owner: i64) -> Result<Vec<String>> {
     let mut query = transaction.prepare("DELETE FROM inputs WHERE owner = ?1 RETURNING sha256")?;
     let rows = query.query_map([owner], |row| row.get(0))?;

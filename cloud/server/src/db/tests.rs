@@ -75,7 +75,7 @@ fn sessions_without_a_known_parent_end() {
     }
 }
 
-/// Nothing is made for a user who is gone, and no other user gets the number.
+/// Nothing is made for a user that is removed, and no other user gets the number.
 #[test]
 fn a_user_who_is_gone_gets_no_run_and_no_upload() {
     let (_folder, db) = db();
