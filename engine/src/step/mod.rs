@@ -30,7 +30,7 @@ mod walls;
 pub use self::core::{Core, Domain};
 pub use error::RunError;
 pub use lists::Lists;
-pub use part::{Arrival, CriticalStep, Exchanged, Leaving, Part, SizeEstimate};
+pub use part::{Arrival, CriticalStep, Exchanged, Leaving, NewShape, Part, SizeEstimate};
 pub use parts::{bytes_of_parts, critical_step};
 pub(crate) use snapshot::MOST_STEPS;
 pub use snapshot::Snapshot;

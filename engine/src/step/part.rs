@@ -12,7 +12,7 @@ use glam::DVec3;
 use super::{Core, RunError};
 use crate::forces::{ContactForces, Needs, NewList, Observation, StepContext};
 use crate::physics::{Physics, Plans, Setup};
-use crate::state::{Particles, Pieces};
+use crate::state::{Particles, Pieces, WallIndex};
 use crate::walls::{WallFilms, WallNow};
 
 /// A part of the step.
@@ -73,9 +73,8 @@ pub trait Part: Any + Send {
         let _ = core;
     }
 
-    /// The meshes that it changes in this step, if it [`needs`](Self::needs) to: the number of the wall in the plan, and the new
-    /// positions of its corners in the wall's own frame, m.
-    fn reshape_walls(&mut self, core: &Core) -> Vec<(usize, Vec<DVec3>)> {
+    /// The meshes that it changes in this step, if it [`needs`](Self::needs) to.
+    fn reshape_walls(&mut self, core: &Core) -> Vec<NewShape> {
         let _ = core;
         Vec::new()
     }
@@ -194,6 +193,17 @@ pub trait Part: Any + Send {
         let _ = (core, bytes);
         Ok(())
     }
+}
+
+/// The mesh of a wall whose corners move.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NewShape {
+    /// Number of the wall in the plan.
+    pub wall: WallIndex,
+    /// Positions of all corners in the wall's own frame at the end of the step, m.
+    pub corners: Vec<DVec3>,
+    /// Their velocities in that frame in the middle of the step, m/s, which contacts see; empty: at rest.
+    pub velocities: Vec<DVec3>,
 }
 
 /// The largest time step at which the integrator bears a feature.

@@ -15,8 +15,11 @@ impl Engine {
         }
         let Self { core, parts, .. } = self;
         for part in parts {
-            for (wall, corners) in part.reshape_walls(core) {
-                core.reshape_wall(WallIndex::new(wall as u16), &corners)?;
+            for new in part.reshape_walls(core) {
+                core.reshape_wall(new.wall, &new.corners)?;
+                let wall = &mut core.domain.walls[new.wall.index()];
+                let moving = wall.set_corner_velocities(new.velocities);
+                moving.map_err(|error| core.wall_error(new.wall, error))?;
             }
         }
         Ok(())
@@ -33,7 +36,8 @@ impl Core {
     }
 
     /// Puts the corners of a mesh wall, by its number in the plan, to new places in the wall's frame, m: [`crate::walls::WallNow::reshape`]. It acts
-    /// from the next step on.
+    /// from the next step on, at rest in that frame: parts that move a surface give its velocities
+    /// ([`Part::reshape_walls`](super::Part::reshape_walls)).
     ///
     /// # Errors
     /// If there is no such wall, or it cannot take these places; it stays as it was then.

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::error::finite_vector;
 use super::images::MetBy;
 use super::near_box::Corners;
 use super::{Pose, RigidVelocity, ServoState, Shape, Wall, WallError, WallState};
@@ -33,6 +34,8 @@ pub struct WallNow {
     is_reshaped: bool,
     /// How far points of the surface have moved in the wall's frame since the candidate list was built, at most, m.
     reshaped_by: f64,
+    /// Velocities of the corners of its mesh in the wall's frame in this step, m/s; empty: the surface is at rest there.
+    corner_velocities: Vec<DVec3>,
     /// Whether contacts with it are reported, as it wears.
     wears: bool,
     /// Number of the sheet whose shape it borrows, if it is no wall of the plan.
@@ -75,6 +78,7 @@ impl WallNow {
             listed_pose: Pose::IDENTITY,
             is_reshaped: false,
             reshaped_by: 0.0,
+            corner_velocities: Vec::new(),
             wears: false,
             surface: None,
             half_thickness: 0.0,
@@ -190,6 +194,39 @@ impl WallNow {
         Ok(())
     }
 
+    /// Gives the corners of its mesh velocities in the wall's frame (m/s, half a step before the positions) until the next step; empty: at rest.
+    ///
+    /// # Errors
+    /// If it has not as many corners, or a velocity is not finite.
+    pub fn set_corner_velocities(&mut self, velocities: Vec<DVec3>) -> Result<(), WallError> {
+        let corners = self.shape.mesh().map_or(0, |mesh| mesh.corners().len());
+        if !velocities.is_empty() && velocities.len() != corners {
+            let given = velocities.len();
+            return Err(WallError::Corners { corners, given });
+        }
+        for &velocity in &velocities {
+            finite_vector("velocities of corners", velocity)?;
+        }
+        self.corner_velocities = velocities;
+        Ok(())
+    }
+
+    /// Velocity of the surface at the nearest point of a feature to `place` (m), all in the wall's frame, m/s: the mean of its corners with the
+    /// weights of the point. `None`: at rest.
+    #[inline]
+    #[must_use]
+    pub fn surface_velocity(&self, feature: u32, place: impl FnOnce() -> DVec3) -> Option<DVec3> {
+        if self.corner_velocities.is_empty() {
+            return None;
+        }
+        let mesh = self.shape.mesh()?;
+        let base = mesh.base(feature, mesh.foot_on(feature, place()));
+        let parts = base.corners.iter().zip(base.weights);
+        Some(parts.fold(DVec3::ZERO, |sum, (&corner, weight)| {
+            sum + self.corner_velocities[corner as usize] * weight
+        }))
+    }
+
     /// Takes another surface of the same kind, in the same frame; meshes are [reshaped](WallNow::reshape).
     ///
     /// # Errors
@@ -210,6 +247,7 @@ impl WallNow {
 
     /// Moves on by a step of `dt` (s) that ends at `time` (s), as planned, in a domain with these images.
     pub fn advance(&mut self, wall: &Wall, time: f64, dt: f64, cell: &Cell) {
+        self.corner_velocities.clear();
         for (motor, state) in wall.motion.all_servos().zip(&mut self.servos) {
             *state = motor.advance(*state, time, dt);
         }

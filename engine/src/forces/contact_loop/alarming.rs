@@ -64,7 +64,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
         let reach = a.radius + side.wall.half_thickness();
         let normal = side.state.out_of_wall(touch.normal);
-        let velocity = a.velocity - side.velocity(sheet, side.centre);
+        let velocity = a.velocity - side.velocity(sheet, touch.feature, side.centre);
         // On a surface that acts on both sides the distance has no sign: a step before, it was on the other side.
         let last = touch.distance - velocity.dot(normal) * self.context.spring_time;
         let has_crossed = at != THROUGH && last < 0.0 && !side.wall.shape().is_one_sided();

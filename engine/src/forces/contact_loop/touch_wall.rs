@@ -154,15 +154,17 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let arm = normal * -lever;
         // The place of the centre at the time of these velocities: on a wall that turns they differ from place to place.
         let earlier = side.centre - a.velocity * context.velocity_lag;
+        let own = side.own_velocity(touch.feature);
         let velocity_at = |arm: DVec3| {
             let velocity = a.velocity + a.angular_velocity.cross(arm);
-            if state.moves {
+            let velocity = if state.moves {
                 velocity - state.velocity.at(earlier + arm)
             } else if let Some(sheet) = sheet {
                 velocity - sheet.velocity
             } else {
                 velocity
-            }
+            };
+            own.map_or(velocity, |own| velocity - own)
         };
         let velocity = velocity_at(arm);
         let mut spin = a.angular_velocity;
@@ -191,6 +193,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             if let Some(sheet) = sheet {
                 way -= sheet.velocity;
                 turn = sheet.turn(normal, spin_of_sheet);
+            }
+            if let Some(own) = own {
+                way -= own;
             }
             if touch.turning.rates != [0.0; 2] {
                 let way = state.turn_into_wall(way);
@@ -230,6 +235,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             lever,
             arm,
             earlier,
+            own,
             sliding,
         }
     }
@@ -275,11 +281,13 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             loads.add((side.near.wall.number(), touch.feature), &on_wall);
         }
         if let Some(rubs) = reported.rubs.as_mut().filter(|_| acted.touches) {
-            let centre_velocity = if state.moves {
-                a.velocity - state.velocity.at(meeting.earlier + meeting.arm)
-            } else {
-                a.velocity
-            };
+            let mut centre_velocity = a.velocity;
+            if state.moves {
+                centre_velocity -= state.velocity.at(meeting.earlier + meeting.arm);
+            }
+            if let Some(own) = meeting.own {
+                centre_velocity -= own;
+            }
             // A driven particle does not come to rest at the wall: it is no projectile.
             let arrives = !acted.touched && a.inverse_mass > 0.0;
             let impact = arrives.then(|| Impact {
@@ -338,6 +346,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let about = point - state.reference;
         wall_load.add(-force, -about.cross(force) - couple);
         *power += force.dot(state.velocity.at(point)) + couple.dot(state.velocity.angular_velocity);
+        if let Some(own) = meeting.own {
+            *power += force.dot(own);
+        }
         if acted.touches {
             // A neck has no secant stiffness; Hertz' contact of its radius bounds the slope.
             let contact = self.laws[acted.pair].adhesion.as_hertz(contact);
@@ -377,6 +388,8 @@ struct WallMeeting {
     arm: DVec3,
     /// Place of the centre at the time of the velocities, m.
     earlier: DVec3,
+    /// Velocity of the surface in the wall's frame, m/s; `None`: at rest.
+    own: Option<DVec3>,
     /// Velocity along the wall, m/s.
     sliding: DVec3,
 }

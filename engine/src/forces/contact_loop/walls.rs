@@ -279,6 +279,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             let earlier = side.centre - a.velocity * self.context.velocity_lag;
             velocity -= state.velocity.at(earlier + arm);
         }
+        if let Some(own) = side.own_velocity(ended.feature) {
+            velocity -= own;
+        }
         let sliding = velocity - outward * velocity.dot(outward);
         let none = FrictionNow::default();
         let lost = ended.last.loss_until(&none, sliding, dt);
@@ -321,7 +324,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
         let normal = side.state.out_of_wall(touch.normal);
         let at = side.centre - normal * touch.distance;
-        let velocity = a.velocity - side.velocity(sheet, at);
+        let velocity = a.velocity - side.velocity(sheet, touch.feature, at);
         let last = touch.distance - velocity.dot(normal) * self.context.spring_time;
         if holds {
             // The normal points to where the centre is.
@@ -388,12 +391,24 @@ pub(super) struct WallSide<'a> {
 }
 
 impl WallSide<'_> {
-    /// Velocity of the wall at a place, m/s; of a `sheet` where it is touched.
-    pub(super) fn velocity(&self, sheet: Option<&AtSheet<'_>>, at: DVec3) -> DVec3 {
+    /// Velocity of the wall at a place, m/s, at a touch of this feature; of a `sheet` where it is touched.
+    pub(super) fn velocity(&self, sheet: Option<&AtSheet<'_>>, feature: u32, at: DVec3) -> DVec3 {
         match sheet {
-            None => self.state.velocity.at(at),
+            None => {
+                let of_frame = self.state.velocity.at(at);
+                let own = self.own_velocity(feature);
+                own.map_or(of_frame, |own| of_frame + own)
+            }
             Some(sheet) => sheet.velocity,
         }
+    }
+
+    /// Velocity of the surface beside that of the wall's frame where the feature is touched, m/s; `None`: it is at rest in that frame.
+    #[inline(always)]
+    pub(super) fn own_velocity(&self, feature: u32) -> Option<DVec3> {
+        let place = || self.state.into_wall(self.centre);
+        let velocity = self.wall.surface_velocity(feature, place)?;
+        Some(self.state.out_of_wall(velocity))
     }
 }
 
