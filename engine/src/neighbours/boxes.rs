@@ -41,12 +41,24 @@ impl Block {
     }
 }
 
-/// One level of blocks, the fastest axis first.
+/// One level of blocks.
 #[derive(Debug)]
 struct Level {
-    counts: [usize; 3],
+    division: Blocks,
     blocks: Vec<Block>,
 }
+
+/// How blocks lie.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Blocks {
+    /// So many in each brick along its fastest, its middle and its slowest axis, brick by brick.
+    InBricks([usize; 3]),
+    /// Of bricks that follow one another.
+    OfBricks,
+}
+
+/// Blocks of bricks, or of such blocks, that are a block of the next level.
+const JOINED: usize = 8;
 
 /// The sorted particles by blocks of cells. The cell size that a particle would need does not matter: a box encloses the centres
 /// and stores the largest radius.
@@ -62,8 +74,6 @@ impl<'a> Boxes<'a> {
     /// `parallel`: with the threads of the pool from within which it is called.
     #[must_use]
     pub fn new(grid: &'a Grid, records: &[Particle], extra_skin: &[f64], parallel: bool) -> Self {
-        let cells = grid.ordered_counts();
-        let counts = [0, 1, 2].map(|k| cells[k].div_ceil(BLOCK[k]));
         let of_rows = |rows: Range<usize>| {
             let mut block = Block::EMPTY;
             for row in rows {
@@ -79,19 +89,21 @@ impl<'a> Boxes<'a> {
         };
         let smallest = |index: usize| {
             let mut block = Block::EMPTY;
-            for rows in rows_of(grid, counts, index) {
+            for rows in rows_of(grid, index) {
                 block.join(&of_rows(rows));
             }
             block
         };
-        let all = 0..counts.iter().product();
+        let counts = blocks_of_brick(grid);
+        let all = 0..grid.brick_count() * counts.iter().product::<usize>();
         let blocks = if parallel {
             all.into_par_iter().with_min_len(64).map(smallest).collect()
         } else {
             all.map(smallest).collect()
         };
-        let mut levels = vec![Level { counts, blocks }];
-        while let Some(next) = levels.last().and_then(Level::halved) {
+        let division = Blocks::InBricks(counts);
+        let mut levels = vec![Level { division, blocks }];
+        while let Some(next) = levels.last().and_then(Level::joined) {
             levels.push(next);
         }
         Self { grid, levels }
@@ -100,11 +112,9 @@ impl<'a> Boxes<'a> {
     /// Appends to `found` the smallest blocks of which `may_matter` is true; blocks inside of one of which it is false are not
     /// tested.
     pub fn find(&self, mut may_matter: impl FnMut(&Block) -> bool, found: &mut Vec<u32>) {
-        let mut stack = vec![(self.levels.len() - 1, [0, 0, 0])];
-        while let Some((height, [a, b, c])) = stack.pop() {
-            let level = &self.levels[height];
-            let index = level.index([a, b, c]);
-            let block = &level.blocks[index];
+        let mut stack = vec![(self.levels.len() - 1, 0)];
+        while let Some((height, index)) = stack.pop() {
+            let block = &self.levels[height].blocks[index];
             if block.is_empty() || !may_matter(block) {
                 continue;
             }
@@ -112,70 +122,92 @@ impl<'a> Boxes<'a> {
                 found.push(index as u32);
                 continue;
             }
-            let [fast, middle, slow] = self.levels[height - 1].counts;
-            for c in (2 * c..slow.min(2 * c + 2)).rev() {
-                for b in (2 * b..middle.min(2 * b + 2)).rev() {
-                    for a in (2 * a..fast.min(2 * a + 2)).rev() {
-                        stack.push((height - 1, [a, b, c]));
-                    }
-                }
-            }
+            let first = stack.len();
+            let below = |index| stack.push((height - 1, index));
+            self.levels[height - 1].inside(&self.levels[height].division, index, below);
+            // The first of them is the next.
+            stack[first..].reverse();
         }
     }
 
     /// The rows of one of the smallest blocks.
     pub fn rows(&self, block: u32) -> impl Iterator<Item = usize> {
-        rows_of(self.grid, self.levels[0].counts, block as usize).flatten()
+        rows_of(self.grid, block as usize).flatten()
     }
 }
 
 impl Level {
-    fn index(&self, [a, b, c]: [usize; 3]) -> usize {
-        a + self.counts[0] * (b + self.counts[1] * c)
+    /// Calls `each` for the blocks of this level inside a block of the next one, which lies by `above`.
+    fn inside(&self, above: &Blocks, index: usize, mut each: impl FnMut(usize)) {
+        match (&self.division, above) {
+            (&Blocks::InBricks(counts), &Blocks::InBricks(fewer)) => {
+                let (brick, [a, b, c]) = at(index, fewer);
+                for c in 2 * c..counts[2].min(2 * c + 2) {
+                    for b in 2 * b..counts[1].min(2 * b + 2) {
+                        for a in 2 * a..counts[0].min(2 * a + 2) {
+                            each(index_of(brick, [a, b, c], counts));
+                        }
+                    }
+                }
+            }
+            _ => (JOINED * index..self.blocks.len().min(JOINED * (index + 1))).for_each(each),
+        }
     }
 
-    /// The level whose blocks hold eight of these; none above the single one.
-    fn halved(&self) -> Option<Self> {
+    /// The level whose blocks hold up to eight of these; none above the single one.
+    fn joined(&self) -> Option<Self> {
         if self.blocks.len() <= 1 {
             return None;
         }
-        let counts = self.counts.map(|count| count.div_ceil(2));
-        let mut next = Self {
-            counts,
-            blocks: vec![Block::EMPTY; counts.iter().product()],
-        };
-        let [fast, middle, slow] = self.counts;
-        for c in 0..slow {
-            for b in 0..middle {
-                for a in 0..fast {
-                    let index = next.index([a / 2, b / 2, c / 2]);
-                    next.blocks[index].join(&self.blocks[self.index([a, b, c])]);
-                }
+        let (division, count) = match self.division {
+            Blocks::InBricks(counts) if counts != [1; 3] => {
+                let fewer = counts.map(|count| count.div_ceil(2));
+                let bricks = self.blocks.len() / counts.iter().product::<usize>();
+                (
+                    Blocks::InBricks(fewer),
+                    bricks * fewer.iter().product::<usize>(),
+                )
             }
+            _ => (Blocks::OfBricks, self.blocks.len().div_ceil(JOINED)),
+        };
+        let mut blocks = vec![Block::EMPTY; count];
+        for (index, block) in blocks.iter_mut().enumerate() {
+            self.inside(&division, index, |inside| block.join(&self.blocks[inside]));
         }
-        Some(next)
+        Some(Self { division, blocks })
     }
 }
 
+/// The smallest blocks of each brick along its fastest, its middle and its slowest axis.
+fn blocks_of_brick(grid: &Grid) -> [usize; 3] {
+    let cells = grid.cells_of_brick();
+    [0, 1, 2].map(|k| cells[k].div_ceil(BLOCK[k]))
+}
+
+/// The brick of a block, and where in it that is, with so many in each.
+fn at(index: usize, [x, y, z]: [usize; 3]) -> (usize, [usize; 3]) {
+    (
+        index / (x * y * z),
+        [index % x, index / x % y, index / (x * y) % z],
+    )
+}
+
+/// The reverse of [`at`].
+fn index_of(brick: usize, [a, b, c]: [usize; 3], [x, y, z]: [usize; 3]) -> usize {
+    a + x * (b + y * (c + z * brick))
+}
+
 /// The rows of a smallest block: one run for each row of cells.
-fn rows_of(
-    grid: &Grid,
-    counts: [usize; 3],
-    block: usize,
-) -> impl Iterator<Item = Range<usize>> + use<'_> {
-    let [fast, middle, slow] = grid.ordered_counts();
-    let at = [
-        block % counts[0],
-        block / counts[0] % counts[1],
-        block / (counts[0] * counts[1]),
-    ];
+fn rows_of(grid: &Grid, block: usize) -> impl Iterator<Item = Range<usize>> + use<'_> {
+    let [fast, middle, slow] = grid.cells_of_brick();
+    let (brick, at) = at(block, blocks_of_brick(grid));
     let [a, b, c] = [0, 1, 2].map(|k| at[k] * BLOCK[k]);
     let last = (a + BLOCK[0]).min(fast) - 1;
     let layers = c..(c + BLOCK[2]).min(slow);
     layers.flat_map(move |c| {
         let lines = b..(b + BLOCK[1]).min(middle);
         lines.map(move |b| {
-            let line = grid.line(b, c);
+            let line = grid.line(brick, b, c);
             grid.rows(line + a, line + last)
         })
     })

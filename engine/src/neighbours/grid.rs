@@ -5,26 +5,46 @@ use std::ops::Range;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::lines::Lines;
+use super::bricks::{Division, LAYER};
 use crate::cell::Cell;
 use crate::parallel::{each, each_part};
 
-/// A grid of cells over the particles; rows are sorted by cell, line by line along the fastest axis, the lines brick by brick (`lines.rs`).
+/// A grid of cells over the particles; rows are sorted by cell, brick by brick, in a brick line by line along its fastest axis.
 ///
-/// Particles outside the outermost cells belong to the nearest one, so that neighbours stay neighbours. Axes are taken in
+/// Particles touch others in the next line of the same layer, or in the next layer. With large layers, the next layer is far away
+/// in memory: the data would have left the cache before it is used again. So a grid of large layers consists of [bricks](Division) along a Hilbert
+/// curve, and only of those that hold a particle. A grid of small layers is a single brick about all particles. Its axes are taken in
 /// ascending order of extent, so that the slowest axis is the longest and layers are small.
+///
+/// Particles outside the outermost cells belong to the nearest one, so that neighbours stay neighbours.
 #[derive(Debug, Clone)]
 pub struct Grid {
-    origin: DVec3,
-    inverse_edge: DVec3,
-    /// Cells along x, y, z.
-    counts: [usize; 3],
+    places: Places,
     /// x, y and z in order from the fastest to the slowest.
     order: [usize; 3],
-    lines: Lines,
+    /// Cells of a brick along x, y and z.
+    cells: [usize; 3],
+    /// Bricks of the box around all that hold a particle, along x, y and z.
+    bricks: [usize; 3],
+    /// The bricks of that box by their place in the order of rows; [`NONE`] without particles.
+    rank: Vec<u32>,
+    /// Where in that box the bricks are, in the order of rows.
+    at: Vec<u32>,
     /// First row of each cell, and the number of rows at the end.
     pub(super) start: Vec<u32>,
 }
+
+/// How positions become cells.
+#[derive(Debug, Clone, Copy)]
+enum Places {
+    /// A single brick with this lower corner (m) and inverse edges of cells (1/m).
+    Whole(DVec3, DVec3),
+    /// Bricks, in a box with this lowest brick.
+    Bricks(Division, [u32; 3]),
+}
+
+/// No brick.
+const NONE: u32 = u32::MAX;
 
 impl Grid {
     /// A grid of cells not smaller than `edge` (m) over this many particles, and the order of rows by cell; `parallel`: with the
@@ -54,9 +74,9 @@ impl Grid {
         let most = 4 * particles + 64;
         // Without particles there is no length scale: one cell.
         let mut edge = if edge > 0.0 { edge } else { f64::INFINITY };
+        let count = |length: f64, edge: f64| (length / edge).floor().clamp(1.0, 1e6) as usize;
         let counts = loop {
-            let count = |length: f64| (length / edge).floor().clamp(1.0, 1e6) as usize;
-            let counts = [count(extent.x), count(extent.y), count(extent.z)];
+            let counts = extent.to_array().map(|length| count(length, edge));
             if counts.iter().map(|&n| n as f64).product::<f64>() <= most as f64 {
                 break counts;
             }
@@ -64,33 +84,107 @@ impl Grid {
         };
         let mut order = [0, 1, 2];
         order.sort_by_key(|&axis| counts[axis]);
-        let cells = counts.iter().product::<usize>();
-        let lines = Lines::new(
-            order.map(|axis| counts[axis]),
-            particles as f64 / cells as f64,
-        );
-        let mut inverse_edge = DVec3::ZERO;
-        for axis in 0..3 {
-            if extent[axis] > 0.0 {
-                inverse_edge[axis] = counts[axis] as f64 / extent[axis];
+        let slowest = counts[order[2]];
+        let (mut grid, cell_of) = if particles as f64 / slowest as f64 > LAYER {
+            Self::of_bricks(particles, &position, edge, domain, parallel)
+        } else {
+            let mut inverse_edge = DVec3::ZERO;
+            for axis in 0..3 {
+                if extent[axis] > 0.0 {
+                    inverse_edge[axis] = counts[axis] as f64 / extent[axis];
+                }
             }
-        }
-        let mut grid = Self {
-            origin: min,
-            inverse_edge,
-            counts,
-            order,
-            lines,
-            start: vec![0; cells + 1],
+            let grid = Self {
+                places: Places::Whole(min, inverse_edge),
+                order,
+                cells: counts,
+                bricks: [1; 3],
+                rank: vec![0],
+                at: vec![0],
+                start: Vec::new(),
+            };
+            let cell = |row| grid.in_brick(grid.coordinates(position(row))) as u32;
+            let cell_of = each(particles, parallel, cell);
+            (grid, cell_of)
         };
-
-        let cell_of = each(particles, parallel, |row| grid.cell(position(row)) as u32);
+        grid.start = vec![0; grid.first_cell(grid.at.len()) + 1];
         let rows = if parallel && particles > FEW {
             grid.put_into_cells(&cell_of, rayon::current_num_threads())
         } else {
             grid.put_into_cells(&cell_of, 1)
         };
         (grid, rows)
+    }
+
+    /// Bricks of cells not smaller than `edge` (m) where there are particles, and the cell of each; rows are not sorted yet.
+    fn of_bricks(
+        particles: usize,
+        position: &(impl Fn(usize) -> DVec3 + Sync),
+        mut edge: f64,
+        domain: &Cell,
+        parallel: bool,
+    ) -> (Self, Vec<u32>) {
+        let most = 4 * particles + 64;
+        loop {
+            let division = Division::new(domain, edge);
+            edge *= 1.25;
+            let mut grid = Self {
+                places: Places::Bricks(division, [0; 3]),
+                order: [0, 1, 2],
+                cells: division.cells,
+                bricks: [0; 3],
+                rank: Vec::new(),
+                at: Vec::new(),
+                start: Vec::new(),
+            };
+            let place = |row| {
+                let (brick, cell) = division.at(position(row));
+                (brick, grid.in_brick(cell) as u32)
+            };
+            let places = each(particles, parallel, place);
+            let (mut low, mut high) = ([u32::MAX; 3], [0; 3]);
+            for (brick, _) in &places {
+                for axis in 0..3 {
+                    low[axis] = low[axis].min(brick[axis]);
+                    high[axis] = high[axis].max(brick[axis]);
+                }
+            }
+            let counts = [0, 1, 2].map(|axis| (high[axis] - low[axis]) as usize + 1);
+            if counts.iter().map(|&n| n as f64).product::<f64>() > most as f64 {
+                continue;
+            }
+            (grid.places, grid.bricks) = (Places::Bricks(division, low), counts);
+            let in_box =
+                |brick: &[u32; 3]| [0, 1, 2].map(|axis| (brick[axis] - low[axis]) as usize);
+            let mut rank = vec![NONE; counts.iter().product()];
+            for (brick, _) in &places {
+                rank[grid.in_box(in_box(brick))] = 0;
+            }
+            let [x, y, _] = counts;
+            let mut along: Vec<(u64, u32)> = (rank.iter().enumerate())
+                .filter(|&(_, &rank)| rank != NONE)
+                .map(|(at, _)| {
+                    let brick = [at % x, at / x % y, at / (x * y)];
+                    let brick = [0, 1, 2].map(|axis| low[axis] + brick[axis] as u32);
+                    (division.order(brick), at as u32)
+                })
+                .collect();
+            if grid.first_cell(along.len()) > most {
+                continue;
+            }
+            along.sort_unstable();
+            for (k, &(_, at)) in (0..).zip(&along) {
+                rank[at as usize] = k;
+            }
+            grid.at = along.into_iter().map(|(_, at)| at).collect();
+            grid.rank = rank;
+            let cell_of = each(particles, parallel, |row| {
+                let (brick, cell) = &places[row];
+                let rank = grid.rank[grid.in_box(in_box(brick))];
+                grid.first_cell(rank as usize) as u32 + cell
+            });
+            return (grid, cell_of);
+        }
     }
 
     /// Finds the first row of each cell and returns the rows cell by cell, in each cell in their order; in this many parts in
@@ -151,60 +245,139 @@ impl Grid {
         rows
     }
 
-    /// Cell coordinates of a position; outside positions get the nearest cell.
+    /// The cell that holds a position, counted along x, y and z through the box of all bricks; outside positions get the nearest cell.
     #[inline]
-    pub(super) fn coordinates(&self, position: DVec3) -> [usize; 3] {
-        let scaled = (position - self.origin) * self.inverse_edge;
+    fn coordinates(&self, position: DVec3) -> [usize; 3] {
         let mut coordinates = [0; 3];
-        for axis in 0..3 {
-            // A cast from a negative number gives 0.
-            coordinates[axis] = (scaled[axis] as usize).min(self.counts[axis] - 1);
+        match &self.places {
+            Places::Whole(low, inverse_edge) => {
+                let scaled = (position - low) * inverse_edge;
+                for axis in 0..3 {
+                    // A cast from a negative number gives 0.
+                    coordinates[axis] = (scaled[axis] as usize).min(self.cells[axis] - 1);
+                }
+            }
+            Places::Bricks(division, low) => {
+                let (brick, cell) = division.at(position);
+                for axis in 0..3 {
+                    let cells = self.cells[axis];
+                    coordinates[axis] = match brick[axis].checked_sub(low[axis]) {
+                        None => 0,
+                        Some(ahead) => {
+                            (ahead as usize * cells + cell[axis]).min(self.bricks[axis] * cells - 1)
+                        }
+                    };
+                }
+            }
         }
         coordinates
     }
 
-    /// Index of the cell that holds a position.
+    /// Index of a brick in the box of all bricks.
     #[inline]
-    fn cell(&self, position: DVec3) -> usize {
-        self.index(self.coordinates(position))
+    fn in_box(&self, [x, y, z]: [usize; 3]) -> usize {
+        x + self.bricks[0] * (y + self.bricks[1] * z)
     }
 
-    /// Index of the cell with these coordinates.
+    /// Index in its brick of a cell with these coordinates in it.
     #[inline]
-    pub(super) fn index(&self, coordinates: [usize; 3]) -> usize {
-        let [fast, middle, slow] = self.order.map(|axis| coordinates[axis]);
-        self.line(middle, slow) + fast
+    fn in_brick(&self, cell: [usize; 3]) -> usize {
+        let [fast, middle, slow] = self.order.map(|axis| cell[axis]);
+        let [of_line, lines, _] = self.cells_of_brick();
+        fast + of_line * (middle + lines * slow)
     }
 
-    /// Cells along the fastest, the middle and the slowest axis.
-    pub(super) fn ordered_counts(&self) -> [usize; 3] {
-        [
-            self.counts[self.order[0]],
-            self.counts[self.order[1]],
-            self.counts[self.order[2]],
-        ]
+    /// Number of bricks.
+    pub(super) fn brick_count(&self) -> usize {
+        self.at.len()
     }
 
-    /// Index of the first cell of the line of cells that is `b` along the middle and `c` along the slowest axis.
+    /// Cells of a brick along its fastest, its middle and its slowest axis.
     #[inline]
-    pub(super) fn line(&self, b: usize, c: usize) -> usize {
-        self.counts[self.order[0]] * self.lines.at(b, c)
+    pub(super) fn cells_of_brick(&self) -> [usize; 3] {
+        self.order.map(|axis| self.cells[axis])
     }
 
-    /// Indices of the first cells of the lines next to that line which come later; at most [`MOST_LATER`].
-    pub(super) fn later_lines(&self, b: usize, c: usize) -> Vec<usize> {
-        let fast = self.counts[self.order[0]];
-        self.lines.later(b, c).map(|line| fast * line).collect()
+    /// Index of the first cell of a brick.
+    #[inline]
+    pub(super) fn first_cell(&self, brick: usize) -> usize {
+        brick * self.cells.iter().product::<usize>()
     }
 
-    /// The layers of cells in the order of the rows: which lines along the middle axis, and where along the slowest one.
-    pub(super) fn layers(&self) -> Vec<(Range<usize>, usize)> {
-        self.lines.layers()
+    /// Index of the first cell of the line of cells of a brick that is `b` along its middle and `c` along its slowest axis.
+    #[inline]
+    pub(super) fn line(&self, brick: usize, b: usize, c: usize) -> usize {
+        let [of_line, lines, _] = self.cells_of_brick();
+        self.first_cell(brick) + of_line * (b + lines * c)
+    }
+
+    /// Parts of the grid in the order of rows: bricks, or layers of a single one.
+    pub(super) fn parts(&self) -> Vec<(usize, Range<usize>)> {
+        let [.., layers] = self.cells_of_brick();
+        match self.places {
+            Places::Whole(..) => (0..layers).map(|c| (0, c..c + 1)).collect(),
+            Places::Bricks(..) => (0..self.at.len()).map(|k| (k, 0..layers)).collect(),
+        }
+    }
+
+    /// The bricks about a brick that come later, and itself, by their places along the fastest, the middle and the slowest axis: 0 before it,
+    /// 1 beside it, 2 behind it.
+    pub(super) fn around(&self, brick: usize) -> Around {
+        let mut around = [[[None; 3]; 3]; 3];
+        let at = self.at[brick] as usize;
+        let [x, y, _] = self.bricks;
+        let own = [at % x, at / x % y, at / (x * y)];
+        for (c, b, a) in (0..27).map(|k| (k / 9, k / 3 % 3, k % 3)) {
+            let mut there = own;
+            for (step, axis) in [a, b, c].into_iter().zip(self.order) {
+                // One too far before it is beyond the box as well.
+                there[axis] = (own[axis] + step).wrapping_sub(1);
+            }
+            if (0..3).all(|axis| there[axis] < self.bricks[axis]) {
+                let rank = self.rank[self.in_box(there)];
+                let is_later = rank != NONE && rank as usize >= brick;
+                around[c][b][a] = is_later.then_some(rank as usize);
+            }
+        }
+        around
+    }
+
+    /// What lies about the line of cells that is `b` along the middle and `c` along the slowest axis of a brick, as far as it comes later.
+    pub(super) fn later_lines(
+        &self,
+        brick: usize,
+        around: &Around,
+        (b, c): (usize, usize),
+        later: &mut LaterLines,
+    ) {
+        let LaterLines {
+            lines,
+            before,
+            behind,
+        } = later;
+        (lines.clear(), before.clear(), behind.clear());
+        let [of_line, count, layers] = self.cells_of_brick();
+        // One before the first is the last of the brick before.
+        let beside = |at: usize, step: usize, count: usize| match at + step {
+            0 => (0, count - 1),
+            next if next > count => (2, 0),
+            next => (1, next - 1),
+        };
+        for (step_c, step_b) in (0..9).map(|k| (k / 3, k % 3)) {
+            let (brick_c, c) = beside(c, step_c, layers);
+            let (brick_b, b) = beside(b, step_b, count);
+            let around = around[brick_c][brick_b];
+            let line = |brick| self.line(brick, b, c);
+            before.extend(around[0].map(|brick| line(brick) + of_line - 1));
+            let is_later = |&other: &usize| other > brick || (step_c, step_b) > (1, 1);
+            lines.extend(around[1].filter(is_later).map(line));
+            behind.extend(around[2].map(line));
+        }
     }
 
     /// Rows in the cells from index `first` to `last` inclusive.
     #[inline]
-    pub(super) fn rows(&self, first: usize, last: usize) -> std::ops::Range<usize> {
+    pub(super) fn rows(&self, first: usize, last: usize) -> Range<usize> {
         self.start[first] as usize..self.start[last + 1] as usize
     }
 
@@ -225,17 +398,29 @@ impl Grid {
     ) -> bool {
         let low = self.coordinates(position - DVec3::splat(reach));
         let high = self.coordinates(position + DVec3::splat(reach));
-        let [fast, middle, slow] = self.order;
-        let mut cell = low;
-        for c in low[slow]..=high[slow] {
-            cell[slow] = c;
-            for b in low[middle]..=high[middle] {
-                cell[middle] = b;
-                cell[fast] = low[fast];
-                let first = self.index(cell);
-                cell[fast] = high[fast];
-                if self.rows(first, self.index(cell)).any(&mut test) {
-                    return true;
+        let [first, last] = [low, high].map(|at| [0, 1, 2].map(|axis| at[axis] / self.cells[axis]));
+        for z in first[2]..=last[2] {
+            for y in first[1]..=last[1] {
+                for x in first[0]..=last[0] {
+                    let rank = self.rank[self.in_box([x, y, z])];
+                    if rank == NONE {
+                        continue;
+                    }
+                    // The cells of the brick that are within the box of cells.
+                    let ranges = self.order.map(|axis| {
+                        let cells = self.cells[axis];
+                        let begin = [x, y, z][axis] * cells;
+                        low[axis].max(begin) - begin..=high[axis].min(begin + cells - 1) - begin
+                    });
+                    let [a, b, c] = ranges;
+                    for c in c {
+                        for b in b.clone() {
+                            let line = self.line(rank as usize, b, c);
+                            if self.rows(line + a.start(), line + a.end()).any(&mut test) {
+                                return true;
+                            }
+                        }
+                    }
                 }
             }
         }
@@ -243,8 +428,22 @@ impl Grid {
     }
 }
 
-/// A line of cells has eight neighbours, half of which come later, and one more where bricks meet.
-pub(super) const MOST_LATER: usize = 5;
+/// Bricks about a brick, by their places along the slowest, the middle and the fastest axis.
+pub(super) type Around = [[[Option<usize>; 3]; 3]; 3];
+
+/// What lies about a line of cells, as far as it comes later in the order of rows, by indices of cells.
+#[derive(Debug, Default)]
+pub(super) struct LaterLines {
+    /// First cells of the lines beside it.
+    pub(super) lines: Vec<usize>,
+    /// Cells before its first cell, in the bricks before.
+    pub(super) before: Vec<usize>,
+    /// Cells behind its last cell, in the bricks behind.
+    pub(super) behind: Vec<usize>,
+}
+
+/// Most runs of rows near a cell that come later: those of nine lines of cells, and of the same lines in the bricks before and behind.
+pub(super) const MOST_RUNS: usize = 27;
 
 /// Fewer particles than this are sorted faster by one thread.
 const FEW: usize = 8192;
@@ -283,7 +482,14 @@ mod tests {
                 .map(|_| DVec3::new(number(), number(), number()))
                 .collect();
             let (mut grid, order) = Grid::sort(count, |k| places[k], edge, &domain, false);
-            let cells: Vec<u32> = (places.iter().map(|&x| grid.cell(x) as u32)).collect();
+            let cell = |position: &DVec3| {
+                let at = grid.coordinates(*position);
+                let brick = [0, 1, 2].map(|axis| at[axis] / grid.cells[axis]);
+                let cell = [0, 1, 2].map(|axis| at[axis] % grid.cells[axis]);
+                let rank = grid.rank[grid.in_box(brick)] as usize;
+                (grid.first_cell(rank) + grid.in_brick(cell)) as u32
+            };
+            let cells: Vec<u32> = places.iter().map(cell).collect();
             let mut expected: Vec<u32> = (0..count as u32).collect();
             expected.sort_by_key(|&row| cells[row as usize]);
             assert_eq!(order, expected);

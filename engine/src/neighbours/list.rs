@@ -5,7 +5,7 @@ use std::ops::Range;
 use bytemuck::Zeroable;
 use bytemuck::allocation::zeroed_vec;
 
-use super::grid::MOST_LATER;
+use super::grid::{LaterLines, MOST_RUNS};
 use super::other_pairs::OtherPairs;
 use super::{Exclusions, Grid, Levels, Margin};
 use crate::cell::{Cell, NO_SHIFT};
@@ -193,69 +193,91 @@ fn list(members: &Members, grid: &Grid, domain: &Cell, parallel: bool) -> Candid
         ..members.all[row]
     });
     let through = OtherPairs::find(members, grid, domain, parallel);
-    let layers = grid.layers();
-    let layer =
-        |(lines, c): &(Range<usize>, usize)| layer(&spots, grid, lines.clone(), *c, &through);
-    put_together(map_parts(parallel, &layers, layer), parallel)
+    let parts = grid.parts();
+    let of_part = |(brick, layers): &(usize, Range<usize>)| {
+        list_of_part(&spots, grid, *brick, layers.clone(), &through)
+    };
+    put_together(map_parts(parallel, &parts, of_part), parallel)
 }
 
-/// The lists of layers, one behind the other; the `start` of each holds the ends of its rows alone.
-fn put_together(layers: Vec<CandidateList>, parallel: bool) -> CandidateList {
-    let rows: usize = layers.iter().map(|layer| layer.start.len()).sum();
-    let entries = layers.iter().map(|layer| layer.entries.len()).sum();
+/// The lists of parts of the grid, one behind the other; the `start` of each holds the ends of its rows alone.
+fn put_together(parts: Vec<CandidateList>, parallel: bool) -> CandidateList {
+    let rows: usize = parts.iter().map(|part| part.start.len()).sum();
+    let entries = parts.iter().map(|part| part.entries.len()).sum();
     let mut whole = CandidateList {
         start: vec![0; rows + 1],
         entries: zeroed_vec(entries),
     };
     let (mut starts, mut entries, mut before) = (&mut whole.start[1..], &mut whole.entries[..], 0);
-    let mut parts = Vec::with_capacity(layers.len());
-    for layer in layers {
+    let mut places = Vec::with_capacity(parts.len());
+    for part in parts {
         let (own_starts, own_entries);
-        (own_starts, starts) = starts.split_at_mut(layer.start.len());
-        (own_entries, entries) = entries.split_at_mut(layer.entries.len());
+        (own_starts, starts) = starts.split_at_mut(part.start.len());
+        (own_entries, entries) = entries.split_at_mut(part.entries.len());
         let first = before;
-        before += layer.entries.len() as u32;
-        parts.push((layer, first, own_starts, own_entries));
+        before += part.entries.len() as u32;
+        places.push((part, first, own_starts, own_entries));
     }
     let put =
-        |(layer, first, starts, entries): (CandidateList, u32, &mut [u32], &mut [Candidate])| {
-            for (start, end) in starts.iter_mut().zip(&layer.start) {
+        |(part, first, starts, entries): (CandidateList, u32, &mut [u32], &mut [Candidate])| {
+            for (start, end) in starts.iter_mut().zip(&part.start) {
                 *start = first + end;
             }
-            entries.copy_from_slice(&layer.entries);
+            entries.copy_from_slice(&part.entries);
         };
-    each_part(parallel, parts, put);
+    each_part(parallel, places, put);
     whole
 }
 
-/// The part of the list that belongs to the rows of some lines of layer `c` of cells; `start` holds the ends of the rows alone.
-fn layer(
+/// The part of the list that belongs to the rows of some layers of a brick; `start` holds the ends of the rows alone.
+fn list_of_part(
     spots: &[Spot],
     grid: &Grid,
-    lines: Range<usize>,
-    c: usize,
+    brick: usize,
+    layers: Range<usize>,
     through: &OtherPairs,
 ) -> CandidateList {
-    let [fast, ..] = grid.ordered_counts();
+    let [fast, lines, _] = grid.cells_of_brick();
     let (mut start, mut list) = (Vec::new(), Growing::default());
-    let first = grid.line(lines.start, c);
+    let first = grid.line(brick, 0, layers.start);
     let mut through = through.from(grid.rows(first, first).start as u32);
-    for b in lines {
-        let line = grid.line(b, c);
-        let later = grid.later_lines(b, c);
+    let around = grid.around(brick);
+    let mut later = LaterLines::default();
+    for (c, b) in layers.flat_map(|c| (0..lines).map(move |b| (c, b))) {
+        let line = grid.line(brick, b, c);
+        grid.later_lines(brick, &around, (b, c), &mut later);
         for a in 0..fast {
             let cell = a + line;
-            let (left, right) = (a.saturating_sub(1), (a + 1).min(fast - 1));
-            let mut runs = [const { 0..0 }; MOST_LATER];
-            for (run, line) in runs.iter_mut().zip(later.iter()) {
-                *run = grid.rows(line + left, line + right);
-            }
             let own = grid.rows(cell, cell);
+            if own.is_empty() {
+                continue;
+            }
+            let (left, right) = (a.saturating_sub(1), (a + 1).min(fast - 1));
+            let (mut runs, mut count) = ([const { 0..0 }; MOST_RUNS], 0);
+            let mut add = |run: Range<usize>| {
+                runs[count] = run;
+                count += usize::from(!runs[count].is_empty());
+            };
+            for line in &later.lines {
+                add(grid.rows(line + left, line + right));
+            }
+            if a == 0 {
+                later
+                    .before
+                    .iter()
+                    .for_each(|&cell| add(grid.rows(cell, cell)));
+            }
+            if a + 1 == fast {
+                later
+                    .behind
+                    .iter()
+                    .for_each(|&cell| add(grid.rows(cell, cell)));
+            }
             let end = grid.rows(cell, cell + right - a).end;
             for row in own {
                 let spot = spots[row];
                 list.scan(spots, spot, row + 1..end);
-                for run in &runs[..later.len()] {
+                for run in &runs[..count] {
                     list.scan(spots, spot, run.clone());
                 }
                 while let Some(&(_, candidate)) =

@@ -4,12 +4,13 @@
 //! skin, or its extra skin more; then the particles are sorted into cells and the list is built anew. `validity` keeps that account.
 
 mod boxes;
+mod bricks;
 mod cells;
 mod exclusions;
 mod extra_skin;
 mod grid;
+mod hilbert;
 mod levels;
-mod lines;
 mod list;
 mod margin;
 mod other_pairs;
