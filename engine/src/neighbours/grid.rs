@@ -39,7 +39,19 @@ impl Grid {
         domain: &Cell,
         parallel: bool,
     ) -> (Self, Vec<u32>) {
-        let [mut min, mut max] = bounds(particles, &position, parallel);
+        let bounds = bounds(particles, &position, parallel);
+        let mut grid = Self::over(particles, bounds, edge, domain);
+        let rows = grid.put(particles, position, parallel);
+        (grid, rows)
+    }
+
+    /// An empty grid of cells not smaller than `edge` (m) for this many particles, `bounds` (m) of them all.
+    pub(super) fn over(
+        particles: usize,
+        [mut min, mut max]: [DVec3; 2],
+        edge: f64,
+        domain: &Cell,
+    ) -> Self {
         if particles == 0 {
             (min, max) = (DVec3::ZERO, DVec3::ZERO);
         }
@@ -75,22 +87,30 @@ impl Grid {
                 inverse_edge[axis] = counts[axis] as f64 / extent[axis];
             }
         }
-        let mut grid = Self {
+        Self {
             origin: min,
             inverse_edge,
             counts,
             order,
             lines,
             start: vec![0; cells + 1],
-        };
+        }
+    }
 
-        let cell_of = each(particles, parallel, |row| grid.cell(position(row)) as u32);
-        let rows = if parallel && particles > FEW {
-            grid.put_into_cells(&cell_of, rayon::current_num_threads())
+    /// Puts particles into the cells of an empty grid, and returns their order.
+    pub(super) fn put(
+        &mut self,
+        particles: usize,
+        position: impl Fn(usize) -> DVec3 + Sync,
+        parallel: bool,
+    ) -> Vec<u32> {
+        let cell_of = each(particles, parallel, |row| self.cell(position(row)) as u32);
+        let parts = if parallel && particles > FEW {
+            rayon::current_num_threads()
         } else {
-            grid.put_into_cells(&cell_of, 1)
+            1
         };
-        (grid, rows)
+        self.put_into_cells(&cell_of, parts)
     }
 
     /// Finds the first row of each cell and returns the rows cell by cell, in each cell in their order; in this many parts in
@@ -250,7 +270,7 @@ pub(super) const MOST_LATER: usize = 5;
 const FEW: usize = 8192;
 
 /// The smallest box along the axes that holds all positions (m); the largest and smallest number without any.
-fn bounds(
+pub(super) fn bounds(
     particles: usize,
     position: &(impl Fn(usize) -> DVec3 + Sync),
     parallel: bool,
