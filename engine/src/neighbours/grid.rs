@@ -59,7 +59,19 @@ impl Grid {
         domain: &Cell,
         parallel: bool,
     ) -> (Self, Vec<u32>) {
-        let [mut min, mut max] = bounds(particles, &position, parallel);
+        let bounds = bounds(particles, &position, parallel);
+        Self::sort_within(particles, position, bounds, edge, domain, parallel)
+    }
+
+    /// [`sort`](Self::sort) with the bounds (m) of all positions.
+    pub(super) fn sort_within(
+        particles: usize,
+        position: impl Fn(usize) -> DVec3 + Sync,
+        [mut min, mut max]: [DVec3; 2],
+        edge: f64,
+        domain: &Cell,
+        parallel: bool,
+    ) -> (Self, Vec<u32>) {
         if particles == 0 {
             (min, max) = (DVec3::ZERO, DVec3::ZERO);
         }
@@ -449,7 +461,7 @@ pub(super) const MOST_RUNS: usize = 27;
 const FEW: usize = 8192;
 
 /// The smallest box along the axes that holds all positions (m); the largest and smallest number without any.
-fn bounds(
+pub(super) fn bounds(
     particles: usize,
     position: &(impl Fn(usize) -> DVec3 + Sync),
     parallel: bool,

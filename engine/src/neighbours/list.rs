@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use bytemuck::Zeroable;
 use bytemuck::allocation::zeroed_vec;
+use glam::DVec3;
 
-use super::grid::{LaterLines, MOST_RUNS};
+use super::grid::{LaterLines, MOST_RUNS, bounds};
 use super::other_pairs::OtherPairs;
 use super::{Exclusions, Grid, Levels, Margin};
 use crate::cell::{Cell, NO_SHIFT};
@@ -79,33 +80,83 @@ pub fn build(
     domain: &Cell,
     parallel: bool,
 ) -> Built {
-    change_each(&mut particles.records, parallel, |_, record| {
-        record.position = domain.wrap(record.position);
-    });
-    let most = 0.5 * margin.largest();
-    let cell = 2.0 * (levels.largest[0] + most);
-    let records = &particles.records;
-    let position = |row: usize| records[row].position;
-    let (grid, order) = Grid::sort(records.len(), position, cell, domain, parallel);
-    particles.reorder(&order, parallel);
-    let mut new_row = vec![Row::new(0); order.len()];
-    for (new, &old) in order.iter().enumerate() {
-        new_row[old as usize] = Row::new(new);
-    }
-    let records = &particles.records;
-    change_each(&mut particles.listed_at, parallel, |row, listed| {
-        *listed = records[row].position;
-    });
-    if !extra.is_empty() {
-        *extra = each(order.len(), parallel, |new| extra[order[new] as usize]);
-    }
-    let members = Members::new(&particles.records, extra, levels, margin, parallel);
-    let mut list = list(&members, &grid, domain, parallel);
-    list.leave_out(&Exclusions::of(particles));
+    let common = Common::find(particles, extra, levels, margin, domain, parallel);
+    let (grid, new_row) = common.order(particles, extra);
     Built {
-        list,
+        list: common.list(particles, extra, &grid),
         new_row,
         grid,
+    }
+}
+
+/// Numbers of all particles together, from which the order of the rows and the search for pairs follow.
+pub struct Common<'a> {
+    levels: &'a Levels,
+    margin: &'a Margin,
+    domain: &'a Cell,
+    parallel: bool,
+    /// The smallest box along the axes that holds all positions, m.
+    bounds: [DVec3; 2],
+    /// Largest listing radius of the particles with extra skin, m.
+    most_of_few: Option<f64>,
+}
+
+impl<'a> Common<'a> {
+    /// Puts all particles into the periodic domain, and finds the numbers. Arguments as of [`build`].
+    pub fn find(
+        particles: &mut Particles,
+        extra: &[f64],
+        levels: &'a Levels,
+        margin: &'a Margin,
+        domain: &'a Cell,
+        parallel: bool,
+    ) -> Self {
+        change_each(&mut particles.records, parallel, |_, record| {
+            record.position = domain.wrap(record.position);
+        });
+        let records = &particles.records;
+        let few = (0..extra.len()).filter(|&row| extra[row] > 0.0);
+        let reach = |row: usize| records[row].radius + (margin.share(&records[row]) + extra[row]);
+        Self {
+            levels,
+            margin,
+            domain,
+            parallel,
+            bounds: bounds(records.len(), &|row| records[row].position, parallel),
+            most_of_few: few.map(reach).reduce(f64::max),
+        }
+    }
+
+    /// Sorts the particles into cells; returns the cells and the new place of each old row.
+    pub fn order(&self, particles: &mut Particles, extra: &mut Vec<f64>) -> (Grid, Vec<Row>) {
+        let cell = 2.0 * (self.levels.largest[0] + 0.5 * self.margin.largest());
+        let records = &particles.records;
+        let position = |row: usize| records[row].position;
+        let (count, bounds) = (records.len(), self.bounds);
+        let (grid, order) =
+            Grid::sort_within(count, position, bounds, cell, self.domain, self.parallel);
+        particles.reorder(&order, self.parallel);
+        let mut new_row = vec![Row::new(0); order.len()];
+        for (new, &old) in order.iter().enumerate() {
+            new_row[old as usize] = Row::new(new);
+        }
+        let records = &particles.records;
+        change_each(&mut particles.listed_at, self.parallel, |row, listed| {
+            *listed = records[row].position;
+        });
+        if !extra.is_empty() {
+            *extra = each(order.len(), self.parallel, |new| extra[order[new] as usize]);
+        }
+        (grid, new_row)
+    }
+
+    /// Lists the pairs of sorted particles.
+    #[must_use]
+    pub fn list(&self, particles: &Particles, extra: &[f64], grid: &Grid) -> CandidateList {
+        let members = Members::new(&particles.records, extra, self);
+        let mut list = list(&members, grid, self.domain, self.parallel);
+        list.leave_out(&Exclusions::of(particles));
+        list
     }
 }
 
@@ -136,13 +187,13 @@ pub(super) struct Members {
 }
 
 impl Members {
-    fn new(
-        records: &[Particle],
-        extra: &[f64],
-        levels: &Levels,
-        margin: &Margin,
-        parallel: bool,
-    ) -> Self {
+    fn new(records: &[Particle], extra: &[f64], common: &Common<'_>) -> Self {
+        let Common {
+            levels,
+            margin,
+            parallel,
+            ..
+        } = *common;
         let own = levels.largest.len();
         let extra = |row: usize| extra.get(row).copied().unwrap_or_default();
         let reach = |row: usize| records[row].radius + (margin.share(&records[row]) + extra(row));
@@ -165,10 +216,7 @@ impl Members {
         let mut largest: Vec<f64> = levels
             .map(|radius| radius + 0.5 * margin.largest())
             .collect();
-        let few = (0..records.len()).filter(|&row| usize::from(level_of_row[row]) == own);
-        if let Some(most) = few.map(reach).reduce(f64::max) {
-            largest.push(most);
-        }
+        largest.extend(common.most_of_few);
         Self {
             all: each(records.len(), parallel, spot),
             level: level_of_row,
@@ -362,8 +410,6 @@ pub(super) fn near(spot: Spot, position: [f64; 3], radius: f64) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-
     use super::*;
     use crate::state::{FIXED, MaterialIndex};
     use proptest::prelude::*;

@@ -23,7 +23,7 @@ pub use exclusions::Exclusions;
 pub use extra_skin::extra_skins;
 pub use grid::Grid;
 pub use levels::Levels;
-pub use list::{Built, Candidate, CandidateList, build, build_bytes, list_bytes};
+pub use list::{Built, Candidate, CandidateList, Common, build, build_bytes, list_bytes};
 pub use margin::Margin;
 pub use skin::Skin;
 pub use validity::Validity;

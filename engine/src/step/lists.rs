@@ -1,10 +1,10 @@
 //! The candidate lists: whether they still hold all contacts, and how they are built.
 
 use super::snapshot::MOST_STEPS;
-use super::{Core, Engine, RunError};
-use crate::forces::{NewList, find_near_walls};
+use super::{Core, Domain, Engine, RunError};
+use crate::forces::{NearWall, NewList, find_near_walls};
 use crate::memory::{MANY, give_back};
-use crate::neighbours::{Built, Cells, Levels, Margin, Skin, Validity, build, extra_skins};
+use crate::neighbours::{Cells, Common, Grid, Levels, Margin, Skin, Validity, extra_skins};
 use crate::parallel::each;
 use crate::state::{Particle, Particles, Row};
 use crate::surface::Surface;
@@ -64,7 +64,8 @@ impl Engine {
         Ok(())
     }
 
-    /// Sorts the particles and builds the candidate lists.
+    /// Sorts the particles and builds the candidate lists: finds the numbers of all particles together, puts the rows into order,
+    /// searches, and hands the lists over to all that follow them.
     fn rebuild(&mut self) -> Result<(), RunError> {
         let Self { core, parts, .. } = self;
         let finite = |record: &Particle| record.position.is_finite();
@@ -72,15 +73,7 @@ impl Engine {
             return Err(core.not_finite());
         }
         (parts.iter_mut()).try_for_each(|part| part.before_list(core))?;
-        if core.lists.validity.steps > 0 {
-            let [listed, touching] = core.contacts.count();
-            let idle = listed - touching;
-            core.lists.skin.adapt(
-                core.lists.validity.steps,
-                idle as f64 / core.particles.len().max(1) as f64,
-                !core.history_columns().is_empty(),
-            );
-        }
+        core.adapt_skin();
         let parallel = in_pool();
         let removed = core.domain.boundaries.take_row_map(core.particles.len());
         core.rename_images(&removed);
@@ -95,73 +88,26 @@ impl Engine {
         if let Some(bodies) = &mut core.particles.bodies {
             bodies.wrap(&core.domain.cell);
         }
-        let Built {
-            list,
-            new_row: sorted,
-            grid,
-        } = build(
-            &mut core.particles,
-            &mut extra,
-            &levels,
-            &margin,
-            &core.domain.cell,
-            parallel,
-        );
-        let Particles {
-            records, bodies, ..
-        } = &mut core.particles;
-        if let Some(bodies) = bodies {
-            bodies.note_shifts(records, &core.domain.cell);
-        }
-        for wall in &mut core.domain.walls {
-            wall.note_images(&core.domain.cell);
-        }
-        let mut near_walls = find_near_walls(
-            &core.particles,
-            &extra,
-            &grid,
-            &core.domain.walls,
-            &core.domain.cell,
-            &margin,
-            parallel,
-        );
-        let unpaired = &core.particles.unpaired;
-        if !unpaired.is_empty() {
-            near_walls.retain(|near| !unpaired.holds_wall(near.row, u32::from(near.wall.number())));
-        }
+        let (particles, cell) = (&mut core.particles, &core.domain.cell);
+        let common = Common::find(particles, &extra, &levels, &margin, cell, parallel);
+        let (grid, sorted) = common.order(particles, &mut extra);
+        let pairs = common.list(particles, &extra, &grid);
+        core.note_images();
+        let near_walls = core.near_walls(&extra, &grid, &margin, parallel);
         core.note_rooms(&extra, &margin);
         let new_row: Vec<Option<Row>> = each(removed.len(), parallel, |old| {
             removed[old].map(|row| sorted[row.index()])
         });
-        core.contacts.adopt(&list, &near_walls, &new_row, parallel);
+        (core.contacts).adopt(&pairs, &near_walls, &new_row, parallel);
         let list = NewList {
             particles: &core.particles,
-            pairs: &list,
+            pairs: &pairs,
             near_walls: &near_walls,
             new_row: &new_row,
             parallel,
         };
         parts.iter_mut().for_each(|part| part.new_list(&list));
-        let most = extra.iter().copied().fold(0.0, f64::max);
-        core.domain
-            .boundaries
-            .listed(&core.particles, &core.domain.cell, skin + 2.0 * most);
-        if core.domain.boundaries.expects_more() {
-            let cells = Cells::of_list(grid, &levels, &core.particles, &core.domain.cell);
-            core.domain
-                .boundaries
-                .take_cells(core.particles.len(), cells);
-        }
-        core.lists.validity = Validity::default();
-        core.lists.extra_skin = extra;
-        core.domain.walls.iter_mut().for_each(WallNow::note_listed);
-        core.domain
-            .surfaces
-            .iter_mut()
-            .for_each(Surface::note_listed);
-        core.list_vertices(0.5 * skin);
-        core.lists.rows_changed = false;
-        core.lists.rebuilds += 1;
+        core.adopt(extra, grid, &levels);
         if core.particles.len() > MANY {
             give_back();
         }
@@ -170,6 +116,77 @@ impl Engine {
 }
 
 impl Core {
+    /// Adapts the skin to how long the last list lasted, and how many of its pairs were idle.
+    fn adapt_skin(&mut self) {
+        if self.lists.validity.steps == 0 {
+            return;
+        }
+        let [listed, touching] = self.contacts.count();
+        let idle = listed - touching;
+        let remembers = !self.history_columns().is_empty();
+        self.lists.skin.adapt(
+            self.lists.validity.steps,
+            idle as f64 / self.particles.len().max(1) as f64,
+            remembers,
+        );
+    }
+
+    /// Notes the images at which bodies and walls stand now that particles are sorted.
+    fn note_images(&mut self) {
+        let cell = &self.domain.cell;
+        let Particles {
+            records, bodies, ..
+        } = &mut self.particles;
+        if let Some(bodies) = bodies {
+            bodies.note_shifts(records, cell);
+        }
+        for wall in &mut self.domain.walls {
+            wall.note_images(cell);
+        }
+    }
+
+    /// The sorted particles that are near walls.
+    fn near_walls(
+        &self,
+        extra: &[f64],
+        grid: &Grid,
+        margin: &Margin,
+        parallel: bool,
+    ) -> Vec<NearWall> {
+        let (particles, Domain { walls, cell, .. }) = (&self.particles, &self.domain);
+        let mut near = find_near_walls(particles, extra, grid, walls, cell, margin, parallel);
+        let unpaired = &particles.unpaired;
+        if !unpaired.is_empty() {
+            near.retain(|near| !unpaired.holds_wall(near.row, u32::from(near.wall.number())));
+        }
+        near
+    }
+
+    /// Takes a new list: boundaries, walls, sheets and the account of the skin.
+    fn adopt(&mut self, extra: Vec<f64>, grid: Grid, levels: &Levels) {
+        let skin = self.lists.skin.thickness;
+        let most = extra.iter().copied().fold(0.0, f64::max);
+        let Domain {
+            cell,
+            boundaries,
+            walls,
+            surfaces,
+            ..
+        } = &mut self.domain;
+        boundaries.listed(&self.particles, cell, skin + 2.0 * most);
+        if boundaries.expects_more() {
+            let cells = Cells::of_list(grid, levels, &self.particles, cell);
+            boundaries.take_cells(self.particles.len(), cells);
+        }
+        walls.iter_mut().for_each(WallNow::note_listed);
+        surfaces.iter_mut().for_each(Surface::note_listed);
+        self.lists.validity = Validity::default();
+        self.lists.extra_skin = extra;
+        self.lists.rows_changed = false;
+        self.lists.rebuilds += 1;
+        self.list_vertices(0.5 * skin);
+    }
+
     fn are_lists_valid(&mut self) -> bool {
         let dt = self.physics.time_step;
         let limit = 0.5 * self.lists.skin.thickness;
