@@ -18,6 +18,7 @@ use mercury_solver::output::folder::Earlier;
 use mercury_solver::plan::schema;
 use mercury_solver::results::NamedResult;
 use mercury_solver::run::checkpoint;
+use mercury_solver::study::Seeds;
 
 /// More threads than any machine has: a typing error.
 const MOST_THREADS: i64 = 1024;
@@ -127,6 +128,19 @@ struct Arguments {
     )]
     sweep: Vec<String>,
 
+    /// A study: each point with so many seeds, or from 8 on as many as --error needs (8..64)
+    #[arg(long, value_name = "N", help_heading = "Studies", value_parser = Seeds::parse, conflicts_with = "inspect")]
+    seeds: Option<Seeds>,
+
+    /// The error of a result at which a point has enough seeds: slope=2%; may be repeated
+    #[arg(
+        long,
+        value_name = "NAME=ERROR",
+        help_heading = "Studies",
+        requires = "seeds"
+    )]
+    error: Vec<String>,
+
     /// Draw a column of the study's table over its first key [default: what --result names]
     #[arg(long, value_name = "COLUMN", help_heading = "Studies")]
     plot: Vec<String>,
@@ -140,7 +154,7 @@ struct Arguments {
     within: Option<PathBuf>,
 
     /// Report the run to programs: a line of JSON each second, and for each phase, frame and checkpoint
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["check", "inspect", "sweep"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["check", "inspect", "sweep", "seeds"])]
     progress: Option<PathBuf>,
 
     /// No progress and no report, only errors

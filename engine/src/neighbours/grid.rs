@@ -367,7 +367,9 @@ impl Grid {
             before,
             behind,
         } = later;
-        (lines.clear(), before.clear(), behind.clear());
+        for cells in [&mut *lines, before, behind] {
+            cells.clear();
+        }
         let [of_line, count, layers] = self.cells_of_brick();
         // One before the first is the last of the brick before.
         let beside = |at: usize, step: usize, count: usize| match at + step {

@@ -1,7 +1,7 @@
 //! `mercury-solve study.toml` and `--sweep`: many runs of one scene, several at a time, and the table of their results.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -18,8 +18,9 @@ use mercury_solver::output::summary::Status;
 use mercury_solver::plan::{Disk, Plan};
 use mercury_solver::results::{self, NamedResult};
 use mercury_solver::run::{check_fit, plan_within};
+use mercury_solver::study::seeds::{DIFFERENCES, MEANS};
 use mercury_solver::study::table::{FILE, State, StudyTable};
-use mercury_solver::study::{Study, StudyRun, Sweep, earlier, file, grid, plot};
+use mercury_solver::study::{Seeds, Study, StudyRun, Sweep, earlier, file, grid, plot};
 use serde_json::{Value, json};
 
 use super::input::{Input, lies_within, refused};
@@ -46,7 +47,9 @@ pub(crate) fn requested(
     within: Option<&Arc<Within>>,
 ) -> Result<Option<Asked>, Failure> {
     let path = &input.path;
-    let mut study = match (arguments.sweep.is_empty(), file::is_study(&input.text)) {
+    let is_file = file::is_study(&input.text);
+    let has_values = !arguments.sweep.is_empty() || (arguments.seeds.is_some() && !is_file);
+    let mut study = match (!has_values, is_file) {
         (true, false) => {
             for (option, given) in [
                 ("--plot", !arguments.plot.is_empty()),
@@ -92,9 +95,12 @@ pub(crate) fn requested(
     study.threads = arguments.threads.or(study.threads);
     study.results.extend(arguments.results()?);
     study.plots.extend(arguments.plot.iter().cloned());
+    if let Some(seeds) = &arguments.seeds {
+        repeat(&mut study, seeds.clone(), &arguments.error)?;
+    }
     study.check_names().map_err(Failure::input)?;
     lies_within(within, &study.folder)?;
-    let scene = match arguments.sweep.is_empty() {
+    let scene = match is_file {
         true => scene_of(path, &study, within)?,
         false => input.clone(),
     };
@@ -128,6 +134,33 @@ fn scene_of(file: &Path, study: &Study, within: Option<&Arc<Within>>) -> Result<
     )
 }
 
+/// Gives each point of the study the seeds of the command line.
+fn repeat(study: &mut Study, mut seeds: Seeds, errors: &[String]) -> Outcome {
+    if study.seeds.is_some() {
+        let failure = Failure::input("--seeds: the study says itself how many seeds a point has");
+        return Err(failure.with_help("change `seeds` in its file"));
+    }
+    for text in errors {
+        let (name, error) = text.split_once('=').ok_or_else(|| {
+            Failure::input(format!(
+                "--error {text}: expected NAME=ERROR, for example slope=2%"
+            ))
+        })?;
+        let until = seeds.until(name.trim(), error, &study.results);
+        until.map_err(|problem| Failure::input(format!("--error {text}: {problem}")))?;
+    }
+    if seeds.least != seeds.most && errors.is_empty() {
+        let failure = Failure::input(format!(
+            "--seeds {}..{}: needs --error, from which the number of seeds follows",
+            seeds.least, seeds.most
+        ));
+        return Err(failure.with_help(
+            "--error NAME=2%, with the name of a --result; or a fixed number, --seeds 8",
+        ));
+    }
+    study.repeat(seeds, "--seeds").map_err(Failure::input)
+}
+
 fn swept(scene: &Path, arguments: &[String]) -> Result<Study, Failure> {
     let mut sweeps = Vec::new();
     for text in arguments {
@@ -137,7 +170,10 @@ fn swept(scene: &Path, arguments: &[String]) -> Result<Study, Failure> {
                 .with_help("for example --sweep materials.glass.tangential.friction=0.1,0.3,0.5")
         })?);
     }
-    let (keys, runs) = grid(&sweeps, "--sweep").map_err(Failure::input)?;
+    let (keys, runs) = match sweeps.is_empty() {
+        true => (Vec::new(), vec![StudyRun::as_it_is()]),
+        false => grid(&sweeps, "--sweep").map_err(Failure::input)?,
+    };
     let stem = stem(scene);
     Ok(Study {
         scene: scene.to_owned(),
@@ -148,6 +184,7 @@ fn swept(scene: &Path, arguments: &[String]) -> Result<Study, Failure> {
         keys,
         runs,
         results: Vec::new(),
+        seeds: None,
         plots: Vec::new(),
         jobs: None,
         threads: None,
@@ -178,13 +215,21 @@ pub(crate) fn execute(
         if arguments.json {
             return say_object(&as_json(study, &needs));
         }
+        let (of_point, certain) = (study.runs_of_point(), study.certain_runs_of_point());
+        let points = study.runs.len() / of_point;
+        let most = match certain < of_point {
+            true => format!(", {} at most", points * of_point),
+            false => String::new(),
+        };
         let mut text = format!(
-            "{} in {}:",
-            counted(study.runs.len(), "run"),
+            "{}{most} in {}:",
+            counted(points * certain, "run"),
             study.folder.display()
         );
-        for run in &study.runs {
-            text += &format!("\n  {}", run.name);
+        for (number, run) in study.runs.iter().enumerate() {
+            if number % of_point < certain {
+                text += &format!("\n  {}", run.name);
+            }
         }
         return say(&format!(
             "{text}\nall can be run, {jobs} at a time; nothing was run"
@@ -210,9 +255,17 @@ pub(crate) fn execute(
         earlier: &earlier,
         requests,
         begun: Instant::now(),
-        next: AtomicUsize::new(0),
         board: Mutex::new(Board {
-            states: vec![State::Waiting; study.runs.len()],
+            states: (0..study.runs.len())
+                .map(
+                    |run| match run % study.runs_of_point() < study.certain_runs_of_point() {
+                        true => State::Waiting,
+                        false => State::Spare,
+                    },
+                )
+                .collect(),
+            begun: vec![false; study.runs.len()],
+            table: StudyTable::default(),
             shares: vec![0.0; study.runs.len()],
             taken_up: vec![None; study.runs.len()],
             found: 0,
@@ -276,6 +329,7 @@ fn jobs(study: &Study) -> usize {
 }
 
 /// The cost of a run.
+#[derive(Debug, Clone)]
 struct Needs {
     steps: u64,
     /// Largest memory, bytes.
@@ -293,9 +347,22 @@ fn check(
     any_memory: bool,
 ) -> Result<(String, Vec<Needs>), Failure> {
     let (mut reported, mut problems) = (String::new(), Vec::new());
-    let mut needs = Vec::new();
+    let mut needs: Vec<Needs> = Vec::new();
     let (mut refused, mut prefix) = (0, String::new());
+    let of_point = asked.study.runs_of_point();
     for (number, run) in asked.study.runs.iter().enumerate() {
+        // The seeds of a point cost the same.
+        if number % of_point > 0 && needs.len() == number {
+            needs.push(needs[number - 1].clone());
+            for k in 0..study.keys.len() - 1 {
+                let settled = study.runs[number - 1].settled[k].clone();
+                study.runs[number].settled[k] = settled;
+            }
+            continue;
+        }
+        if number % of_point > 0 {
+            continue;
+        }
         match planned(asked, run, jobs, any_memory) {
             Ok((plan, memory, scene)) => {
                 needs.push(Needs {
@@ -376,6 +443,10 @@ pub(crate) fn check_results(results: &[NamedResult], plan: &Plan) -> Outcome {
 /// How far all runs are.
 struct Board {
     states: Vec<State>,
+    /// Whether each run was begun here.
+    begun: Vec<bool>,
+    /// The table as it was last written.
+    table: StudyTable,
     /// Share of each run that is done, from 0 to 1.
     shares: Vec<f64>,
     /// The finished share of each run when this process first read it.
@@ -395,7 +466,6 @@ struct Work<'a> {
     earlier: &'a earlier::Rows,
     requests: Requests,
     begun: Instant,
-    next: AtomicUsize,
     board: Mutex<Board>,
 }
 
@@ -408,10 +478,10 @@ impl Work<'_> {
             {
                 return;
             }
-            let number = self.next.fetch_add(1, Ordering::Relaxed);
-            let Some(run) = self.study.runs.get(number) else {
+            let Some(number) = self.next_run() else {
                 return;
             };
+            let run = &self.study.runs[number];
             let (state, was_there) = match self.run(number, run) {
                 Ok(None) => (State::Finished, true),
                 Ok(Some(Status::Finished)) => (State::Finished, false),
@@ -424,11 +494,25 @@ impl Work<'_> {
             board.shares[number] = 1.0;
             board.taken_up[number].get_or_insert(if was_there { 1.0 } else { 0.0 });
             board.found += usize::from(was_there);
-            // The table can be read while the other runs go on; if it cannot be written, this is reported at the end.
-            if !was_there {
-                let _ = write_table(self.study, &board.states, self.prefix, self.earlier);
+            // The table can be read while the other runs go on; if it cannot be written, this is reported at the end. More seeds may follow from it.
+            if !was_there || self.study.seeds.is_some() {
+                if let Ok(table) = write_table(self.study, &board.states, self.prefix, self.earlier)
+                {
+                    board.table = table;
+                }
             }
         }
+    }
+
+    /// Begins the next run that is needed.
+    fn next_run(&self) -> Option<usize> {
+        let mut board = self.board();
+        let next = self.study.next_run(&board.begun, &board.table)?;
+        board.begun[next] = true;
+        if board.states[next] == State::Spare {
+            board.states[next] = State::Waiting;
+        }
+        Some(next)
     }
 
     fn board(&self) -> std::sync::MutexGuard<'_, Board> {
@@ -499,29 +583,31 @@ impl Work<'_> {
         let mut board = self.board();
         board.shares[number] = share;
         board.taken_up[number].get_or_insert(share);
-        let all = board.shares.iter().sum::<f64>() / board.shares.len() as f64;
+        let is_needed = |state: &&State| **state != State::Spare;
+        let needed = board.states.iter().filter(is_needed).count();
+        let all = board.shares.iter().sum::<f64>() / needed as f64;
         let done = (board.states.iter())
-            .filter(|state| **state != State::Waiting)
+            .filter(|state| !matches!(state, State::Waiting | State::Spare))
             .count();
         let text = format!(
             "{done} of {} done, `{}` at {:.0} %",
-            counted(board.states.len(), "run"),
+            counted(needed, "run"),
             self.study.runs[number].name,
             100.0 * share
         );
-        let left = left(self.begun.elapsed(), &board.shares, &board.taken_up);
+        let ahead = needed as f64 - board.shares.iter().sum::<f64>();
+        let left = left(self.begun.elapsed(), &board.shares, &board.taken_up, ahead);
         board.line.share_left(all, left, || text);
     }
 }
 
 /// Estimate of the remaining seconds, at the speed of the work done in this process; runs that were finished, or half done,
-/// before do not count.
-fn left(since: Duration, shares: &[f64], taken_up: &[Option<f64>]) -> f64 {
+/// before do not count. `ahead`: runs that are left.
+fn left(since: Duration, shares: &[f64], taken_up: &[Option<f64>], ahead: f64) -> f64 {
     let done = shares.iter().zip(taken_up);
     let done: f64 = done
         .map(|(share, first)| share - first.unwrap_or(*share))
         .sum();
-    let ahead: f64 = shares.iter().map(|share| 1.0 - share).sum();
     since.as_secs_f64() * ahead / done.max(1e-9)
 }
 
@@ -559,8 +645,21 @@ fn conclude(
         |wanted: &dyn Fn(&State) -> bool| board.states.iter().filter(|state| wanted(state)).count();
     let finished = count(&|state| *state == State::Finished);
     let waiting = count(&|state| matches!(state, State::Stopped | State::Waiting));
+    let spare = count(&|state| *state == State::Spare);
     let mut files = vec![FILE.to_owned()];
     let mut problems = table.problems.clone();
+    let means = study.means(&table);
+    for (name, points) in [
+        (MEANS, means.as_ref()),
+        (DIFFERENCES, study.differences(&table).as_ref()),
+    ] {
+        if let Some(points) = points {
+            write_whole(&study.folder.join(name), points.csv().as_bytes()).map_err(Failure::run)?;
+            problems.extend(points.problems.iter().cloned());
+            files.push(name.to_owned());
+        }
+    }
+    let counted_rows = study.counted_rows(&table);
     let columns = match study.plots.is_empty() {
         true => study
             .results
@@ -576,7 +675,7 @@ fn conclude(
         Vec::new()
     };
     for column in drawn {
-        match plot::page(study, &table, &column) {
+        match plot::page(study, &counted_rows, &column) {
             Ok(page) => {
                 let stem = format!("study.{column}");
                 page.write(&study.folder.join(&stem))
@@ -587,19 +686,23 @@ fn conclude(
         }
     }
     if arguments.json {
-        say_object(&json!({
+        let mut answer = json!({
             "version": env!("CARGO_PKG_VERSION"),
             "folder": study.folder.display().to_string(),
             "files": files,
             "units": table.units(),
             "rows": table.objects(),
-        }))?;
+        });
+        if let Some(means) = &means {
+            answer["means"] = means.objects().into();
+        }
+        say_object(&answer)?;
     } else if !arguments.quiet {
         let before = match board.found {
             0 => String::new(),
             found => format!(" ({found} before)"),
         };
-        let runs = counted(board.states.len(), "run");
+        let runs = counted(board.states.len() - spare, "run");
         say(&format!(
             "{finished} of {runs} finished{before}\n  files      {}: {}",
             study.folder.display(),
@@ -631,14 +734,14 @@ fn conclude(
         };
         let what = format!(
             "{reported}{by}: {waiting} of {} to go on with\nhelp: the same command goes on where it was stopped",
-            counted(board.states.len(), "run")
+            counted(board.states.len() - spare, "run")
         );
         return Err(ended(Failure::new(Exit::Resumable, what), arguments));
     }
     if failed.is_empty() {
         return Ok(());
     }
-    let all = counted(board.states.len(), "run");
+    let all = counted(board.states.len() - spare, "run");
     let what = format!(
         "{reported}{} of {all} failed\nhelp: the same command tries them again; --force runs all anew",
         failed.len()
@@ -663,6 +766,6 @@ mod tests {
         // Of four runs one was there, one is taken up at half and now at three quarters, one at a quarter, one waits: half a run in 10 s, two to go.
         let shares = [1.0, 0.75, 0.25, 0.0];
         let taken_up = [Some(1.0), Some(0.5), Some(0.0), None];
-        assert_eq!(left(Duration::from_secs(10), &shares, &taken_up), 40.0);
+        assert_eq!(left(Duration::from_secs(10), &shares, &taken_up, 2.0), 40.0);
     }
 }

@@ -8,7 +8,7 @@ mod until;
 mod values;
 
 use until::slack;
-pub use until::{Aims, requested};
+pub use until::{Aims, Wanted, requested};
 
 use std::fs;
 use std::io;

@@ -21,7 +21,7 @@ const FALLS: f64 = 20.0;
 
 /// The error at which a result is known: one standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Wanted {
+pub enum Wanted {
     /// Of the magnitude of the value.
     Share(f64),
     /// In the unit of the result.
@@ -29,8 +29,39 @@ enum Wanted {
 }
 
 impl Wanted {
+    /// Reads `2 %`, or a number in the unit of the result.
+    ///
+    /// # Errors
+    /// The text is neither, or not above 0.
+    pub(crate) fn parse(text: &str, unit: &str) -> Result<Self, String> {
+        let expected = match unit {
+            "1" => "expected a share of the value, \"2 %\", or a number, \"0.01\"".to_owned(),
+            unit => format!(
+                "expected a share of the value, \"2 %\", or a number with its unit, \"0.1 {unit}\""
+            ),
+        };
+        let positive = |value: f64| match value > 0.0 && value.is_finite() {
+            true => Ok(value),
+            false => Err("must be above 0".to_owned()),
+        };
+        let text = text.trim();
+        if let Some(share) = text.strip_suffix('%') {
+            let share = share.trim().parse::<f64>().map_err(|_| expected)?;
+            return positive(0.01 * share).map(Self::Share);
+        }
+        if let ("1", Ok(number)) = (unit, text.parse::<f64>()) {
+            return positive(number).map(Self::Number);
+        }
+        let dimension = Dimension::of_unit(unit).unwrap_or(Dimension::NUMBER);
+        let quantity = Quantity::parse(text).map_err(|problem| format!("{problem}: {expected}"))?;
+        let value = quantity.value(dimension);
+        let value = value
+            .map_err(|found| format!("is {found}, and the result is in {unit}: {expected}"))?;
+        positive(value).map(Self::Number)
+    }
+
     /// In the unit of the result, at a value.
-    fn at(self, value: f64) -> f64 {
+    pub(crate) fn at(self, value: f64) -> f64 {
         match self {
             Self::Share(share) => share * value.abs(),
             Self::Number(number) => number,
@@ -110,34 +141,6 @@ fn with_help(error: SceneError, problem: &str) -> SceneError {
     }
 }
 
-/// The error that is wanted of a result: `2 %`, or a number in its unit.
-fn wanted(text: &str, unit: &str) -> Result<Wanted, String> {
-    let expected = match unit {
-        "1" => "expected a share of the value, \"2 %\", or a number, \"0.01\"".to_owned(),
-        unit => format!(
-            "expected a share of the value, \"2 %\", or a number with its unit, \"0.1 {unit}\""
-        ),
-    };
-    let positive = |value: f64| match value > 0.0 && value.is_finite() {
-        true => Ok(value),
-        false => Err("must be above 0".to_owned()),
-    };
-    let text = text.trim();
-    if let Some(share) = text.strip_suffix('%') {
-        let share = share.trim().parse::<f64>().map_err(|_| expected)?;
-        return positive(0.01 * share).map(Wanted::Share);
-    }
-    if let ("1", Ok(number)) = (unit, text.parse::<f64>()) {
-        return positive(number).map(Wanted::Number);
-    }
-    let dimension = Dimension::of_unit(unit).unwrap_or(Dimension::NUMBER);
-    let quantity = Quantity::parse(text).map_err(|problem| format!("{problem}: {expected}"))?;
-    let value = quantity.value(dimension);
-    let value =
-        value.map_err(|found| format!("is {found}, and the result is in {unit}: {expected}"))?;
-    positive(value).map(Wanted::Number)
-}
-
 impl Aims {
     /// Those of `time.until`; `None` if there are none, or there are errors.
     fn of(
@@ -180,7 +183,7 @@ impl Aims {
                 errors.push(error.with_help("a study with several seeds gives one"));
                 continue;
             }
-            match wanted(&entry.error, &result.unit()) {
+            match Wanted::parse(&entry.error, &result.unit()) {
                 Ok(wanted) => aims.push(Aim {
                     result: result.clone(),
                     wanted,

@@ -14,6 +14,7 @@ use mercury_common::whole_file::write_whole;
 use toml::{Table, Value};
 
 use super::Study;
+use super::seeds::{DIFFERENCES, MEANS};
 use super::table::{FILE, number};
 
 /// Name of the file that describes the table beside it.
@@ -168,7 +169,7 @@ pub fn remove(folder: &Path) -> Result<(), String> {
         let name = entry.file_name().to_string_lossy().into_owned();
         let is_plot =
             name.starts_with("study.") && (name.ends_with(".svg") || name.ends_with(".png"));
-        if is_plot || name == FILE || name == RECORD {
+        if is_plot || [FILE, RECORD, MEANS, DIFFERENCES].contains(&name.as_str()) {
             let path = entry.path();
             fs::remove_file(&path)
                 .map_err(|error| format!("{} cannot be removed: {error}", path.display()))?;

@@ -7,11 +7,12 @@ use mercury_common::scene::{
 };
 use toml::{Table, Value};
 
-use super::{MOST_RUNS, Study, StudyError, StudyRun, Sweep, dotted, grid, named, too_many};
+use super::{MOST_RUNS, Seeds, Study, StudyError, StudyRun, Sweep, dotted, grid, named, too_many};
 use crate::results::NamedResult;
 
-const KEYS: [&str; 9] = [
-    "scene", "folder", "set", "sweep", "runs", "results", "plots", "jobs", "threads",
+const KEYS: [&str; 11] = [
+    "scene", "folder", "set", "sweep", "runs", "seeds", "error", "results", "plots", "jobs",
+    "threads",
 ];
 
 /// Whether a text is that of a study: it has a table `study`, which no scene has.
@@ -125,7 +126,8 @@ impl Reader<'_> {
             );
         }
         let set = self.table(study, "set")?.into_iter().flatten();
-        Ok(Study {
+        let seeds = self.seeds(study, &results)?;
+        let mut found = Study {
             scene: beside.join(scene),
             folder,
             set: set.map(|(key, value)| format!("{key}={value}")).collect(),
@@ -134,10 +136,65 @@ impl Reader<'_> {
             keys,
             runs,
             results,
+            seeds: None,
             plots,
             jobs: self.count(study, "jobs")?,
             threads: self.count(study, "threads")?,
-        })
+        };
+        if let Some(seeds) = seeds {
+            found.repeat(seeds, &format!("{}: study.seeds", self.path.display()))?;
+        }
+        Ok(found)
+    }
+
+    /// `seeds = 8`, or `{ least = 8, most = 64 }` with the errors of `[study.error]`.
+    fn seeds(&self, study: &Table, results: &[NamedResult]) -> Result<Option<Seeds>, StudyError> {
+        let errors = self.table(study, "error")?;
+        let place = "study.seeds";
+        let wrong = |problem: &str| self.error(place, problem);
+        let expected = "must be a number, 8, or { least = 8, most = 64 }";
+        let whole = |value: Option<&Value>| {
+            let count = value.and_then(Value::as_integer);
+            count
+                .and_then(|count| u32::try_from(count).ok())
+                .ok_or_else(|| wrong(expected))
+        };
+        let seeds = match study.get("seeds") {
+            None if errors.is_some() => {
+                let error = self.error("study.error", "needs `seeds`");
+                return Err(error.with_help("seeds = { least = 8, most = 64 }, of each point"));
+            }
+            None => return Ok(None),
+            Some(Value::Table(table)) => {
+                if let Some(key) = table
+                    .keys()
+                    .find(|key| !["least", "most"].contains(&key.as_str()))
+                {
+                    return Err(self.error(&format!("{place}.{key}"), "this key is not known"));
+                }
+                Seeds::new(whole(table.get("least"))?, whole(table.get("most"))?)
+            }
+            value => {
+                let count = whole(value)?;
+                Seeds::new(count, count)
+            }
+        };
+        let mut seeds = seeds.map_err(|problem| wrong(&problem))?;
+        for (name, error) in errors.into_iter().flatten() {
+            let key = format!("study.error.{name}");
+            let text = error
+                .as_str()
+                .ok_or_else(|| self.error(&key, "must be a string, \"2 %\""))?;
+            let set = seeds.until(name, text, results);
+            set.map_err(|problem| self.error(&key, &problem))?;
+        }
+        if seeds.least != seeds.most && errors.is_none_or(Table::is_empty) {
+            let error = wrong("needs [study.error], from which the number of seeds follows");
+            return Err(
+                error.with_help("[study.error] with slope = \"2 %\", or a fixed number: seeds = 8")
+            );
+        }
+        Ok(Some(seeds))
     }
 
     fn runs(&self, study: &Table) -> Result<(Vec<String>, Vec<StudyRun>), StudyError> {
@@ -145,6 +202,10 @@ impl Reader<'_> {
             (Some(_), Some(_)) => {
                 let error = self.error("study.runs", "cannot be used together with study.sweep");
                 Err(error.with_help("a grid (sweep) or a list (runs): two studies make both"))
+            }
+            // One point.
+            (None, None) if study.contains_key("seeds") => {
+                Ok((Vec::new(), vec![StudyRun::as_it_is()]))
             }
             (None, None) => {
                 let error = self.error("study", "says nothing of values");

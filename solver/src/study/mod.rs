@@ -7,6 +7,7 @@
 pub mod earlier;
 pub mod file;
 pub mod plot;
+pub mod seeds;
 mod sweep;
 pub mod table;
 #[cfg(test)]
@@ -19,6 +20,7 @@ use mercury_common::readable::{printable, printable_lines};
 use mercury_common::scene::Scene;
 
 use crate::results::NamedResult;
+pub use seeds::Seeds;
 pub use sweep::Sweep;
 
 /// More runs than can be useful: an error in a range.
@@ -70,6 +72,8 @@ pub struct Study {
     pub runs: Vec<StudyRun>,
     /// Numbers requested by name.
     pub results: Vec<NamedResult>,
+    /// How often each point is run, with other random numbers; `None`: once, and `seed` is a key like any other.
+    pub seeds: Option<Seeds>,
     /// Columns to draw.
     pub plots: Vec<String>,
     /// Runs at a time.
@@ -87,6 +91,18 @@ pub struct StudyRun {
     pub values: Vec<Option<String>>,
     /// Values in SI, once the scene was read.
     pub settled: Vec<Option<String>>,
+}
+
+impl StudyRun {
+    /// The scene without a change.
+    #[must_use]
+    pub fn as_it_is() -> Self {
+        Self {
+            name: String::new(),
+            values: Vec::new(),
+            settled: Vec::new(),
+        }
+    }
 }
 
 /// Columns of every study's table beside its keys and results, as far as they are known before a run.

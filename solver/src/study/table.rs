@@ -33,6 +33,8 @@ pub enum State {
     Stopped,
     /// The run failed, for this reason.
     Failed(String),
+    /// A seed that is not needed so far.
+    Spare,
 }
 
 impl State {
@@ -42,6 +44,7 @@ impl State {
             Self::Finished => "finished",
             Self::Stopped => "stopped",
             Self::Failed(_) => "failed",
+            Self::Spare => "spare",
         }
     }
 }
@@ -69,6 +72,10 @@ impl StudyTable {
         let mut cells = Vec::new();
         let mut problems = Vec::new();
         for (run, state) in study.runs.iter().zip(states) {
+            let before = earlier.iter().find(|(name, _)| *name == run.name);
+            if *state == State::Spare && before.is_none() {
+                continue;
+            }
             let mut row = vec![("run".to_owned(), run.name.clone())];
             let values = study.keys.iter().zip(&run.settled);
             row.extend(values.map(|(key, value)| (key.clone(), plain(value.as_deref()))));
@@ -78,8 +85,9 @@ impl StudyTable {
                 _ => "",
             };
             row.push(("problem".to_owned(), why.to_owned()));
-            let before = earlier.iter().find(|(name, _)| *name == run.name);
-            if let (State::Waiting | State::Failed(_), Some((_, cells))) = (state, before) {
+            if let (State::Waiting | State::Spare | State::Failed(_), Some((_, cells))) =
+                (state, before)
+            {
                 row.clone_from(cells);
                 for (_, cell) in row.iter_mut().filter(|(name, _)| name == "problem") {
                     why.clone_into(cell);

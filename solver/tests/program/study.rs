@@ -587,3 +587,135 @@ fn a_run_that_is_not_at_rest_says_so_in_the_table() {
         assert!(row.ends_with(",1"), "one warning: {row}");
     }
 }
+
+/// The ball, and grains whose sizes follow from the seed: they fly and touch nothing.
+fn with_random_grains() -> tempfile::TempDir {
+    let grains = r#"
+[[insertions]]
+name = "grains"
+region = { shape = "box", min = [0.02, 0.02, 0.06], max = [0.08, 0.08, 0.09] }
+material = "ball"
+psd = { kind = "uniform", min_diameter = 2e-3, max_diameter = 6e-3, weighting = "number" }
+total = { number = 10 }
+velocity = { mean = [1.0, 0.0, 0.0] }
+"#;
+    let scene = SCENE.replace("end = 0.02", "end = 0.001");
+    folder_with("grains.toml", &format!("{scene}{grains}"))
+}
+
+/// How many seeds a point has follows from their outcomes alone, not from how many runs go on at a time; the interval holds what more seeds find.
+#[test]
+fn seeds_are_added_until_the_error_is_small_enough() {
+    let folder = with_random_grains();
+    let run = |jobs: &str, output: &str| {
+        let arguments = [
+            "grains.toml",
+            "--sweep",
+            "insertions.grains.velocity.mean.0=1,2",
+            "--seeds",
+            "4..40",
+            "--error",
+            "energy=2.5%",
+            "--result",
+            "energy=last(energy.traKineticEnergy)",
+            "--jobs",
+            jobs,
+            "--output",
+            output,
+        ];
+        let (code, _, errors) = solve(folder.path(), &arguments);
+        assert_eq!(code, Some(0), "{errors}");
+        let read = |name: &str| fs::read_to_string(folder.path().join(output).join(name)).unwrap();
+        (
+            read("study.means.csv"),
+            read("study.differences.csv"),
+            errors,
+        )
+    };
+    let (means, differences, errors) = run("1", "one");
+    assert!(errors.contains("fewer than 8"), "{errors}");
+    assert_eq!(
+        run("4", "four"),
+        (means.clone(), differences.clone(), errors)
+    );
+    let rows: Vec<Vec<f64>> = (means.lines().skip(1))
+        .map(|line| {
+            line.split(',')
+                .map(|cell| cell.parse().unwrap_or(f64::NAN))
+                .collect()
+        })
+        .collect();
+    let header = "insertions.grains.velocity.mean.0 [m/s],seeds,energy [J],energy_error [J],energy_low [J],energy_high [J],energy_spread [J],energy_within [J]";
+    assert_eq!(means.lines().next(), Some(header));
+    for row in &rows {
+        assert!(
+            row[1] > 4.0 && row[1] < 40.0 && row[3] <= 0.025 * row[2],
+            "{row:?}"
+        );
+    }
+    // Grains of the same seeds fly four times as high in energy, but for the ball's share and for gravity; so the two are correlated.
+    let correlation: f64 = differences
+        .lines()
+        .nth(1)
+        .unwrap()
+        .rsplit(',')
+        .next()
+        .unwrap()
+        .parse()
+        .unwrap();
+    assert!(correlation > 0.99, "{differences}");
+    // The same command again finds all that it needs.
+    let again = run("2", "one");
+    assert_eq!((again.0, again.1), (means, differences));
+}
+
+#[test]
+fn a_fixed_number_of_seeds_needs_no_sweep() {
+    let folder = with_random_grains();
+    let file = "[study]\nscene = \"grains.toml\"\nseeds = 3\n[study.results]\nenergy = \"last(energy.traKineticEnergy)\"\n";
+    fs::write(folder.path().join("many.toml"), file).unwrap();
+    let (code, said, errors) = solve(folder.path(), &["many.toml"]);
+    assert_eq!(code, Some(0), "{errors}");
+    assert!(said.contains("3 of 3 runs finished"), "{said}");
+    let study = folder.path().join("many");
+    assert_eq!(column(&study, "run"), ["seed=1", "seed=2", "seed=3"]);
+    assert!(!study.join("study.differences.csv").exists());
+    let (code, said, _) = solve(folder.path(), &["grains.toml", "--seeds", "3", "--check"]);
+    assert_eq!(code, Some(0));
+    assert!(said.starts_with("3 runs in grains-study"), "{said}");
+}
+
+#[test]
+fn seeds_that_cannot_be_are_refused_before_a_run() {
+    let folder = with_random_grains();
+    let result = ["--result", "energy=last(energy.traKineticEnergy)"];
+    for (arguments, part) in [
+        (vec!["--seeds", "0"], "1 at least"),
+        (vec!["--seeds", "1000000"], "more than 10000 runs"),
+        (
+            vec!["--seeds", "2", "--sweep", "seed=1,2"],
+            "values of `seed` itself",
+        ),
+        (
+            vec!["--seeds", "2", "--set", "seed=5"],
+            "values of `seed` itself",
+        ),
+        (vec!["--seeds", "8..64"], "needs --error"),
+        (vec!["--seeds", "8", "--error", "energy=2%"], "fixed at 8"),
+        (
+            vec!["--seeds", "8..64", "--error", "enrgy=2%"],
+            "did you mean `energy`?",
+        ),
+        (
+            vec!["--seeds", "8..64", "--error", "energy=2 m"],
+            "the result is in J",
+        ),
+        (vec!["--error", "energy=2%"], "--seeds"),
+    ] {
+        let all: Vec<&str> = [&["grains.toml"][..], &arguments, &result].concat();
+        let (code, _, errors) = solve(folder.path(), &all);
+        assert_eq!(code, Some(2), "{arguments:?}: {errors}");
+        assert!(errors.contains(part), "{arguments:?}: {errors}");
+    }
+    assert!(!folder.path().join("grains-study").exists());
+}
