@@ -495,11 +495,10 @@ impl Work<'_> {
             board.taken_up[number].get_or_insert(if was_there { 1.0 } else { 0.0 });
             board.found += usize::from(was_there);
             // The table can be read while the other runs go on; if it cannot be written, this is reported at the end. More seeds may follow from it.
-            if !was_there || self.study.seeds.is_some() {
-                if let Ok(table) = write_table(self.study, &board.states, self.prefix, self.earlier)
-                {
-                    board.table = table;
-                }
+            if (!was_there || self.study.seeds.is_some())
+                && let Ok(table) = write_table(self.study, &board.states, self.prefix, self.earlier)
+            {
+                board.table = table;
             }
         }
     }
