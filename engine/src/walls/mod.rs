@@ -51,7 +51,6 @@ mod part;
 mod plane;
 mod pose;
 mod profile;
-mod ramp;
 mod revolution;
 mod revolved;
 mod section;
@@ -60,6 +59,7 @@ mod shape;
 mod side;
 mod sphere;
 mod symmetry;
+mod target;
 #[cfg(test)]
 mod tests;
 mod touch;
@@ -75,17 +75,17 @@ pub use mesh::{
     Scratch, TurnedPair,
 };
 pub use motion::{Component, Motion};
-pub use motion_table::{MotionTable, Row};
+pub use motion_table::MotionTable;
 pub use now::{SavedWall, WallNow};
 pub(crate) use part::LoadSeries;
 pub use plane::Plane;
 pub use pose::{Pose, RigidVelocity};
-pub use ramp::{Area, Ramp, Target};
 pub use revolution::Revolution;
 pub use section::{SectionBox, area, has_area, plane_section};
 pub use servo::{Followed, Servo, ServoState, WallStiffness};
 pub use shape::Shape;
 pub use side::Side;
 pub use sphere::SphereShell;
+pub use target::{Area, Target};
 pub use touch::{Touch, Touches, Turning};
 pub use wall::{Wall, WallState};

@@ -1,6 +1,8 @@
 //! The walls of a scene as the engine's walls; boxes fall apart into their faces.
 
 use glam::DVec3;
+use mercury_common::curve::Curve;
+use mercury_common::formats::time_table::TimeTable;
 use mercury_common::scene::{
     Domain, Face, Load, Motion as SceneMotion, MotionKind, Scene, SceneError, ServoTarget,
     Shape as SceneShape, Side as SceneSide, Wall as SceneWall,
@@ -11,8 +13,8 @@ use super::start_from_frame::EarlierWalls;
 use mercury_engine::cell::image;
 use mercury_engine::state::MaterialIndex;
 use mercury_engine::walls::{
-    Area, Component, Cone, Cylinder, Disc, Motion, MotionTable, Plane, Pose, Ramp, Revolution,
-    Servo, Shape, Side, SphereShell, Target, Wall,
+    Area, Component, Cone, Cylinder, Disc, Motion, MotionTable, Plane, Pose, Revolution, Servo,
+    Shape, Side, SphereShell, Target, Wall,
 };
 
 /// Most walls: the contact loop numbers them with 16 bits.
@@ -362,11 +364,11 @@ pub(crate) fn component_about(
 /// Target of a servo along `axis`.
 fn target(wall: &SceneWall, axis: DVec3, aim: &ServoTarget) -> Result<Target, SceneError> {
     Ok(match aim {
-        ServoTarget::Force(load) => Target::Force(ramp(load, "force")?),
+        ServoTarget::Force(load) => Target::Force(curve(load, "force")?),
         ServoTarget::Pressure {
             load,
             area: Some(area),
-        } => Target::Pressure(ramp(load, "pressure")?, Area::Given(**area)),
+        } => Target::Pressure(curve(load, "pressure")?, Area::Given(**area)),
         ServoTarget::Pressure { load, area: None } => {
             let has_one = matches!(
                 wall.shape,
@@ -391,7 +393,7 @@ fn target(wall: &SceneWall, axis: DVec3, aim: &ServoTarget) -> Result<Target, Sc
                     error.with_help("for example: area = 9e-4   # m2, as seen along the axis")
                 );
             }
-            Target::Pressure(ramp(load, "pressure")?, Area::OfWall)
+            Target::Pressure(curve(load, "pressure")?, Area::OfWall)
         }
     })
 }
@@ -425,17 +427,20 @@ fn edge_on(wall: &SceneWall, axis: DVec3) -> Option<String> {
     }
 }
 
-/// A load in time; `column` names it in a table.
-pub(crate) fn ramp(load: &Load, column: &str) -> Result<Ramp, SceneError> {
+/// A load over time; `column` names it in a table.
+pub(crate) fn curve(load: &Load, column: &str) -> Result<Curve, SceneError> {
     match load {
         Load::Constant(value) => {
-            Ramp::constant(**value).map_err(|error| value.error(error.to_string()))
+            Curve::constant(**value).map_err(|error| value.error(error.to_string()))
         }
         Load::Rows(rows) => {
-            Ramp::new(rows.value.clone()).map_err(|error| rows.error(error.to_string()))
+            let pairs = rows.iter().map(|&[time, load]| (time, load));
+            Curve::new(pairs.collect()).map_err(|error| rows.error(error.to_string()))
         }
         Load::Table(file) => {
-            Ramp::read(file, column).map_err(|error| file.error(error.to_string()))
+            let rows = TimeTable::new(["t", column]).read(file);
+            let rows = rows.map_err(|error| file.error(error.to_string()))?;
+            Ok(Curve::of_table(&rows, |row| row[1]))
         }
     }
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::{DVec3, dvec3};
+use mercury_common::curve::Curve;
 use mercury_common::formats::clump::Pebble;
 use mercury_common::random::Stream;
 use mercury_common::scene::Files;
@@ -71,7 +72,7 @@ fn limp(surface: SurfacePlan) -> MembranePlan {
     MembranePlan {
         surface: Arc::new(surface),
         sheet: Arc::new(sheet),
-        load: Load::Given(Vec::new()),
+        load: Load::Given(Curve::default()),
         first_volume: 0.0,
         holds: Vec::new(),
     }
