@@ -7,6 +7,7 @@
 
 #[cfg(feature = "cli")]
 pub mod cli;
+pub mod curve;
 pub mod error;
 pub mod folder_owner;
 pub mod formats;

@@ -1,7 +1,46 @@
-//! Text tables of a run: their files, and their columns with units and meanings.
+//! Files of a run: the flags of `[output]` that switch them, and the columns of text tables with units and meanings.
 //!
 //! Each table is declared here once. The solver writes by it, results find columns and units in it, `mercury-export` its tables, and the pages in
 //! `docs/formats` have the text of [`TableSpec::markdown`].
+
+use crate::scene::keys::{Kind, SceneKey, key};
+
+/// Declares flags of `[output]`: default, an example, and the text of the page of the format.
+macro_rules! flags {
+    ($($name:ident: $default:literal, $example:literal, $text:literal;)*) => {
+        /// Files that a run writes: the flags of `[output]`, which plans take over as they are. By [`Default`] nothing is written; the
+        /// defaults of a scene stand in its table of keys.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+        pub struct Switches {
+            $(#[doc = $text] pub $name: bool,)*
+        }
+
+        impl Switches {
+            pub(crate) const KEYS: &'static [SceneKey] =
+                &[$(key(stringify!($name), Kind::Flag, $example, $text).or_flag($default),)*];
+
+            /// Switches with the value of each flag by its name.
+            pub(crate) fn read(flag: impl Fn(&'static str) -> bool) -> Self {
+                Self { $($name: flag(stringify!($name)),)* }
+            }
+        }
+    };
+}
+
+flags! {
+    data: true, "false", "`.data`";
+    ene: true, "false", "`.ene`";
+    fstat: false, "true", "`.fstat`, `.contacts.arrow`";
+    vtk: false, "true", "`vtk/`: [series for ParaView](vtu.md)";
+    frames: true, "false", "`.particles.arrow` and `.walls.arrow`";
+    walls: true, "false", "[`.walls.csv`](tables.md#loads-on-walls)";
+    triangle_loads: false, "true", "pressure, shear and power of sliding on each triangle of mesh walls: [`.triangle_loads.arrow`](walls.md#triangle_loadsarrow), arrays in `vtk/`";
+    liquid: true, "false", "[`.liquid.csv`](liquid.md), where there is liquid";
+    droplets: true, "false", "[`.droplets.arrow`](frames.md#droplets), where there are sprays";
+    bonds: true, "false", "[`.bonds.arrow`](bonds.md) and [`.breaks.csv`](bonds.md#broken-bonds), where there are bonds";
+    left: false, "true", "[`.left.csv`](tables.md#grains-that-pass): a row for each grain that leaves, or crosses a plane of `[[fluxes]]`";
+    pictures: true, "false", "pictures of the end";
+}
 
 /// Relation of a column to the time of its row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -172,7 +172,7 @@ pub(super) trait Word: Copy + 'static {
 }
 
 /// A key that must be given.
-pub(super) const fn key(
+pub(crate) const fn key(
     name: &'static str,
     kind: Kind,
     example: &'static str,
@@ -302,7 +302,7 @@ impl SceneKey {
     }
 
     /// With a flag for the default.
-    pub(super) const fn or_flag(self, flag: bool) -> Self {
+    pub(crate) const fn or_flag(self, flag: bool) -> Self {
         self.absent(Absent::Flag(flag))
     }
 
@@ -322,7 +322,7 @@ impl SceneKey {
     }
 
     /// With a default.
-    pub(super) const fn absent(self, absent: Absent) -> Self {
+    pub(crate) const fn absent(self, absent: Absent) -> Self {
         Self { absent, ..self }
     }
 

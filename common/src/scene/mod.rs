@@ -56,6 +56,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+pub use crate::run_tables::Switches;
 pub use bonds::{BondLaw, BondPoisson, BondTime, Bonds};
 pub use boundaries::{Flux, FluxPart, NamedRegion};
 pub use clump_file::{parse_clump, read_clump};
@@ -77,7 +78,7 @@ pub use membranes::{
 };
 pub use mend::Mended;
 pub use motion::{Load, Motion, MotionKind, ServoTarget};
-pub use output::{ClumpsAs, Output, Switches};
+pub use output::{ClumpsAs, Output};
 pub use particles::{
     Clump, ClumpPlace, Lattice, Orientation, ParticleSource, ParticleValues, Particles, Prescribed,
     Start,

@@ -5,36 +5,7 @@ use super::item::Item;
 use super::keys::{Absent, Kind, TableKeys, Word, key, positive, word};
 use super::particles::{ClumpPlace, ParticleSource, Particles};
 use super::source::Located;
-
-/// Files that a run writes: the flags of `[output]`, which plans take over as they are. By [`Default`] nothing is written; the
-/// defaults of a scene stand in its table of keys.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Switches {
-    /// `.data`.
-    pub data: bool,
-    /// `.ene`.
-    pub ene: bool,
-    /// `.fstat`, and `.contacts.arrow` with frames.
-    pub fstat: bool,
-    /// `vtk/<prefix>.*.vtu` and their lists.
-    pub vtk: bool,
-    /// `.particles.arrow` and `.walls.arrow`.
-    pub frames: bool,
-    /// `.walls.csv`.
-    pub walls: bool,
-    /// `.triangle_loads.arrow`, and arrays of the walls in `vtk/`: loads on the triangles of meshes.
-    pub triangle_loads: bool,
-    /// `.liquid.csv`, in scenes with liquid.
-    pub liquid: bool,
-    /// `.droplets.arrow`, in scenes with sprays.
-    pub droplets: bool,
-    /// `.bonds.arrow` and `.breaks.csv`, in scenes with bonds.
-    pub bonds: bool,
-    /// `.left.csv`.
-    pub left: bool,
-    /// Pictures at the end.
-    pub pictures: bool,
-}
+use crate::run_tables::Switches;
 
 /// `[output]`.
 #[derive(Debug, Clone, PartialEq)]
@@ -93,20 +64,9 @@ impl Word for ClumpsAs {
 #[rustfmt::skip]
 pub(super) static OUTPUT: TableKeys = TableKeys::new(&[&[
     key("interval", positive("s"), "0.01   # s between frames", "between frames and rows"),
-    key("data", Kind::Flag, "false", "`.data`").or_flag(true),
-    key("ene", Kind::Flag, "false", "`.ene`").or_flag(true),
-    key("fstat", Kind::Flag, "true", "`.fstat`, `.contacts.arrow`").or_flag(false),
+], Switches::KEYS, &[
     key("fstat_interval", positive("s"), "0.1", "between frames of `.fstat`").or_open("`interval`"),
-    key("vtk", Kind::Flag, "true", "`vtk/`: [series for ParaView](vtu.md)").or_flag(false),
     key("vtk_interval", positive("s"), "0.1", "between frames of `vtk/`").or_open("`interval`"),
-    key("frames", Kind::Flag, "false", "`.particles.arrow` and `.walls.arrow`").or_flag(true),
-    key("walls", Kind::Flag, "false", "[`.walls.csv`](tables.md#loads-on-walls)").or_flag(true),
-    key("triangle_loads", Kind::Flag, "true", "pressure, shear and power of sliding on each triangle of mesh walls: [`.triangle_loads.arrow`](walls.md#triangle_loadsarrow), arrays in `vtk/`").or_flag(false),
-    key("liquid", Kind::Flag, "false", "[`.liquid.csv`](liquid.md), where there is liquid").or_flag(true),
-    key("droplets", Kind::Flag, "false", "[`.droplets.arrow`](frames.md#droplets), where there are sprays").or_flag(true),
-    key("bonds", Kind::Flag, "false", "[`.bonds.arrow`](bonds.md) and [`.breaks.csv`](bonds.md#broken-bonds), where there are bonds").or_flag(true),
-    key("left", Kind::Flag, "true", "[`.left.csv`](tables.md#grains-that-pass): a row for each grain that leaves, or crosses a plane of `[[fluxes]]`").or_flag(false),
-    key("pictures", Kind::Flag, "false", "pictures of the end").or_flag(true),
     key("track", Kind::List("", &Kind::Text), "[\"first\"]", "names of single particles or clumps, and of insertions, whose grains are followed from when they come: rows of [`.track.csv`](#trackcsv)").absent(Absent::EmptyList),
     key("track_interval", positive("s"), "1e-3", "between these rows").or_open("`interval`"),
     key("track_every", Kind::Whole(1, u64::MAX), "100", "of each insertion in `track` the first grain and every n-th one after it").or_open("1"),
@@ -128,20 +88,7 @@ pub(super) fn read(fields: &Fields<'_>, names: &[(String, Trackable)]) -> Output
     let tracked = tracked.unwrap_or_default();
     let track = tracked.iter().filter_map(|item| read_tracked(item, names));
     Output {
-        switches: Switches {
-            data: fields.read("data"),
-            ene: fields.read("ene"),
-            fstat: fields.read("fstat"),
-            vtk: fields.read("vtk"),
-            frames: fields.read("frames"),
-            walls: fields.read("walls"),
-            triangle_loads: fields.read("triangle_loads"),
-            liquid: fields.read("liquid"),
-            droplets: fields.read("droplets"),
-            bonds: fields.read("bonds"),
-            left: fields.read("left"),
-            pictures: fields.read("pictures"),
-        },
+        switches: Switches::read(|key| fields.read(key)),
         fstat_interval: other_interval("fstat_interval"),
         vtk_interval: other_interval("vtk_interval"),
         track: track.collect(),

@@ -8,7 +8,7 @@ use super::cursor::Fields;
 use super::from_item::FromItem;
 use super::item::Item;
 use super::keys::{
-    Absent, Kind, SceneKey, TableKeys, Variant, Word, key, number, positive, variant, vector, word,
+    Absent, Kind, SceneKey, TableKeys, Variants, Word, key, number, positive, variant, vector, word,
 };
 use super::laws::Range;
 use super::settings::{Dimensions, Domain, Face};
@@ -193,25 +193,32 @@ pub(super) const PLACED: &[SceneKey] = &[
 
 /// The shapes of walls.
 #[rustfmt::skip]
-pub(super) const SHAPES: &[Variant] = &[
-    variant("box", &[&[
-        key("sides", Kind::List("face", &word::<Face>()), "[\"-z\", \"+z\"]", "faces of the domain; each is a wall of its own, named `box.-x` ...").or_open("all that are not periodic, and not those along z in two dimensions"),
-    ]], "faces of the domain"),
-    variant("plane", &[&[
-        key("point", vector("m"), "[0, 0, 0]   # m, on the plane", "on the plane"),
-        key("normal", Kind::Direction, "[0, 0, 1]   # towards the particles", "points to the particles; behind the plane is full"),
-    ]], "a half-space that is full"),
-    variant("disc", &[&[AXIS, ORIGIN, RADIUS]], "a flat disc, two-sided; `axis` is its normal"),
-    variant("cylinder", &[CYLINDER, &[SIDE]], "a circular cylinder without ends"),
-    variant("cone", &[CONE, &[SIDE]], "a truncated cone without ends"),
-    variant("sphere", &[&[ORIGIN, RADIUS, SIDE]], "a sphere"),
-    variant("revolution", &[&[
-        AXIS, ORIGIN,
-        key("profile", Kind::List("", &Kind::Numbers("m", 2, Range::Any)), "[[0.01, 0.0], [0.01, 0.02], [0.05, 0.1]]   # m, points [r, z]", "two corners `[r, z]` at least, r >= 0; z along the axis from the origin"),
-        SIDE,
-    ]], "a polygon turned about the axis"),
-    variant("mesh", &[&[MESH_FILE], PLACED, &[MESH_SIDE]], "triangles from a file"),
-];
+pub(super) const SHAPE: Variants = Variants::Word {
+    key: "shape",
+    what: "shape",
+    example: "\"box\"   # or plane, disc, cylinder, cone, sphere, revolution, mesh",
+    text: "which further keys there are",
+    absent: None,
+    of: &[
+        variant("box", &[&[
+            key("sides", Kind::List("face", &word::<Face>()), "[\"-z\", \"+z\"]", "faces of the domain; each is a wall of its own, named `box.-x` ...").or_open("all that are not periodic, and not those along z in two dimensions"),
+        ]], "faces of the domain"),
+        variant("plane", &[&[
+            key("point", vector("m"), "[0, 0, 0]   # m, on the plane", "on the plane"),
+            key("normal", Kind::Direction, "[0, 0, 1]   # towards the particles", "points to the particles; behind the plane is full"),
+        ]], "a half-space that is full"),
+        variant("disc", &[&[AXIS, ORIGIN, RADIUS]], "a flat disc, two-sided; `axis` is its normal"),
+        variant("cylinder", &[CYLINDER, &[SIDE]], "a circular cylinder without ends"),
+        variant("cone", &[CONE, &[SIDE]], "a truncated cone without ends"),
+        variant("sphere", &[&[ORIGIN, RADIUS, SIDE]], "a sphere"),
+        variant("revolution", &[&[
+            AXIS, ORIGIN,
+            key("profile", Kind::List("", &Kind::Numbers("m", 2, Range::Any)), "[[0.01, 0.0], [0.01, 0.02], [0.05, 0.1]]   # m, points [r, z]", "two corners `[r, z]` at least, r >= 0; z along the axis from the origin"),
+            SIDE,
+        ]], "a polygon turned about the axis"),
+        variant("mesh", &[&[MESH_FILE], PLACED, &[MESH_SIDE]], "triangles from a file"),
+    ],
+};
 
 /// Reads the keys of a shape. `domain` is `None` when it is wrong itself.
 pub(super) fn read(fields: &Fields<'_>, domain: Option<&Domain>) -> Option<Shape> {

@@ -12,7 +12,7 @@ use super::keys::{
 use super::laws::Range;
 use super::motion::{MOTION, Motion};
 use super::settings::Domain;
-use super::shapes::{self, SHAPES, Shape};
+use super::shapes::{self, SHAPE, Shape};
 use super::source::{Located, SourceSpan};
 
 /// A wall.
@@ -144,14 +144,7 @@ pub(super) static WALL: TableKeys = TableKeys::new(&[&[
     key("motion", Kind::List("", &Kind::Table(&MOTION)), "[{ kind = \"translation\", velocity = [0, 0, -0.1] }]", "a list of motions, which apply in its order; later ones carry earlier origins along").absent(Absent::EmptyList),
     key("film", Kind::Table(&FILM), "{ thickness = 1e-6, keeps = 0.5 }", "lets liquid stay on it; a mesh holds it by triangle").or_open("none"),
     key("wear", Kind::Table(&WEAR), "{ law = \"finnie\", constant = 1e-12 }", "wear of a mesh").or_open("none"),
-]]).with_variants(Variants::Word {
-    key: "shape",
-    what: "shape",
-    example: "\"box\"   # or plane, disc, cylinder, cone, sphere, revolution, mesh",
-    text: "which further keys there are",
-    absent: None,
-    of: SHAPES,
-});
+]]).with_variants(SHAPE);
 
 #[rustfmt::skip]
 static FILM: TableKeys = TableKeys::new(&[&[

@@ -1,6 +1,7 @@
 //! Plans of insertions, deletions, counted regions and flux planes.
 
 use glam::DVec3;
+use mercury_common::curve::Curve;
 use mercury_common::particle_properties::PropertyValue;
 use mercury_common::scene::{Quantity, Total};
 use mercury_common::sizes::SizeDistribution;
@@ -68,9 +69,9 @@ pub enum Rate {
     Table {
         /// Measure of the amount.
         quantity: Quantity,
-        /// Time (s of the simulation, ascending) and cumulative amount (not decreasing); linear between rows, nothing before
-        /// the first row, going on at the slope of the last two rows after the last. To stop a flow write its end twice.
-        rows: Vec<[f64; 2]>,
+        /// Cumulative amount (not decreasing) over time (s of the simulation), as [`Curve::cumulative`] continues it: nothing before the first row, going
+        /// on at the slope of the last two rows after the last. To stop a flow write its end twice.
+        amounts: Curve,
     },
 }
 

@@ -23,25 +23,7 @@ impl Rate {
                 quantity,
                 per_second,
             } => (*quantity, per_second * (time - from).max(0.0)),
-            Self::Table { quantity, rows } => (*quantity, interpolate(rows, time)),
-        }
-    }
-}
-
-/// Linear between rows, zero before the first, and after the last at the slope of the last two.
-fn interpolate(rows: &[[f64; 2]], time: f64) -> f64 {
-    let after = rows.partition_point(|row| row[0] <= time);
-    match (after, rows.len()) {
-        (0, _) => 0.0,
-        (_, 1) => rows[0][1],
-        _ => {
-            let last = after.min(rows.len() - 1);
-            let ([t0, c0], [t1, c1]) = (rows[last - 1], rows[last]);
-            if t1 > t0 {
-                c0 + (c1 - c0) * ((time - t0) / (t1 - t0))
-            } else {
-                c1
-            }
+            Self::Table { quantity, amounts } => (*quantity, amounts.cumulative(time)),
         }
     }
 }
@@ -96,32 +78,5 @@ impl InsertionPlan {
             (Some(rate), _) => Some(rate),
             (None, total) => total.filter(|_| time >= self.from),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn tables_are_linear_between_rows_and_go_on_at_the_last_slope() {
-        let rows = [[1.0, 0.0], [2.0, 10.0], [4.0, 14.0]];
-        for (time, expected) in [
-            (0.5, 0.0),
-            (1.0, 0.0),
-            (1.5, 5.0),
-            (2.0, 10.0),
-            (3.0, 12.0),
-            (4.0, 14.0),
-            (6.0, 18.0),
-        ] {
-            assert_eq!(interpolate(&rows, time), expected, "at {time} s");
-        }
-        let stopped = [[0.0, 0.0], [1.0, 5.0], [2.0, 5.0]];
-        assert_eq!(interpolate(&stopped, 9.0), 5.0);
-        let at_once = [[0.0, 0.0], [1.0, 0.0], [1.0, 5.0], [2.0, 5.0]];
-        assert_eq!(interpolate(&at_once, 1.0), 5.0);
-        assert_eq!(interpolate(&[[1.0, 3.0]], 7.0), 3.0);
-        assert_eq!(interpolate(&[], 7.0), 0.0);
     }
 }

@@ -1,14 +1,15 @@
 //! Pressure in a sheet, and the volume that it encloses.
 
 use glam::DVec3;
+use mercury_common::curve::Curve;
 
 use super::sheet::Sheet;
 
 /// Source of the pressure.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Load {
-    /// Times in s, rising, and pressures in Pa; linear between them, constant before and after. Empty: none.
-    Given(Vec<[f64; 2]>),
+    /// Pa over time.
+    Given(Curve),
     /// p = gas (V0/V)^exponent - ambient.
     Gas {
         /// Absolute pressure at V0, Pa.
@@ -33,7 +34,7 @@ impl Load {
     /// Whether there never is any.
     #[must_use]
     pub fn is_none(&self) -> bool {
-        matches!(self, Self::Given(rows) if rows.iter().all(|row| row[1] == 0.0))
+        matches!(self, Self::Given(curve) if curve.rows().iter().all(|row| row.1 == 0.0))
     }
 
     /// Whether it depends on the volume.
@@ -46,7 +47,7 @@ impl Load {
     #[must_use]
     pub fn at(&self, time: f64, volume: f64, first: f64) -> f64 {
         match self {
-            Self::Given(rows) => interpolated(rows, time),
+            Self::Given(curve) => curve.at(time),
             Self::Gas {
                 gas,
                 ambient,
@@ -75,19 +76,6 @@ impl Load {
                 gas * exponent * libm::pow(first / volume, *exponent) / volume
             }
             Self::Fluid { bulk_modulus, .. } => bulk_modulus / first,
-        }
-    }
-}
-
-fn interpolated(rows: &[[f64; 2]], time: f64) -> f64 {
-    let after = rows.partition_point(|row| row[0] <= time);
-    match (after.checked_sub(1).map(|k| rows[k]), rows.get(after)) {
-        (None, None) => 0.0,
-        (Some(last), None) => last[1],
-        (None, Some(first)) => first[1],
-        (Some(before), Some(next)) => {
-            let part = (time - before[0]) / (next[0] - before[0]);
-            before[1] + part * (next[1] - before[1])
         }
     }
 }

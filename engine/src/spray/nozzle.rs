@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 use libm::{cos, sin, sqrt};
+use mercury_common::curve::Curve;
 use mercury_common::random::Stream;
 use mercury_common::sizes::SizeDistribution;
 
@@ -97,21 +98,20 @@ pub enum Flow {
 }
 
 impl Flow {
-    /// From rows of time (s) and rate (m^3/s), in the order of time; what flows before `from` (s) does not count.
+    /// From rates (m^3/s) between the rows of a curve; flow before `from` (s) does not count.
     #[must_use]
-    pub fn table(rows: &[[f64; 2]], from: f64) -> Self {
+    pub fn table(rates: &Curve, from: f64) -> Self {
+        let rows = rates.rows();
         let mut table: Vec<[f64; 3]> = Vec::with_capacity(rows.len());
         let mut volume = 0.0;
         for pair in rows.windows(2) {
-            let ([t0, q0], [t1, q1]) = (pair[0], pair[1]);
+            let [(mut t0, mut q0), (t1, q1)] = [pair[0], pair[1]];
             if t1 <= from {
                 continue;
             }
-            let (t0, q0) = if t0 < from {
-                (from, q0 + (q1 - q0) * (from - t0) / (t1 - t0))
-            } else {
-                (t0, q0)
-            };
+            if t0 < from {
+                (t0, q0) = (from, q0 + (q1 - q0) * (from - t0) / (t1 - t0));
+            }
             if table.is_empty() {
                 table.push([t0, q0, 0.0]);
             }
@@ -119,25 +119,6 @@ impl Flow {
             table.push([t1, q1, volume]);
         }
         Self::Table(table)
-    }
-
-    /// Volume that has come `from` (s) until `time` (s), m^3.
-    #[must_use]
-    pub fn volume(&self, from: f64, time: f64) -> f64 {
-        match self {
-            Self::Constant(rate) => rate * (time - from).max(0.0),
-            Self::Table(rows) => {
-                let after = rows.partition_point(|row| row[0] <= time);
-                match (rows.get(after.wrapping_sub(1)), rows.get(after)) {
-                    (None, _) => 0.0,
-                    (Some(last), None) => last[2],
-                    (Some(&[t0, q0, v0]), Some(&[t1, q1, _])) => {
-                        let t = time - t0;
-                        v0 + t * (q0 + 0.5 * (q1 - q0) * t / (t1 - t0))
-                    }
-                }
-            }
-        }
     }
 
     /// When so much (m^3) has come, s; infinite if it never does.

@@ -16,25 +16,14 @@ impl Shape {
     pub fn is_one_sided(&self) -> bool {
         match self {
             Self::Plane(_) => true,
-            Self::Disc(_) => false,
-            Self::Cylinder(cylinder) => cylinder.side() != Side::Both,
-            Self::Cone(cone) => cone.0.side() != Side::Both,
-            Self::Sphere(sphere) => sphere.side() != Side::Both,
-            Self::Revolution(revolution) => revolution.0.side() != Side::Both,
             Self::Mesh(mesh) => mesh.is_front_only(),
+            shape => shape.side().is_some_and(|side| side != Side::Both),
         }
     }
 
     /// Whether it is the surface of a solid: particles are outside.
     fn is_solid(&self) -> bool {
-        let side = match self {
-            Self::Plane(_) | Self::Disc(_) | Self::Mesh(_) => return false,
-            Self::Cylinder(cylinder) => cylinder.side(),
-            Self::Cone(cone) => cone.0.side(),
-            Self::Sphere(sphere) => sphere.side(),
-            Self::Revolution(revolution) => revolution.0.side(),
-        };
-        side == Side::Outside
+        self.side() == Some(Side::Outside)
     }
 
     /// Distance of a place (m, in the wall's own frame) from the surface; negative behind one that acts on one side. Where the nearest point is

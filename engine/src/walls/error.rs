@@ -63,9 +63,6 @@ pub enum WallError {
     /// A saved wall with another number of servos.
     #[error("motion: the saved state is of another number of servos")]
     OtherServos,
-    /// A table of what a servo aims at without rows.
-    #[error("needs at least one row")]
-    NoRows,
     /// A profile that is no line.
     #[error("profile: must have at least 2 points, got {count}")]
     TooFewPoints {

@@ -35,9 +35,6 @@
 
 mod axis;
 mod behind;
-mod cone;
-mod cylinder;
-mod disc;
 mod error;
 mod films;
 mod images;
@@ -48,26 +45,20 @@ mod motion_table;
 mod near_box;
 mod now;
 mod part;
-mod plane;
 mod pose;
 mod profile;
-mod ramp;
-mod revolution;
 mod revolved;
 mod section;
 mod servo;
 mod shape;
 mod side;
-mod sphere;
 mod symmetry;
+mod target;
 #[cfg(test)]
 mod tests;
 mod touch;
 mod wall;
 
-pub use cone::Cone;
-pub use cylinder::Cylinder;
-pub use disc::Disc;
 pub use error::WallError;
 pub use films::{WallFilmPlan, WallFilms, WallPlace, film_at};
 pub use mesh::{
@@ -75,17 +66,14 @@ pub use mesh::{
     Scratch, TurnedPair,
 };
 pub use motion::{Component, Motion};
-pub use motion_table::{MotionTable, Row};
+pub use motion_table::MotionTable;
 pub use now::{SavedWall, WallNow};
 pub(crate) use part::LoadSeries;
-pub use plane::Plane;
 pub use pose::{Pose, RigidVelocity};
-pub use ramp::{Area, Ramp, Target};
-pub use revolution::Revolution;
 pub use section::{SectionBox, area, has_area, plane_section};
 pub use servo::{Followed, Servo, ServoState, WallStiffness};
-pub use shape::Shape;
+pub use shape::*;
 pub use side::Side;
-pub use sphere::SphereShell;
+pub use target::{Area, Target};
 pub use touch::{Touch, Touches, Turning};
 pub use wall::{Wall, WallState};

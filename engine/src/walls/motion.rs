@@ -150,10 +150,7 @@ impl Component {
             Self::Translation { from, until, .. }
             | Self::Rotation { from, until, .. }
             | Self::Oscillation { from, until, .. } => [*from, *until],
-            Self::Table { table, .. } => {
-                let times = [table.rows().first(), table.rows().last()];
-                times.map(|row| row.map_or(0.0, |row| row.time))
-            }
+            Self::Table { table, .. } => table.displacement().ends(),
             Self::Servo(servo) => servo.window(),
         }
     }
@@ -186,7 +183,8 @@ impl Component {
                 shift(*amplitude * (libm::sin(angle) - libm::sin(*phase)))
             }
             Self::Table { table, origin } => {
-                let (displacement, rotation_vector) = table.at(time);
+                let displacement = table.displacement().at(time);
+                let rotation_vector = table.rotation_vector().at(time);
                 Pose::about(*origin, by_vector(rotation_vector), displacement)
             }
             Self::Servo(servo) => servo.pose(driven),
@@ -230,7 +228,7 @@ impl Component {
                 }
             }
             Self::Table { table, origin } => {
-                let (displacement, _) = table.at(time);
+                let displacement = table.displacement().at(time);
                 let (velocity, angular_velocity) = table.velocity(time);
                 RigidVelocity {
                     velocity,
@@ -397,7 +395,10 @@ impl Motion {
         let is_along = |turn: DVec3| turn.cross(direction) == DVec3::ZERO;
         self.components.iter().all(|component| match component {
             Component::Rotation { axis, .. } => is_along(*axis),
-            Component::Table { table, .. } => table.turns().all(is_along),
+            Component::Table { table, .. } => {
+                let mut turns = table.rotation_vector().rows().iter();
+                turns.all(|row| is_along(row.1))
+            }
             _ => true,
         })
     }
@@ -492,8 +493,8 @@ impl Motion {
     pub fn events(&self) -> impl Iterator<Item = f64> + '_ {
         let kinks = self.all_servos().filter(|servo| servo.max_speed > 0.0);
         let kinks = kinks.filter_map(|servo| {
-            let [time, _] = servo.target.ramp().rows().last()?;
-            (*time < servo.until).then_some(*time)
+            let [_, time] = servo.target.curve().ends();
+            (time < servo.until).then_some(time)
         });
         let times = self.windows().flatten().chain(kinks);
         times.filter(|time| time.is_finite())

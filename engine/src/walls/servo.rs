@@ -24,7 +24,7 @@
 use glam::DVec3;
 
 use super::pose::{Pose, RigidVelocity};
-use super::ramp::{Area, Target};
+use super::target::{Area, Target};
 
 /// Windows of the means in the time for which a servo has acted.
 const WINDOWS: f64 = 20.0;
@@ -247,7 +247,7 @@ impl Servo {
         wall: &WallStiffness,
         (time, dt): (f64, f64),
     ) {
-        let asked = self.target.ramp().at(time);
+        let asked = self.target.curve().at(time);
         state.next_velocity = self.answer(asked * area - force, wall, dt);
         if self.is_acting(time, dt) {
             let actual = if area > 0.0 { force / area } else { 0.0 };
@@ -305,7 +305,8 @@ crate::state::plain!(Followed {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Ramp;
+    use mercury_common::curve::Curve;
+
     use super::*;
 
     const MAX_SPEED: f64 = 0.5;
@@ -313,7 +314,7 @@ mod tests {
     fn servo() -> Servo {
         Servo {
             axis: DVec3::Z,
-            target: Target::Force(Ramp::constant(-3.0).unwrap()),
+            target: Target::Force(Curve::constant(-3.0).unwrap()),
             max_speed: MAX_SPEED,
             from: 0.0,
             until: f64::INFINITY,
@@ -422,7 +423,7 @@ mod tests {
     #[test]
     fn a_load_that_swings_about_its_target_is_there() {
         let servo = Servo {
-            target: Target::Pressure(Ramp::constant(1000.0).unwrap(), Area::Given(1.0)),
+            target: Target::Pressure(Curve::constant(1000.0).unwrap(), Area::Given(1.0)),
             ..servo()
         };
         // 100 swings in a run of 10 s and five in a window of 0.5 s; it ends in the lowest point.
@@ -464,7 +465,7 @@ mod tests {
 
     #[test]
     fn a_pressure_is_a_force_over_the_area() {
-        let target = |area| Target::Pressure(Ramp::constant(100.0).unwrap(), area);
+        let target = |area| Target::Pressure(Curve::constant(100.0).unwrap(), area);
         let over = |area| Servo {
             target: target(area),
             ..servo()

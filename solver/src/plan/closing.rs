@@ -9,7 +9,7 @@ use mercury_engine::boundaries::{
 };
 use mercury_engine::cell::Cell;
 use mercury_engine::physics::Physics;
-use mercury_engine::walls::{Component, ServoState, Target, Wall, WallNow};
+use mercury_engine::walls::{Component, ServoState, Wall, WallNow};
 
 /// Places of the region that are compared with the wall at each time.
 const PLACES: usize = 256;
@@ -151,11 +151,8 @@ fn crosses(physics: &Physics, insertion: &InsertionPlan, wall: &Wall) -> bool {
 /// Puts a wall where it is at a time (s); walls with servos where they would be without an obstacle.
 fn put(now: &mut WallNow, wall: &Wall, time: f64, dt: f64, cell: &Cell) {
     for (servo, state) in wall.motion.all_servos().zip(&mut now.servos) {
-        let load: f64 = match &servo.target {
-            Target::Force(ramp) | Target::Pressure(ramp, _) => {
-                ramp.rows().iter().map(|[_, load]| *load).sum()
-            }
-        };
+        let loads = servo.target.curve().rows().iter();
+        let load: f64 = loads.map(|(_, load)| *load).sum();
         let seconds = (time.min(servo.until) - servo.from).max(0.0);
         let speed = if load == 0.0 {
             0.0

@@ -37,6 +37,7 @@ mod start_from_run;
 mod tests;
 mod time_step;
 pub(crate) mod usage;
+pub(crate) mod wall_shapes;
 pub(crate) mod walls;
 mod workload;
 

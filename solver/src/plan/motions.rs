@@ -60,12 +60,11 @@ fn line(component: &Component) -> String {
             window(*from, *until)
         ),
         Component::Table { table, .. } => {
-            let rows = table.rows();
-            let ends = [rows.first(), rows.last()].map(|row| row.map_or(0.0, |row| row.time));
+            let [from, until] = table.displacement().ends();
             format!(
                 "follows a table of {} rows{}",
-                rows.len(),
-                window(ends[0], ends[1])
+                table.displacement().rows().len(),
+                window(from, until)
             )
         }
         Component::Servo(servo) => of_servo(servo),
@@ -73,12 +72,12 @@ fn line(component: &Component) -> String {
 }
 
 fn of_servo(servo: &Servo) -> String {
-    let (unit, rows) = (servo.target.unit(), servo.target.ramp().rows());
+    let (unit, rows) = (servo.target.unit(), servo.target.curve().rows());
     let load = match rows {
-        [[_, value]] => format!("{} {unit}", short(*value)),
+        [(_, value)] => format!("{} {unit}", short(*value)),
         rows => {
             let reported: Vec<String> = (rows.iter().take(4))
-                .map(|[time, value]| format!("{} {unit} at {} s", short(*value), short(*time)))
+                .map(|(time, value)| format!("{} {unit} at {} s", short(*value), short(*time)))
                 .collect();
             let rest = rows.len().saturating_sub(reported.len());
             let more = if rest > 0 {
@@ -120,7 +119,7 @@ pub(super) fn vector(v: DVec3) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mercury_engine::walls::Ramp;
+    use mercury_common::curve::Curve;
 
     #[test]
     fn what_moves_is_reported_with_axis_speed_and_time() {
@@ -134,7 +133,7 @@ mod tests {
                 until,
             })
         };
-        let rows = Ramp::new(vec![[0.0, 5.0], [1.5, 20.0]]).unwrap();
+        let rows = Curve::new(vec![(0.0, 5.0), (1.5, 20.0)]).unwrap();
         let rotation = Component::Rotation {
             axis: DVec3::Y,
             origin: DVec3::new(0.5, 0.0, 0.0),
@@ -147,7 +146,7 @@ mod tests {
             from: 2.0,
             until: 3.0,
         };
-        let pressure = Target::Pressure(Ramp::constant(1e4).unwrap(), Area::OfWall);
+        let pressure = Target::Pressure(Curve::constant(1e4).unwrap(), Area::OfWall);
         let motion = Motion::new(vec![rotation, translation, servo(Target::Force(rows), 2.0)]);
         assert_eq!(
             lines(&motion.unwrap()),

@@ -278,8 +278,8 @@ fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
                 };
                 let _ = write!(words, ", {} {unit}", short(*per_second));
             }
-            Some(Rate::Table { rows, .. }) => {
-                let _ = write!(words, ", by a table of {} rows", rows.len());
+            Some(Rate::Table { amounts, .. }) => {
+                let _ = write!(words, ", by a table of {} rows", amounts.rows().len());
             }
         }
         let _ = write!(words, ", from {} s", short(insertion.from));

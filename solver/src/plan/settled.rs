@@ -79,10 +79,11 @@ fn end_of(insertion: &InsertionPlan) -> f64 {
             }),
             Some(total),
         ) => amount_of(total, *quantity).map(|amount| insertion.from + amount / per_second),
-        (Some(Rate::Table { quantity, rows }), Some(total)) => amount_of(total, *quantity)
+        (Some(Rate::Table { quantity, amounts }), Some(total)) => amount_of(total, *quantity)
             .and_then(|amount| {
-                let reached = rows.windows(2).find(|pair| pair[1][1] >= amount)?;
-                let [[t0, a0], [t1, a1]] = [reached[0], reached[1]];
+                let mut pairs = amounts.rows().windows(2);
+                let reached = pairs.find(|pair| pair[1].1 >= amount)?;
+                let [(t0, a0), (t1, a1)] = [reached[0], reached[1]];
                 Some(t0 + (t1 - t0) * (amount - a0) / (a1 - a0))
             }),
         _ => None,
@@ -94,7 +95,7 @@ fn end_of(insertion: &InsertionPlan) -> f64 {
         return insertion.until;
     }
     match &insertion.rate {
-        Some(Rate::Table { rows, .. }) => rows.last().map_or(insertion.from, |row| row[0]),
+        Some(Rate::Table { amounts, .. }) => amounts.ends()[1],
         _ => insertion.from,
     }
 }

@@ -1,19 +1,18 @@
-//! The walls of a scene as the engine's walls; boxes fall apart into their faces.
+//! The walls of a scene and their motions as those of the engine; boxes fall apart into their faces.
 
 use glam::DVec3;
+use mercury_common::curve::Curve;
+use mercury_common::formats::time_table::TimeTable;
 use mercury_common::scene::{
     Domain, Face, Load, Motion as SceneMotion, MotionKind, Scene, SceneError, ServoTarget,
-    Shape as SceneShape, Side as SceneSide, Wall as SceneWall,
+    Shape as SceneShape, Wall as SceneWall,
 };
 
-use super::meshes;
 use super::start_from_frame::EarlierWalls;
+use super::wall_shapes::{ShapeFrame, edge_on, own_origin, shape};
 use mercury_engine::cell::image;
 use mercury_engine::state::MaterialIndex;
-use mercury_engine::walls::{
-    Area, Component, Cone, Cylinder, Disc, Motion, MotionTable, Plane, Pose, Ramp, Revolution,
-    Servo, Shape, Side, SphereShell, Target, Wall,
-};
+use mercury_engine::walls::{Area, Component, Motion, MotionTable, Servo, Shape, Target, Wall};
 
 /// Most walls: the contact loop numbers them with 16 bits.
 const MOST_WALLS: usize = 1 << 16;
@@ -86,99 +85,6 @@ pub(super) fn walls(
     planned
 }
 
-/// Where a wall begins: where the scene has it, or elsewhere.
-#[derive(Clone, Copy)]
-struct ShapeFrame<'a>(Option<&'a Pose>);
-
-impl ShapeFrame<'_> {
-    const AS_STATED: Self = Self(None);
-
-    fn point(self, x: DVec3) -> DVec3 {
-        self.0.map_or(x, |pose| pose.to_global(x))
-    }
-
-    fn direction(self, v: DVec3) -> DVec3 {
-        self.0.map_or(v, |pose| pose.rotation * v)
-    }
-}
-
-/// The surface of a wall, of boxes of one face, and the point about which its torque is given unless it turns.
-fn shape(
-    wall: &SceneWall,
-    face: Option<Face>,
-    domain: &Domain,
-    at: ShapeFrame<'_>,
-    warnings: &mut Vec<String>,
-) -> Result<(Shape, DVec3), SceneError> {
-    let plane = |point, normal| Plane::new(at.point(point), at.direction(normal)).map(Shape::Plane);
-    let (shape, own) = match &wall.shape {
-        SceneShape::Box { .. } => {
-            let (point, normal) = match face {
-                Some(face) => face_plane(face, domain),
-                None => (DVec3::ZERO, DVec3::ZERO),
-            };
-            (plane(point, normal), DVec3::ZERO)
-        }
-        SceneShape::Plane { point, normal } => (plane(**point, **normal), **point),
-        SceneShape::Disc {
-            axis,
-            origin,
-            radius,
-        } => {
-            let shape = Disc::new(at.direction(**axis), at.point(**origin), **radius);
-            (shape.map(Shape::Disc), **origin)
-        }
-        SceneShape::Cylinder {
-            axis,
-            origin,
-            radius,
-            along,
-            side: inner,
-        } => {
-            let (axis, place) = (at.direction(**axis), at.point(**origin));
-            let along = along.as_deref().copied();
-            let shape = Cylinder::new(axis, place, **radius, along, side(*inner));
-            (shape.map(Shape::Cylinder), **origin)
-        }
-        SceneShape::Cone {
-            axis,
-            origin,
-            along,
-            radii,
-            side: inner,
-        } => {
-            let (axis, place) = (at.direction(**axis), at.point(**origin));
-            let shape = Cone::new(axis, place, **along, **radii, side(*inner));
-            (shape.map(Shape::Cone), **origin)
-        }
-        SceneShape::Sphere {
-            origin,
-            radius,
-            side: inner,
-        } => {
-            let shape = SphereShell::new(at.point(**origin), **radius, side(*inner));
-            (shape.map(Shape::Sphere), **origin)
-        }
-        SceneShape::Revolution {
-            axis,
-            origin,
-            profile,
-            side: inner,
-        } => {
-            let (axis, place) = (at.direction(**axis), at.point(**origin));
-            let shape = Revolution::new(axis, place, profile, side(*inner));
-            (shape.map(Shape::Revolution), **origin)
-        }
-        SceneShape::Mesh { mesh, side } => {
-            let shape = meshes::mesh(mesh, *side, |x| at.point(x), warnings)?;
-            let shape = meshes::fit_to_wear(mesh, wall.wear.as_ref(), shape)?;
-            (Ok(shape), DVec3::ZERO)
-        }
-    };
-    let shape = shape.map_err(|error| wall.place.error(error.to_string()))?;
-    Ok((shape, at.point(own)))
-}
-
 /// Gives cylinders that lie along a periodic axis and span it no ends: they and their images are one surface.
 pub(super) fn continue_cylinders(walls: &mut [Wall], domain: &Domain, notes: &mut Vec<String>) {
     let size = *domain.max - *domain.min;
@@ -231,46 +137,12 @@ fn out_of_reach(wall: &SceneWall, shape: &Shape, domain: &Domain) -> Option<Scen
     )
 }
 
-fn side(side: SceneSide) -> Side {
-    match side {
-        SceneSide::Inside => Side::Inside,
-        SceneSide::Outside => Side::Outside,
-    }
-}
-
-/// The middle of a face of the domain and the direction into the domain.
-fn face_plane(face: Face, domain: &Domain) -> (DVec3, DVec3) {
-    let mut point = 0.5 * (*domain.min + *domain.max);
-    let mut normal = DVec3::ZERO;
-    if face.is_upper {
-        point[face.axis] = domain.max[face.axis];
-        normal[face.axis] = -1.0;
-    } else {
-        point[face.axis] = domain.min[face.axis];
-        normal[face.axis] = 1.0;
-    }
-    (point, normal)
-}
-
 /// The point about which the torque of a wall is given if its motion has one: the origin of the first rotation.
 fn motion_origin(wall: &SceneWall) -> Option<DVec3> {
     wall.motion.iter().find_map(|motion| match &motion.kind {
         MotionKind::Rotation { origin, .. } => Some(**origin),
         _ => None,
     })
-}
-
-/// The point about which a table turns the wall.
-fn own_origin(wall: &SceneWall) -> DVec3 {
-    match &wall.shape {
-        SceneShape::Plane { point, .. } => **point,
-        SceneShape::Disc { origin, .. }
-        | SceneShape::Cylinder { origin, .. }
-        | SceneShape::Cone { origin, .. }
-        | SceneShape::Sphere { origin, .. }
-        | SceneShape::Revolution { origin, .. } => **origin,
-        SceneShape::Box { .. } | SceneShape::Mesh { .. } => DVec3::ZERO,
-    }
 }
 
 fn motion(wall: &SceneWall, errors: &mut Vec<SceneError>) -> Option<Motion> {
@@ -362,11 +234,11 @@ pub(crate) fn component_about(
 /// Target of a servo along `axis`.
 fn target(wall: &SceneWall, axis: DVec3, aim: &ServoTarget) -> Result<Target, SceneError> {
     Ok(match aim {
-        ServoTarget::Force(load) => Target::Force(ramp(load, "force")?),
+        ServoTarget::Force(load) => Target::Force(curve(load, "force")?),
         ServoTarget::Pressure {
             load,
             area: Some(area),
-        } => Target::Pressure(ramp(load, "pressure")?, Area::Given(**area)),
+        } => Target::Pressure(curve(load, "pressure")?, Area::Given(**area)),
         ServoTarget::Pressure { load, area: None } => {
             let has_one = matches!(
                 wall.shape,
@@ -391,51 +263,25 @@ fn target(wall: &SceneWall, axis: DVec3, aim: &ServoTarget) -> Result<Target, Sc
                     error.with_help("for example: area = 9e-4   # m2, as seen along the axis")
                 );
             }
-            Target::Pressure(ramp(load, "pressure")?, Area::OfWall)
+            Target::Pressure(curve(load, "pressure")?, Area::OfWall)
         }
     })
 }
 
-/// Whether a flat wall is edge-on to a direction, and stays so.
-fn edge_on(wall: &SceneWall, axis: DVec3) -> Option<String> {
-    let turns = |motion: &SceneMotion| {
-        matches!(
-            motion.kind,
-            MotionKind::Rotation { .. } | MotionKind::Table { .. }
-        )
-    };
-    // Less than this is round-off of directions that were meant to be at right angles.
-    let is_edge_on =
-        |normal: DVec3| normal.dot(axis).abs() <= 1e-9 * normal.length() * axis.length();
-    if wall.motion.iter().any(turns) {
-        return None;
-    }
-    match &wall.shape {
-        SceneShape::Plane { normal, .. } if is_edge_on(**normal) => Some("the plane".to_owned()),
-        SceneShape::Disc { axis: normal, .. } if is_edge_on(**normal) => {
-            Some("the disc".to_owned())
-        }
-        SceneShape::Box { sides } => {
-            let face = sides
-                .iter()
-                .find(|face| is_edge_on(DVec3::AXES[face.axis]))?;
-            Some(format!("the face {}", face.name()))
-        }
-        _ => None,
-    }
-}
-
-/// A load in time; `column` names it in a table.
-pub(crate) fn ramp(load: &Load, column: &str) -> Result<Ramp, SceneError> {
+/// A load over time; `column` names it in a table.
+pub(crate) fn curve(load: &Load, column: &str) -> Result<Curve, SceneError> {
     match load {
         Load::Constant(value) => {
-            Ramp::constant(**value).map_err(|error| value.error(error.to_string()))
+            Curve::constant(**value).map_err(|error| value.error(error.to_string()))
         }
         Load::Rows(rows) => {
-            Ramp::new(rows.value.clone()).map_err(|error| rows.error(error.to_string()))
+            let pairs = rows.iter().map(|&[time, load]| (time, load));
+            Curve::new(pairs.collect()).map_err(|error| rows.error(error.to_string()))
         }
         Load::Table(file) => {
-            Ramp::read(file, column).map_err(|error| file.error(error.to_string()))
+            let rows = TimeTable::new(["t", column]).read(file);
+            let rows = rows.map_err(|error| file.error(error.to_string()))?;
+            Ok(Curve::of_table(&rows, |row| row[1]))
         }
     }
 }

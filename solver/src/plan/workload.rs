@@ -50,8 +50,8 @@ impl Source {
         let before = self.brought(begin);
         // Between these times what the rate allows is a straight line.
         let mut corners = vec![begin, end, self.from, self.until];
-        if let Some((_, Rate::Table { rows, .. })) = &self.rate {
-            corners.extend(rows.iter().map(|row| row[0]));
+        if let Some((_, Rate::Table { amounts, .. })) = &self.rate {
+            corners.extend(amounts.rows().iter().map(|row| row.0));
         }
         corners.retain(|time| (begin..=end).contains(time));
         corners.sort_by(f64::total_cmp);
@@ -182,6 +182,8 @@ impl Workload {
 
 #[cfg(test)]
 mod tests {
+    use mercury_common::curve::Curve;
+
     use super::*;
     use mercury_engine::boundaries::Quantity;
 
@@ -265,15 +267,15 @@ mod tests {
     }
 
     #[test]
-    fn tables_may_jump() {
+    fn tables_may_begin_with_an_amount() {
         // Nothing until 2 s, then 100 at once, and 50 more within 2 s.
         let mut source = steady(1.0, f64::INFINITY, 1e6);
-        let rows = vec![[2.0, 0.0], [2.0, 100.0], [4.0, 150.0], [5.0, 150.0]];
+        let rows = vec![(2.0, 100.0), (4.0, 150.0), (5.0, 150.0)];
         source.rate = Some((
             2.0, // grains per unit
             Rate::Table {
                 quantity: Quantity::Mass,
-                rows,
+                amounts: Curve::new(rows).unwrap(),
             },
         ));
         let load = workload(source);

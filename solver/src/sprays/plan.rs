@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use libm::cos;
+use mercury_common::curve::Curve;
 use mercury_common::formats::time_table::{TimeRow, TimeTable};
 use mercury_common::scene::{
     AtWalls, Located, Nozzle, Psd, Scene, SceneError, SizeLaw, Spray, SprayFlow, SprayPattern,
@@ -166,7 +167,7 @@ fn source(
     let flow = match &nozzle.flow_rate {
         SprayFlow::Constant(rate) => Some(Flow::Constant(**rate)),
         SprayFlow::Table(file) => match flow_table(file.as_path()) {
-            Ok(rows) => Some(Flow::table(&rows, *spray.from)),
+            Ok(rates) => Some(Flow::table(&rates, *spray.from)),
             Err(message) => {
                 errors.push(file.error(message));
                 None
@@ -241,7 +242,7 @@ fn sizes(psd: &Located<Psd>) -> Result<SizeDistribution, SceneError> {
     })
 }
 
-fn flow_table(path: &std::path::Path) -> Result<Vec<[f64; 2]>, String> {
+fn flow_table(path: &std::path::Path) -> Result<Curve, String> {
     let table = TimeTable::new(["t", "rate"]);
     let rows = table.read(path).map_err(|error| error.to_string())?;
     let at = |line: usize, message: String| format!("{}:{line}: {message}", path.display());
@@ -257,7 +258,7 @@ fn flow_table(path: &std::path::Path) -> Result<Vec<[f64; 2]>, String> {
             format!("rate = {} is negative", row.values[1]),
         ));
     }
-    Ok(rows.into_iter().map(|row| row.values).collect())
+    Ok(Curve::of_table(&rows, |row| row[1]))
 }
 
 fn points(

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use glam::{DVec3, dvec3};
+use mercury_common::curve::Curve;
 use mercury_common::formats::mesh::TriangleMesh;
 use mercury_common::random::Stream;
 use mercury_engine::lanes::Width;
@@ -274,7 +275,7 @@ fn balloon(elasticity: Elasticity) -> [f64; 2] {
     let mesh = sphere(DVec3::ZERO, 1.0, 0.2);
     let sheet = sheet(&mesh, law(elasticity));
     let none = vec![0.0; sheet.topology().edges().len()];
-    let rates = sheet.rates(&mesh.vertices, &none, &Load::Given(Vec::new()), 1.0);
+    let rates = sheet.rates(&mesh.vertices, &none, &Load::Given(Curve::default()), 1.0);
     let step = rates.critical_step() * 0.5;
     let mut places = mesh.vertices.clone();
     let mut velocities = vec![DVec3::ZERO; places.len()];

@@ -1,8 +1,9 @@
 //! Servos and walls that come and go: what is absent neither moves by its servo nor bounds another wall.
 
 use glam::DVec3;
+use mercury_common::curve::Curve;
 use mercury_engine::contact::{AnyNormal, Linear};
-use mercury_engine::walls::{Area, Component, Motion, Plane, Ramp, Servo, Shape, Target, Wall};
+use mercury_engine::walls::{Area, Component, Motion, Plane, Servo, Shape, Target, Wall};
 use mercury_solver::plan::Draft;
 use mercury_tests::scenes::{advance, frictionless, plane, start, wall};
 
@@ -35,7 +36,7 @@ fn a_servo_rests_while_its_wall_is_absent() {
     let mut scene = room();
     scene.walls.push(Wall {
         until,
-        ..piston(Target::Force(Ramp::constant(1.0).unwrap()), speed)
+        ..piston(Target::Force(Curve::constant(1.0).unwrap()), speed)
     });
     let mut engine = start(scene);
     for _ in 0..3 {
@@ -50,7 +51,7 @@ fn a_servo_rests_while_its_wall_is_absent() {
 #[test]
 fn a_wall_that_has_gone_bounds_no_section() {
     let mut scene = room();
-    let course = Ramp::constant(10.0).unwrap();
+    let course = Curve::constant(10.0).unwrap();
     scene
         .walls
         .push(piston(Target::Pressure(course, Area::OfWall), 1e-3));

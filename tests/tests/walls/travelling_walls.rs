@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::{DVec3, dvec3};
+use mercury_common::curve::Curve;
 use mercury_common::formats::mesh::TriangleMesh;
 use mercury_engine::contact::registry::AnyPairLaw;
 use mercury_engine::contact::{
@@ -14,8 +15,8 @@ use mercury_engine::contact::{
 use mercury_engine::state::volume;
 use mercury_engine::step::Engine;
 use mercury_engine::walls::{
-    Component, Cone, Cylinder, Disc, Mesh, Motion, MotionTable, Ramp, Revolution, Servo, Shape,
-    Side, SphereShell, Target,
+    Component, Cone, Cylinder, Disc, Mesh, Motion, MotionTable, Revolution, Servo, Shape, Side,
+    SphereShell, Target,
 };
 use mercury_solver::plan::{Draft, NewParticle, PrescribedMotion};
 use mercury_tests::scenes::{
@@ -224,7 +225,7 @@ fn plates_push_a_ball_through_many_periods() {
     let servo = Component::Servo(Servo {
         axis: DVec3::X,
         // Far more than the ball can bear: it goes at its full speed.
-        target: Target::Force(Ramp::constant(2.0).unwrap()),
+        target: Target::Force(Curve::constant(2.0).unwrap()),
         max_speed: 0.8,
         from: 0.0,
         until: f64::INFINITY,

@@ -279,9 +279,10 @@ fn missing(text: &str) -> Vec<&'static str> {
     all.into_iter().collect()
 }
 
-/// The scene with each key of a section such as `[output]`, those that it lacks behind the others with their examples and texts.
+/// The scene with each key of a section such as `[output]`, those that it lacks behind the others with their examples and texts, and with an entry
+/// for each variant of a list such as `[[walls]]`.
 fn with_keys(text: &str) -> String {
-    let mut scene = text.to_owned();
+    let mut scene = with_variants(text);
     for section in all_keys(&SCENE) {
         let head = format!("\n[{}]", section.name);
         let (Some(table), Some(begin)) = (table_of(&section.kind), scene.find(&head)) else {
@@ -309,6 +310,50 @@ fn with_keys(text: &str) -> String {
     scene
 }
 
+/// The scene with an entry of each list whose entries have variants by a word, for each variant that it lacks.
+fn with_variants(text: &str) -> String {
+    let mut scene = text.to_owned();
+    let material = text.split("\n[materials.").nth(1).unwrap();
+    let material = format!("\"{}\"", material.split(']').next().unwrap());
+    for section in all_keys(&SCENE) {
+        let head = format!("\n[[{}]]", section.name);
+        let Some(table) = table_of(&section.kind) else {
+            continue;
+        };
+        let (Variants::Word { key: word, of, .. }, Some(begin)) =
+            (&table.variants, scene.find(&head))
+        else {
+            continue;
+        };
+        let end = scene.rfind(&head).unwrap() + 1;
+        let mut end = (scene[end..].find("\n[")).map_or(scene.len(), |more| end + more);
+        for variant in *of {
+            let value = format!("\"{}\"", variant.name);
+            let names_it = |line: &str| {
+                let value_of = line.strip_prefix(word).map(str::trim_start);
+                value_of.is_some_and(|rest| rest.starts_with(&format!("= {value}")))
+            };
+            if scene[begin..end].lines().any(names_it) {
+                continue;
+            }
+            let needed = table.keys.iter().copied().flatten();
+            let needed = needed.filter(|key| matches!(key.absent, Absent::Needed));
+            let mut entry = format!("{head}\n{word} = {value}   # {}\n", variant.text);
+            for key in needed.chain(variant.keys.iter().copied().flatten()) {
+                let example = match key.kind {
+                    _ if key.name == "name" => &value,
+                    Kind::Material => &material,
+                    _ => key.example,
+                };
+                let _ = writeln!(entry, "{} = {example}", key.name);
+            }
+            scene.insert_str(end, &entry);
+            end += entry.len();
+        }
+    }
+    scene
+}
+
 #[test]
 fn the_scene_of_all_keys_has_each_of_them() {
     let path = repository().join("scenes/keys.toml");
@@ -324,6 +369,20 @@ fn the_scene_of_all_keys_has_each_of_them() {
         text == whole,
         "a section of scenes/keys.toml lacks a key; MERCURY_BLESS=1 cargo test -p common --lib scene::tests::page adds it"
     );
+}
+
+/// A shape of a wall that is taken out comes back with its keys.
+#[test]
+fn a_variant_that_the_scene_lacks_is_added_to_its_list() {
+    let text = fs::read_to_string(repository().join("scenes/keys.toml")).unwrap();
+    let begin = text.find("\n[[walls]]\nname     = \"ball\"").unwrap();
+    let end = begin + 1 + text[begin + 1..].find("\n[").unwrap();
+    let without = format!("{}{}", &text[..begin], &text[end..]);
+    let added = with_keys(&without);
+    assert!(added.contains(
+        "\n[[walls]]\nshape = \"sphere\"   # a sphere\nname = \"sphere\"\nmaterial = \"a\"\n"
+    ));
+    assert_eq!(with_keys(&added), added);
 }
 
 /// A key that is taken out comes back into its section.

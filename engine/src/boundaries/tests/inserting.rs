@@ -1,6 +1,7 @@
 //! Insertions: totals, rates, sizes, places.
 
 use glam::DVec3;
+use mercury_common::curve::Curve;
 use mercury_common::random::Stream;
 use proptest::prelude::*;
 
@@ -183,11 +184,11 @@ fn rates_are_kept_at_every_step() {
 
 #[test]
 fn a_table_gives_the_flow() {
-    let rows = vec![[0.0, 0.0], [0.1, 10.0], [0.2, 10.0], [0.3, 40.0]];
+    let rows = vec![(0.0, 0.0), (0.1, 10.0), (0.2, 10.0), (0.3, 40.0)];
     let feed = InsertionPlan {
         rate: Some(Rate::Table {
             quantity: Quantity::Number,
-            rows,
+            amounts: Curve::new(rows).unwrap(),
         }),
         ..insertion(unit_box(), monodisperse(0.01), Total::Number(30))
     };

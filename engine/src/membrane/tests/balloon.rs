@@ -1,6 +1,7 @@
 //! Pressure: volumes and laws. Balloons at rest are on the validation page.
 
 use glam::DVec3;
+use mercury_common::curve::Curve;
 
 use super::super::{Load, cylinder, sphere};
 use super::*;
@@ -23,11 +24,11 @@ fn laws_of_gas_and_fluid() {
     assert!((fluid.at(0.0, 0.999 * 2.0, 2.0) - expected).abs() < 1e-5);
     let slope = (gas.at(0.0, 1.0 - 1e-6, 1.0) - gas.at(0.0, 1.0 + 1e-6, 1.0)) / 2e-6;
     assert!((slope - gas.stiffness(1.0)).abs() < 1e-3 * slope);
-    let rows = Load::Given(vec![[0.0, 10.0], [1.0, 30.0]]);
+    let rows = Load::Given(Curve::new(vec![(0.0, 10.0), (1.0, 30.0)]).unwrap());
     for (time, pressure) in [(-1.0, 10.0), (0.25, 15.0), (1.0, 30.0), (2.0, 30.0)] {
         assert_eq!(rows.at(time, 1.0, 1.0), pressure);
     }
-    assert!(Load::Given(Vec::new()).is_none());
+    assert!(Load::Given(Curve::default()).is_none());
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Stiffness and damping of a sheet against a wall that holds vertices of it, beside differences of the forces on these vertices.
 
 use glam::DVec3;
+use mercury_common::curve::Curve;
 
 use super::{forces_of, lattice, law, noisy, plate, sheet};
 use crate::membrane::borders::{Border, SheetShape};
@@ -78,7 +79,7 @@ const STEP: f64 = 1e-4;
 
 #[test]
 fn its_stiffness_is_the_derivative_of_the_force() {
-    let none = Load::Given(Vec::new());
+    let none = Load::Given(Curve::default());
     for elasticity in LAWS {
         let (sheet, is_held, positions) = stretched(law(elasticity));
         for axis in axes() {
@@ -97,7 +98,7 @@ fn its_stiffness_is_the_derivative_of_the_force() {
 /// Hinges count as in the critical step, without the turn of their moments: of a sheet that is nearly flat at rest and now that is all but a small part.
 #[test]
 fn hinges_resist_across_the_sheet() {
-    let none = Load::Given(Vec::new());
+    let none = Load::Given(Curve::default());
     for elasticity in LAWS {
         let mesh = lattice(4, 3);
         let sheet = sheet(&mesh, plate(law(elasticity)));
@@ -118,7 +119,7 @@ fn hinges_resist_across_the_sheet() {
 /// Forces of dashpots and drag are linear in the velocities: the damping is twice their sum, to round-off.
 #[test]
 fn its_damping_is_twice_that_of_the_dashpots() {
-    let none = Load::Given(Vec::new());
+    let none = Load::Given(Curve::default());
     for elasticity in LAWS {
         let own = law(elasticity);
         let own = Law {
@@ -159,7 +160,7 @@ fn an_enclosed_fluid_resists() {
     let mesh = sphere(DVec3::ZERO, 1.0, 0.4);
     let sheet = sheet(&mesh, law(LAWS[0]));
     let is_held: Vec<bool> = mesh.vertices.iter().map(|x| x.z > 0.5).collect();
-    let none = Load::Given(Vec::new());
+    let none = Load::Given(Curve::default());
     for load in [
         Load::Gas {
             gas: 1e3,

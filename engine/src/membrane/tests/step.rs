@@ -1,6 +1,7 @@
 //! The largest stable step.
 
 use glam::DVec3;
+use mercury_common::curve::Curve;
 
 use super::super::{Load, Rates, sphere};
 use super::*;
@@ -8,7 +9,7 @@ use super::*;
 fn free_rates(sheet: &Sheet, positions: &[DVec3]) -> Rates {
     let inverse_masses: Vec<f64> = sheet.masses().iter().map(|mass| 1.0 / mass).collect();
     let dashpots = sheet.dashpots(&inverse_masses);
-    sheet.rates(positions, &dashpots, &Load::Given(Vec::new()), 1.0)
+    sheet.rates(positions, &dashpots, &Load::Given(Curve::default()), 1.0)
 }
 
 /// An equilateral triangle with thirds of its mass: 9 K/m in numbers of the hexagonal sheet.

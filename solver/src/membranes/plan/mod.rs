@@ -7,16 +7,17 @@ mod shape;
 use std::sync::Arc;
 
 use glam::DVec3;
+use mercury_common::curve::Curve;
 use mercury_common::scene::{
-    BendingStiffness, Dimensions, Load as SceneLoad, Membrane, MembraneElasticity,
-    MembranePressure, MeshSide, Scene, SceneError,
+    BendingStiffness, Dimensions, Membrane, MembraneElasticity, MembranePressure, MeshSide, Scene,
+    SceneError,
 };
 
 pub(crate) use report::describe;
 
 use crate::plan::PairPlan;
 use crate::plan::usage::MaterialUse;
-use crate::plan::walls::ramp;
+use crate::plan::walls::curve;
 use holds::{check_twice, check_walls_of_holds, plan_hold};
 use mercury_engine::contact::AnyAdhesion;
 use mercury_engine::contact::parameter::short;
@@ -285,11 +286,8 @@ fn law(scene: &Scene, membrane: &Membrane) -> Law {
 
 fn load(pressure: &MembranePressure) -> Result<Load, SceneError> {
     Ok(match pressure {
-        MembranePressure::Given(None) => Load::Given(Vec::new()),
-        MembranePressure::Given(Some(SceneLoad::Constant(number))) if **number == 0.0 => {
-            Load::Given(Vec::new())
-        }
-        MembranePressure::Given(Some(load)) => Load::Given(ramp(load, "pressure")?.rows().to_vec()),
+        MembranePressure::Given(None) => Load::Given(Curve::default()),
+        MembranePressure::Given(Some(load)) => Load::Given(curve(load, "pressure")?),
         MembranePressure::Gas {
             gas,
             ambient,

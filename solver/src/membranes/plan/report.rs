@@ -104,9 +104,9 @@ pub(crate) fn describe(membrane: &MembranePlan) -> Vec<String> {
     }
     let pressure = match &membrane.load {
         Load::Given(_) if membrane.load.is_none() => None,
-        Load::Given(rows) => match rows[..] {
-            [[_, pressure]] => Some(format!("pressure {} Pa", short(pressure))),
-            _ => Some(format!("pressure by {} rows", rows.len())),
+        Load::Given(curve) => match curve.rows() {
+            [(_, pressure)] => Some(format!("pressure {} Pa", short(*pressure))),
+            rows => Some(format!("pressure by {} rows", rows.len())),
         },
         Load::Gas { gas, .. } => Some(format!(
             "gas of {} Pa in {} m^3",

@@ -49,7 +49,7 @@ fn is_driven_away(plan: &Plan, wall: &Wall) -> Option<String> {
     let mut pulls = false;
     for servo in servos {
         let along = servo.axis.normalize_or_zero().dot(plane.normal());
-        for [_, load] in servo.target.ramp().rows() {
+        for (_, load) in servo.target.curve().rows() {
             if *load != 0.0 && along * load.signum() > OPPOSITE - 1.0 {
                 return None;
             }

@@ -7,6 +7,7 @@ mod space;
 
 use std::path::Path;
 
+use mercury_common::curve::Curve;
 use mercury_common::error::FormatError;
 use mercury_common::formats::time_table::TimeTable;
 use mercury_common::scene::{
@@ -53,7 +54,7 @@ pub(crate) fn insertions(
     clippy::result_large_err,
     reason = "a file is read once; the error type is shared by all readers"
 )]
-fn rate_table(path: &Path) -> Result<Vec<[f64; 2]>, FormatError> {
+fn rate_table(path: &Path) -> Result<Curve, FormatError> {
     let rows = TimeTable::new(["t", "cumulative"]).read(path)?;
     let mut before = 0.0;
     for row in &rows {
@@ -65,7 +66,7 @@ fn rate_table(path: &Path) -> Result<Vec<[f64; 2]>, FormatError> {
         }
         before = amount;
     }
-    Ok(rows.into_iter().map(|row| row.values).collect())
+    Ok(Curve::of_table(&rows, |row| row[1]))
 }
 
 /// All deletions, in the order of the file.
@@ -166,13 +167,13 @@ fn plan_one(
             SceneRate::Volume(per_second) => steady(Quantity::Volume, *per_second),
             SceneRate::Table(file) => match rate_table(file) {
                 // The table counts what the total counts.
-                Ok(rows) => Some(Rate::Table {
+                Ok(amounts) => Some(Rate::Table {
                     quantity: match total {
                         Some(Total::Number(_)) => Quantity::Number,
                         Some(Total::Volume(_)) => Quantity::Volume,
                         _ => Quantity::Mass,
                     },
-                    rows,
+                    amounts,
                 }),
                 Err(error) => {
                     errors.push(rate.error(error.to_string()));
@@ -296,8 +297,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("rate.csv");
         std::fs::write(&path, "t,cumulative\n0,0\n1,2\n3,2\n").unwrap();
-        let rows = rate_table(&path).unwrap();
-        assert_eq!(rows, [[0.0, 0.0], [1.0, 2.0], [3.0, 2.0]]);
+        let amounts = rate_table(&path).unwrap();
+        assert_eq!(amounts.rows(), [(0.0, 0.0), (1.0, 2.0), (3.0, 2.0)]);
         for (text, line, least) in [("0,-1\n", 2, 0), ("0,1\n1,0.5\n", 3, 1)] {
             std::fs::write(&path, format!("t,cumulative\n{text}")).unwrap();
             let error = rate_table(&path).unwrap_err().to_string();

@@ -1,14 +1,23 @@
 //! The one query behind which all wall shapes stand.
 
-use super::cone::Cone;
-use super::cylinder::Cylinder;
-use super::disc::Disc;
+mod cone;
+mod cylinder;
+mod disc;
+mod plane;
+mod revolution;
+mod sphere;
+
+pub use cone::Cone;
+pub use cylinder::Cylinder;
+pub use disc::Disc;
+pub use plane::Plane;
+pub use revolution::Revolution;
+pub use sphere::SphereShell;
+
 use super::error::WallError;
 use super::mesh::{Mesh, Scratch};
-use super::plane::Plane;
 use super::pose::Pose;
-use super::revolution::Revolution;
-use super::sphere::SphereShell;
+use super::side::Side;
 use super::touch::Touches;
 use glam::DVec3;
 use mercury_common::surfaces::Surface;
@@ -40,6 +49,17 @@ impl Shape {
         match self {
             Self::Mesh(mesh) => Some(mesh),
             _ => None,
+        }
+    }
+
+    /// Side on which particles are, of shapes with an inside: neither planes, discs nor meshes.
+    pub(super) fn side(&self) -> Option<Side> {
+        match self {
+            Self::Plane(_) | Self::Disc(_) | Self::Mesh(_) => None,
+            Self::Cylinder(cylinder) => Some(cylinder.side()),
+            Self::Cone(cone) => Some(cone.0.side()),
+            Self::Sphere(sphere) => Some(sphere.side()),
+            Self::Revolution(revolution) => Some(revolution.0.side()),
         }
     }
 

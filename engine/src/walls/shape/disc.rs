@@ -1,8 +1,8 @@
 //! The disc: a thin round plate.
 
-use super::error::{WallError, positive};
-use super::revolved::Revolved;
-use super::side::Side;
+use crate::walls::error::{WallError, positive};
+use crate::walls::revolved::Revolved;
+use crate::walls::side::Side;
 use glam::DVec3;
 
 /// A thin round plate that pushes away on both sides. Features: 0 the face towards `axis`, 2 the rim,

@@ -1,9 +1,9 @@
 //! The plane: the boundary of a solid half-space.
 
-use super::error::{WallError, direction, finite_vector};
-use super::pose::Pose;
-use super::symmetry;
-use super::touch::{Touch, Touches, Turning};
+use crate::walls::error::{WallError, direction, finite_vector};
+use crate::walls::pose::Pose;
+use crate::walls::symmetry;
+use crate::walls::touch::{Touch, Touches, Turning};
 use glam::DVec3;
 use mercury_common::surfaces::Surface;
 

@@ -1,12 +1,12 @@
 //! The cylinder.
 
-use super::axis::Axis;
-use super::error::{WallError, interval, positive};
-use super::pose::Pose;
-use super::revolved::Revolved;
-use super::side::Side;
-use super::symmetry;
-use super::touch::{Touch, Touches, Turning};
+use crate::walls::axis::Axis;
+use crate::walls::error::{WallError, interval, positive};
+use crate::walls::pose::Pose;
+use crate::walls::revolved::Revolved;
+use crate::walls::side::Side;
+use crate::walls::symmetry;
+use crate::walls::touch::{Touch, Touches, Turning};
 use glam::{DVec2, DVec3};
 use mercury_common::surfaces::Surface;
 

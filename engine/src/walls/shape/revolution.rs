@@ -1,8 +1,8 @@
 //! The surface of revolution.
 
-use super::error::WallError;
-use super::revolved::Revolved;
-use super::side::Side;
+use crate::walls::error::WallError;
+use crate::walls::revolved::Revolved;
+use crate::walls::side::Side;
 use glam::DVec3;
 
 /// A polygon in the half-plane `(r, z)` turned about an axis: vessels, hoppers, rings.

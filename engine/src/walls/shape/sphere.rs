@@ -1,10 +1,10 @@
 //! The sphere, as a wall.
 
-use super::error::{WallError, finite_vector, positive};
-use super::pose::Pose;
-use super::side::Side;
-use super::symmetry;
-use super::touch::{Touch, Touches, Turning};
+use crate::walls::error::{WallError, finite_vector, positive};
+use crate::walls::pose::Pose;
+use crate::walls::side::Side;
+use crate::walls::symmetry;
+use crate::walls::touch::{Touch, Touches, Turning};
 use glam::DVec3;
 use mercury_common::surfaces::Surface;
 

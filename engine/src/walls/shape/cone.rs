@@ -1,8 +1,8 @@
 //! The cone, or a part of one.
 
-use super::error::{WallError, interval, not_negative, positive};
-use super::revolved::Revolved;
-use super::side::Side;
+use crate::walls::error::{WallError, interval, not_negative, positive};
+use crate::walls::revolved::Revolved;
+use crate::walls::side::Side;
 use glam::DVec3;
 
 /// A conical shell. Features: 0 the face, 1 and 2 the rims (or the tip) at its beginning and end, 3
