@@ -1297,7 +1297,8 @@ def check_log_in():
 
 
 def check_archives():
-    """Six readers of an archive with an input of 200 MB: less than 100 MB of memory, and the right bytes."""
+    """Six readers of an archive with an input of 200 MB: less than 100 MB of memory, and the right bytes; archives and files
+    have a length and can be resumed at any byte, also by a browser that takes compressed answers."""
     with server() as served:
         run, shared = big_run(served, 200)
         before = memory_of(served, "VmRSS")
@@ -1324,6 +1325,50 @@ def check_archives():
             content = archive.read("big.stl")
             must(content == (served.folder / "big.stl").read_bytes(), "the input has other bytes")
             must("drum/run.log" in archive.namelist(), f"files: {archive.namelist()}")
+            # The last bytes of the input, and all behind it.
+            behind = archive.getinfo("big.stl").header_offset + len(content) - 1000
+        whole = path.read_bytes()
+        text = served.request("GET", f"/runs/{run}/files/drum.ene", expect=200).body
+        for where, content in [("archive", whole), ("files/drum.ene", text)]:
+            firsts = [0, 1, 40, len(content) - 1] + [RANDOM.randrange(len(content)) for _ in range(3)] + [behind] * (where == "archive")
+            browser = {"Accept-Encoding": "gzip, deflate, br"}
+            answer = served.request("GET", f"/runs/{run}/{where}", headers=browser, expect=200)
+            must(answer.headers["content-length"] == str(len(content)), f"{where}: no length: {answer.headers}")
+            tag = answer.headers["etag"]
+            for first in firsts:
+                asked = browser | {"Range": f"bytes={first}-", "If-Range": tag}
+                part = served.request("GET", f"/runs/{run}/{where}", headers=asked, expect=206)
+                must(part.headers["content-range"] == f"bytes {first}-{len(content) - 1}/{len(content)}", f"{where}: {part.headers}")
+                must(part.body == content[first:], f"{where}: other bytes from {first} on")
+            middle = served.request("GET", f"/runs/{run}/{where}", headers={"Range": "bytes=30-89"}, expect=206)
+            must(middle.body == content[30:90], f"{where}: other bytes in the middle")
+            other = served.request("GET", f"/runs/{run}/{where}", headers={"Range": "bytes=5-", "If-Range": '"other"'}, expect=200)
+            must(other.body == content, f"{where}: a part of other bytes")
+
+
+def check_large():
+    """A scene whose check takes too long (1e7 particles of a table) says that it was not checked, and is submitted; a large one that is
+    quick to check is checked."""
+    with server("--memory", "200000", "--disk", "1000000") as served:
+        table = served.folder / "grains.csv"
+        with open(table, "w") as file:
+            file.write("x,y,z,radius\n")
+            for k in range(1000):
+                file.write("".join(f"{(k * 10_000 + n) * 0.01 + 0.005:.3f},0.5,0.5,0.0025\n" for n in range(10_000)))
+        text = SCENE.split("[[walls]]")[0].replace("min      = [-0.032, 0.0, -0.032]", "min = [0.0, 0.0, 0.0]").replace("max      = [0.032, 0.008, 0.032]", "max = [1e5, 1.0, 1.0]")
+        scene = {"name": "large.toml", "text": text + '[[particles]]\nfile = "grains.csv"\nmaterial = "glass"\n[output]\ninterval = 0.05\n',
+                 "files": {"grains.csv": upload(served, table)}}
+        begin = time.monotonic()
+        found = served.json("POST", "/check", {"scene": scene})
+        print(f"    given up after {time.monotonic() - begin:.0f} s")
+        must(not found["problems"] and "more than 10 s" in found["unchecked"], f"checked: {found}")
+        run = served.json("POST", "/runs", {"scene": scene}, expect=201)["id"]
+        must(served.run(run)["state"] in ("queued", "running"), f"the run is {served.run(run)['state']}")
+        served.request("POST", f"/runs/{run}/stop", {}, expect=200)
+        served.request("POST", f"/runs/{run}/kill", {})
+        many = SCENE.replace("number = 900", "number = 10_000_000").replace("max      = [0.032, 0.008, 0.032]", "max      = [0.032, 90.0, 0.032]").replace("along = [0.0, 0.008]", "along = [0.0, 90.0]")
+        found = served.json("POST", "/check", {"scene": {"name": "many.toml", "text": many}})
+        must(not found["problems"] and "unchecked" not in found and found["plan"]["particles"]["expected"] > 9e6, f"not checked: {found}")
 
 
 # What a program in a cage tries: each line prints what it reached.

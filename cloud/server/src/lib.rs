@@ -2,6 +2,7 @@
 
 mod access;
 mod accounts;
+mod archive;
 mod attempts;
 mod audit;
 mod charts;

@@ -11,10 +11,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::extract::{DefaultBodyLimit, FromRequest, Query, Request, State};
-use axum::http::StatusCode;
+use axum::http::{Extensions, HeaderMap, StatusCode, Version, header};
 use axum::routing::{delete, get, post, put};
 use axum::{Json, Router, middleware};
-use tower_http::compression::CompressionLayer;
+use tower_http::compression::{CompressionLayer, DefaultPredicate, Predicate};
 
 use crate::access::{ApiError, guard};
 use crate::state::App;
@@ -82,6 +82,11 @@ impl<T: serde::de::DeserializeOwned, S: Send + Sync> axum::extract::FromRequestP
             Err(rejected) => Err(ApiError::bad_request("invalid query", rejected.body_text())),
         }
     }
+}
+
+/// Whether an answer may be compressed: a download has a length and can be resumed, which what is compressed on its way cannot.
+fn is_no_download(_: StatusCode, _: Version, headers: &HeaderMap, _: &Extensions) -> bool {
+    !headers.contains_key(header::ACCEPT_RANGES)
 }
 
 /// All paths.
@@ -164,7 +169,11 @@ pub(crate) fn router(app: Arc<App>) -> Router {
                 .delete(input_remove),
         )
         .fallback(|| async { ApiError::not_found() })
-        .layer(CompressionLayer::new().gzip(true));
+        .layer(
+            CompressionLayer::new()
+                .gzip(true)
+                .compress_when(DefaultPredicate::new().and(is_no_download)),
+        );
     Router::new()
         .nest("/api/v1", api)
         .route("/healthz", get(|| async { "ok\n" }))
