@@ -163,11 +163,14 @@ pub struct RunFile {
 /// Answer of `POST /check`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Checked {
-    /// Problems; empty: the scene can run.
+    /// Problems; empty: the scene can run, or was not checked.
     pub problems: Vec<SceneProblem>,
     /// The plan, as `mercury-solve --check --json` gives it.
     #[schema(value_type = Option<Object>)]
     pub plan: Option<serde_json::Value>,
+    /// Reason why the scene was not checked: it is too large for a check. It can be submitted, and its run says what is wrong.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unchecked: Option<String>,
 }
 
 /// Answer of `POST /studies/check`.

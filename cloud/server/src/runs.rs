@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use axum::http::StatusCode;
-use cloud_api::answers::{Checked, RunRow, Usage};
+use cloud_api::answers::{RunRow, Usage};
 use cloud_api::lifecycle::RunEvent;
 use cloud_api::names::check_text;
 use cloud_api::requests::{Role, Scene, Submit};
@@ -32,9 +32,14 @@ struct Forecast {
     steps: Option<u64>,
 }
 
+/// Forecasts of a plan. Without one (null: the scene was not checked) the run gets all memory that there is for runs.
 fn forecast(app: &App, plan: &Value, threads: u32) -> Result<Forecast, ApiError> {
     let number = |group: &str, name: &str| plan[group][name].as_f64().unwrap_or(0.0);
-    let memory = (number("memory", "at_most") * 1.25) as u64 + MEMORY_MARGIN;
+    let memory = if plan.is_null() {
+        app.options.memory
+    } else {
+        (number("memory", "at_most") * 1.25) as u64 + MEMORY_MARGIN
+    };
     let disk = number("disk", "bytes");
     if app
         .engine
@@ -116,7 +121,7 @@ pub(crate) fn granted<T>(change: Reserved<T>, bytes: u64) -> Result<T, ApiError>
     }
 }
 
-/// Bytes that a plan expects of its run.
+/// Bytes that a plan expects of its run; 0 without a plan. The limits of users hold while runs run, too.
 pub(crate) fn expected_bytes(plan: &Value) -> u64 {
     plan["disk"]["bytes"].as_f64().unwrap_or(0.0) as u64
 }
@@ -144,12 +149,13 @@ pub(crate) fn label(given: Option<&str>) -> Result<&str, ApiError> {
     Ok(label)
 }
 
-/// The plan of a scene that can run.
+/// The plan of a scene that can run; null where it is too large for a check.
 async fn plan(app: &Arc<App>, user: &User, scene: &Scene) -> Result<Value, ApiError> {
-    let Checked { problems, plan } = check(app, user.id, scene.clone(), false).await?;
-    match plan {
-        Some(plan) if problems.is_empty() => Ok(plan),
-        _ => Err(ApiError::unrunnable(problems)),
+    let checked = check(app, user.id, scene.clone(), false).await?;
+    match checked.plan {
+        _ if checked.unchecked.is_some() => Ok(Value::Null),
+        Some(plan) if checked.problems.is_empty() => Ok(plan),
+        _ => Err(ApiError::unrunnable(checked.problems)),
     }
 }
 
