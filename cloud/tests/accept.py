@@ -2246,6 +2246,16 @@ def check_compare_page():
         browser("compare.mjs", served.link, *runs)
 
 
+def check_view():
+    """Chromium: problems in view at 1366 x 768, completion; results with errors, several charts with logarithmic axes, Reset view,
+    picture, film, full screen, previews of files."""
+    with server() as served:
+        results = ["torque=mean(walls.drum.ty, 0.2..)", "tilt=tilt(walls.drum, steady..)", "top=max(particles.z)"]
+        run = served.submit(sets=["time.end=0.6", "output.interval=0.005", "output.pictures=false"], result=results)
+        served.wait(run)
+        browser("view.mjs", served.link, run)
+
+
 def check_study_page():
     """A study from the page in Chromium: a grid, a study file, table, plot, charts over each other, two runs side by side."""
     with server() as served:

@@ -263,6 +263,10 @@ pub struct StudyRun {
     pub values: Vec<Option<String>>,
     /// A value for each result.
     pub results: Vec<Option<f64>>,
+    /// The standard error of each result, where its run alone gives one.
+    pub errors: Vec<Option<f64>>,
+    /// What is to be said of each result: a remark, or why it has no value or no error.
+    pub remarks: Vec<Option<String>>,
 }
 
 /// A scene to start from.
@@ -322,6 +326,8 @@ pub struct TableInfo {
     pub file: String,
     /// Columns with numbers.
     pub columns: Vec<String>,
+    /// Units of these columns; empty or `1`: none.
+    pub units: Vec<String>,
     /// Values of the column `name` (walls, regions, planes), empty where the table has none.
     pub names: Vec<String>,
 }

@@ -51,6 +51,7 @@ use crate::{accounts, audit, downloads, projects, routes};
         projects::member_set,
         projects::member_remove,
         routes::template_list,
+        routes::scene_schema,
         routes::events,
         accounts::session_get,
         accounts::session_begin,

@@ -86,6 +86,8 @@ pub(crate) struct App {
     /// This program.
     pub(crate) program: PathBuf,
     pub(crate) templates: Vec<Template>,
+    /// JSON schema of scenes.
+    pub(crate) schema: String,
     pub(crate) attempts: Attempts,
     pub(crate) cache: Cache,
     pub(crate) tries: Tries,
@@ -166,6 +168,7 @@ impl App {
         let db = Db::open(&data.join("db.sqlite"), policy, options.prices.clone())?;
         users::first_user(&db)?;
         let templates = templates::all(&options.solver, &data.join("checks"), store.as_ref(), &db)?;
+        let schema = templates::schema(&options.solver)?;
         let (wake, woken) = std::sync::mpsc::sync_channel(1);
         Ok(Arc::new(Self {
             address: Mutex::default(),
@@ -179,6 +182,7 @@ impl App {
             version,
             program: std::env::current_exe().context("the path of mercury-cloud")?,
             templates,
+            schema,
             attempts: Attempts::default(),
             tries: Tries::default(),
             checks: Turns::new(CHECKS, 1),

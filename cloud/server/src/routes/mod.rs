@@ -147,6 +147,7 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         )
         .route("/inputs", get(input_list))
         .route("/templates", get(template_list))
+        .route("/schema", get(scene_schema))
         .route("/events", get(events))
         .route("/users/{name}", delete(accounts::user_remove))
         .route(
