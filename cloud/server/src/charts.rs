@@ -6,7 +6,7 @@ use cloud_api::answers::{Chart, TableInfo};
 use cloud_store::{Result, Store};
 use mercury_common::formats::delimited::{Cell, Cells};
 use mercury_common::formats::table_head;
-use mercury_common::run_tables::{ALL, Column, Role};
+use mercury_common::run_tables::{ALL, Column, ENERGIES, Role};
 
 use crate::content::Content;
 
@@ -34,7 +34,7 @@ fn fields(line: &str) -> Vec<Cow<'_, str>> {
 /// The declaration of a column of a file. Tables such as those of fields have none.
 fn declared(file: &str, column: &str) -> Option<&'static Column> {
     let file = file.rsplit('/').next().unwrap_or(file);
-    let mut tables = ALL.iter();
+    let mut tables = ALL.into_iter().chain([&ENERGIES]);
     let table = tables.find(|table| file.ends_with(&format!(".{}", table.file)));
     table.and_then(|table| table.column(column))
 }

@@ -283,22 +283,23 @@ export async function showNew(main, from) {
   async function check() {
     asking?.abort();
     asking = new AbortController();
+    const checked = scene();
     try {
-      const found = await post("/check", { scene: scene() }, { signal: asking.signal });
+      const found = await post("/check", { scene: checked }, { signal: asking.signal });
       plan = found.plan;
       tell(found.problems);
       forecast(found);
-      if (plan && !found.problems.length) look(asking.signal);
+      if (plan && !found.problems.length) look(checked, asking.signal);
     } catch (error) {
       if (error instanceof DOMException) return;
       tell(error instanceof Problem && error.problems.length ? error.problems : [{ message: error instanceof Error ? error.message : String(error) }]);
     }
   }
 
-  /** @param {AbortSignal} signal */
-  async function look(signal) {
+  /** Shows the beginning of a scene that was checked. @param {any} checked @param {AbortSignal} signal */
+  async function look(checked, signal) {
     try {
-      const seen = await post("/preview", { scene: scene() }, { signal });
+      const seen = await post("/preview", { scene: checked }, { signal });
       if (!ended) viewer.still(seen);
     } catch { /* a scene without a preview can still run */ }
   }

@@ -219,11 +219,11 @@ export async function showRun(main, id) {
     el("p", { class: "small quiet" }, "Behind ± is one standard error."));
   }
 
-  let busy = false;
-  /** Brings what is in view up to date. */
+  let [busy, wanted] = [false, false];
+  /** Brings what is in view up to date: once more, where that was wished for meanwhile. */
   async function refresh() {
-    if (busy) return;
-    busy = true;
+    if (busy) { wanted = true; return; }
+    [busy, wanted] = [true, false];
     try {
       if (tab === "Overview") await viewer.load();
       if (tab === "Overview" || tab === "Charts") await plot();
@@ -236,6 +236,7 @@ export async function showRun(main, id) {
     } finally {
       busy = false;
     }
+    if (wanted) refresh();
   }
 
   const again = async () => {

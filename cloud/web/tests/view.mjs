@@ -112,6 +112,18 @@ try {
     await press("Escape");
     await browser.until(`!document.querySelector("dialog")`, "the preview stays", 5);
   }
+  // After Extend the head, the steps, the particles and the picked particle are those of the new end.
+  await browser.open(`${origin}/runs/${run}`);
+  await browser.until(`document.querySelector(".said")?.innerText.includes("particles")`, "no particles", 30);
+  const fact = (name) => `[...document.querySelectorAll("dl.facts dt")].find((one) => one.innerText === "${name}")?.nextElementSibling.innerText`;
+  const [steps, time, frames] = await browser.run(`[${fact("Steps")}, parseFloat(${fact("Time")}), document.querySelector(".controls span").innerText]`);
+  const later = Number((time + 0.05).toFixed(3));
+  await browser.run(`fetch("/api/v1/runs/${run}/extend", { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify({ end: ${later} }) })`);
+  await browser.until(`document.querySelector(".state.queued, .state.running")`, "the head does not follow", 20);
+  await browser.until(`document.querySelector(".state.finished") && parseFloat(${fact("Time")}) === ${later}`, "the time does not follow", 90);
+  must(await browser.run(fact("Steps")) !== steps, `the steps are the old ones: ${steps}`);
+  await browser.until(`document.querySelector(".controls span").innerText !== ${JSON.stringify(frames)} && document.querySelector(".controls span").innerText.startsWith("${later} s")`, `the particles are those of ${frames}`, 30);
+
   for (const [dark, width, height, name] of [[true, 1366, 768, "dark"], [false, 390, 800, "phone"]]) {
     await browser.look(width, height, dark, width < 500);
     for (const [page, what] of [[`/runs/${run}`, "run"], ["/new", "new"]]) {
