@@ -1591,6 +1591,58 @@ def check_quota():
         must([one["usage"]["most_disk"] for one in served.json("GET", "/users") if one["name"] == "ada"] == [usage["disk"] + 1000], "limits of ada")
 
 
+def check_time():
+    """Runs stop at the core hours of their user and at their own limit of time, say so, and go on when they may; deletion gives no core
+    hours back; the command at the end of runs has each once, whatever their titles are."""
+    folder = Path(tempfile.mkdtemp(prefix="accept-end-"))
+    command = f'printf "%s|%s|%s|%s\\n" "$MERCURY_STATE" "$MERCURY_OWNER" "$MERCURY_TITLE" "$MERCURY_LINK" >> {folder}/ended; echo "$MERCURY_MESSAGE" >> {folder}/messages'
+    with server("--cores", "2", "--at-end", command) as served:
+        lines = lambda: (folder / "ended").read_text().splitlines() if (folder / "ended").exists() else []
+        admin = served.cookie
+        def limit(**more):
+            mine, served.cookie = served.cookie, admin
+            served.request("POST", "/users", {"name": "ada"} | more, expect=204)
+            served.cookie = mine
+        # The limit of a run: it stops, goes on for as long again, and stops again.
+        title = f"$(touch {folder}/broken) `touch {folder}/broken`; 'x"
+        endless = ["time.end=500", "output.interval=0.05", "output.pictures=false"]
+        run = served.submit(sets=endless, title=title, time_limit=4)
+        found = served.wait(run, "stopped", 90)
+        must("limit" in found["message"] and found["step"] > 0 and found["time_limit"] == 4, f"{found}")
+        served.json("POST", f"/runs/{run}/resume", {})
+        again = served.wait(run, "stopped", 90)
+        must(again["step"] > found["step"] and "limit" in again["message"], f"not as long again: {again}")
+        must(again["core_seconds"] < 40, f"{again['core_seconds']} core seconds of 8")
+        must(served.json("POST", f"/runs/{run}/clone", {})["time_limit"] == 4, "the clone has no limit")
+        wait_for(lambda: len(lines()) == 2, 10, f"not two ends: {lines()}")
+        must(all(line == f"stopped|local|{title}|http://127.0.0.1:{served.port}/runs/{run}" for line in lines()), f"{lines()}")
+        must(not (folder / "broken").exists(), "a title was executed")
+        must("limit" in (folder / "messages").read_text(), "no message")
+        served.request("POST", "/runs", {"scene": {"text": SCENE}, "time_limit": 0}, expect=400)
+        # The core hours of a user, of all runs together.
+        limit(password="correct horse", core_seconds=6)
+        served.cookie = None
+        answer = served.request("POST", "/session", {"name": "ada", "password": "correct horse"}, expect=200)
+        served.cookie = answer.headers["set-cookie"].split(";")[0]
+        runs = [served.submit(sets=endless) for _ in range(2)] + [served.submit(sets=endless)]
+        for run in runs:
+            wait_for(lambda: served.run(run)["state"] in ("stopped", "cancelled"), 90, f"not stopped: {served.run(run)}")
+            must("core hours" in served.run(run)["message"], f"{served.run(run)}")
+        usage = served.json("GET", "/session")["usage"]
+        must(usage["most_core_seconds"] == 6 and 6 <= usage["core_seconds"] < 40, f"{usage}")
+        for path, body in ((f"/runs/{runs[0]}/resume", {}), ("/runs", {"scene": {"text": SCENE}}), ("/studies", {"base": {"scene": {"text": SCENE}}, "sweep": ["seed=1,2"]})):
+            must("core hours" in served.request("POST", path, body, expect=403).body.decode(), path)
+        served.request("DELETE", f"/runs/{runs[0]}", expect=204)
+        must(served.json("GET", "/session")["usage"]["core_seconds"] >= usage["core_seconds"] - 0.01, "deletion gives core hours back")
+        limit(core_seconds=None)
+        served.json("POST", f"/runs/{runs[1]}/resume", {})
+        served.wait(runs[1], "running", 30)
+        served.request("POST", f"/runs/{runs[1]}/stop", {}, expect=200)
+        served.wait(runs[1], "stopped", 60)
+        must("core hours" not in served.run(runs[1])["message"], "an old message stays")
+    shutil.rmtree(folder)
+
+
 def mesh_of(path, n):
     """A binary STL of a wavy surface in 2 * n^2 triangles, within the drum."""
     import struct

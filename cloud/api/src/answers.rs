@@ -42,6 +42,8 @@ pub struct RunRow {
     pub time: f64,
     /// Core seconds spent so far.
     pub core_seconds: f64,
+    /// Time by the clock after which the run is stopped, in s; none: no limit.
+    pub time_limit: Option<f64>,
     /// Cost of its attempts, in the currency of the server, where it has prices.
     pub cost: Option<f64>,
     /// Savings against the full price.
@@ -265,7 +267,7 @@ pub struct StudyRun {
     pub results: Vec<Option<f64>>,
     /// The standard error of each result, where its run alone gives one.
     pub errors: Vec<Option<f64>>,
-    /// What is to be said of each result: a remark, or why it has no value or no error.
+    /// A remark on each result, or the reason why it has no value or no error.
     pub remarks: Vec<Option<String>>,
 }
 
@@ -362,8 +364,10 @@ pub struct Usage {
     pub disk: u64,
     /// The most of them; none: no limit.
     pub most_disk: Option<u64>,
-    /// Core seconds that all runs have spent.
+    /// Core seconds that all runs have spent, also those that were removed.
     pub core_seconds: f64,
+    /// The most of them; none: no limit.
+    pub most_core_seconds: Option<f64>,
     /// Their cost, in the currency of the server, where it has prices.
     pub cost: Option<f64>,
 }

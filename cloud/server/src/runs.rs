@@ -73,6 +73,22 @@ fn forecast(app: &App, plan: &Value, threads: u32) -> Result<Forecast, ApiError>
     })
 }
 
+/// Refuses to compute for a user whose core hours are spent.
+pub(crate) fn may_compute(app: &App, user: i64) -> Result<(), ApiError> {
+    let usage = app.db.usage(user)?;
+    match usage.most_core_seconds {
+        Some(most) if usage.core_seconds >= most => Err(ApiError::new(
+            StatusCode::FORBIDDEN,
+            "no core hours are left",
+            format!(
+                "Your runs have spent the {:.4} core hours that they may. An administrator can grant more.",
+                most / 3600.0
+            ),
+        )),
+        _ => Ok(()),
+    }
+}
+
 /// Refuses what a user may not have: so many cores at once, so many bytes on top of what there is.
 pub(crate) fn within_quota(app: &App, user: i64, threads: u32, bytes: u64) -> Result<(), ApiError> {
     let usage = app.db.usage(user)?;
@@ -183,6 +199,15 @@ pub(crate) fn prepare(
             "A run has 1 to 1024 threads.",
         ));
     }
+    if submit
+        .time_limit
+        .is_some_and(|limit| !limit.is_finite() || limit < 1.0)
+    {
+        return Err(ApiError::bad_request(
+            "invalid limit of time",
+            "It is a time in s, 1 s at least.",
+        ));
+    }
     let forecast = forecast(app, plan, submit.threads)?;
     let mut files: BTreeMap<String, InputFile> = inspect(app, user.id, &submit.scene)?
         .into_iter()
@@ -274,6 +299,7 @@ pub(crate) async fn submit(
             projects::need(&app, &user, project, Role::Member)?;
         }
         let reserved = expected_bytes(&plan);
+        may_compute(&app, user.id)?;
         within_quota(&app, user.id, submit.threads, reserved)?;
         let run = prepare(&app, &user, &submit, &plan, title)?;
         write(&app, &run)?;
@@ -291,6 +317,7 @@ pub(crate) async fn submit(
             study: None,
             project: submit.project.as_deref(),
             reserved,
+            time_limit: submit.time_limit,
         };
         match app
             .db
@@ -391,6 +418,7 @@ pub(crate) fn changeable_run(app: &App, user: &User, id: &str) -> Result<Changea
 /// Records an event that the user wants.
 pub(crate) fn change(app: &App, run: &ChangeableRun, event: &RunEvent) -> Result<(), ApiError> {
     if matches!(event, RunEvent::Resume) {
+        may_compute(app, run.owner)?;
         within_quota(app, run.owner, 0, 0)?;
     }
     let applied = (app.db).apply(run.id.as_str(), event, None, app.engine.as_ref())?;
@@ -479,6 +507,7 @@ pub(crate) async fn extend(
     let text = serde_json::to_string(&spec).map_err(ApiError::internal)?;
     let app = Arc::clone(app);
     blocking(move || {
+        may_compute(&app, owner)?;
         within_quota(&app, owner, spec.threads, 0)?;
         // One extension at a time: the spec in the store is that of the one that is accepted.
         let _turn = app

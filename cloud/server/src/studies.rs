@@ -26,8 +26,8 @@ use crate::check::{LARGEST_SCENE, inspect, lay_out, solve};
 use crate::content::Content;
 use crate::db::{ListScope, MOST_ROWS, NewRun, NewStudy};
 use crate::runs::{
-    PreparedRun, blocking, by_idempotency_key, expected_bytes, granted, label, prepare, title,
-    undo, within_quota, write,
+    PreparedRun, blocking, by_idempotency_key, expected_bytes, granted, label, may_compute,
+    prepare, title, undo, within_quota, write,
 };
 use crate::secrets::{self, User};
 use crate::state::App;
@@ -267,6 +267,7 @@ pub(crate) async fn submit(
             .iter()
             .map(|run| expected_bytes(&run.needs()))
             .sum();
+        may_compute(&app, user.id)?;
         within_quota(&app, user.id, base.threads, bytes)?;
         let id = secrets::run_id()?.to_string();
         let mut called = None;
@@ -304,6 +305,7 @@ pub(crate) async fn submit(
                 of_steps: run.steps,
                 study: Some(&id),
                 project: base.project.as_deref(),
+                time_limit: base.time_limit,
             })
             .collect();
         let plan = serde_json::to_string(&plan).map_err(ApiError::internal)?;
@@ -511,7 +513,7 @@ fn of_each<T>(
         .collect()
 }
 
-/// What the solver says of a result besides its value.
+/// Remark of the solver on a result.
 fn remark(result: &Value) -> Option<String> {
     ["problem", "note", "why_no_error"]
         .iter()
