@@ -114,7 +114,7 @@ impl Db {
                + (SELECT coalesce(sum(a.core_seconds), 0) FROM attempts a JOIN runs o ON o.id = a.run WHERE o.owner = users.id))
              SELECT r.id, r.time_limit, over.core_seconds FROM runs r LEFT JOIN over ON over.id = r.owner
              WHERE r.state IN ('queued', 'running') AND r.wish = 'run' AND (over.id IS NOT NULL OR (r.time_limit IS NOT NULL
-               AND r.time_limit * r.threads <= (SELECT coalesce(sum(core_seconds), 0) FROM attempts WHERE run = r.id) - r.core_seconds_before))",
+               AND r.time_limit * r.threads <= (SELECT coalesce(sum(core_seconds), 0) FROM attempts WHERE run = r.id) - r.core_seconds_before)) ORDER BY r.number",
         )?;
         let rows = query.query_map([], |row| {
             let why = match (row.get(2)?, row.get::<_, Option<f64>>(1)?) {
