@@ -1,8 +1,8 @@
 // node --test web/tests/
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { axes, distanceToSee, scaleBar } from "../page/camera.js";
 import { cells } from "../page/preview.js";
-import { axes, distanceToSee, scaleBar } from "../page/viewer.js";
 
 test("the view at the beginning shows all corners of the domain, whatever its shape and that of the view", () => {
   const dot = (a, b) => a.reduce((sum, x, k) => sum + x * b[k], 0);
