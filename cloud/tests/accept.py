@@ -1297,7 +1297,8 @@ def check_log_in():
 
 
 def check_archives():
-    """Six readers of an archive with an input of 200 MB: less than 100 MB of memory, and the right bytes."""
+    """Six readers of an archive with an input of 200 MB: less than 100 MB of memory, and the right bytes; archives and files
+    have a length and can be resumed at any byte, also by a browser that takes compressed answers."""
     with server() as served:
         run, shared = big_run(served, 200)
         before = memory_of(served, "VmRSS")
@@ -1324,6 +1325,50 @@ def check_archives():
             content = archive.read("big.stl")
             must(content == (served.folder / "big.stl").read_bytes(), "the input has other bytes")
             must("drum/run.log" in archive.namelist(), f"files: {archive.namelist()}")
+            # The last bytes of the input, and all behind it.
+            behind = archive.getinfo("big.stl").header_offset + len(content) - 1000
+        whole = path.read_bytes()
+        text = served.request("GET", f"/runs/{run}/files/drum.ene", expect=200).body
+        for where, content in [("archive", whole), ("files/drum.ene", text)]:
+            firsts = [0, 1, 40, len(content) - 1] + [RANDOM.randrange(len(content)) for _ in range(3)] + [behind] * (where == "archive")
+            browser = {"Accept-Encoding": "gzip, deflate, br"}
+            answer = served.request("GET", f"/runs/{run}/{where}", headers=browser, expect=200)
+            must(answer.headers["content-length"] == str(len(content)), f"{where}: no length: {answer.headers}")
+            tag = answer.headers["etag"]
+            for first in firsts:
+                asked = browser | {"Range": f"bytes={first}-", "If-Range": tag}
+                part = served.request("GET", f"/runs/{run}/{where}", headers=asked, expect=206)
+                must(part.headers["content-range"] == f"bytes {first}-{len(content) - 1}/{len(content)}", f"{where}: {part.headers}")
+                must(part.body == content[first:], f"{where}: other bytes from {first} on")
+            middle = served.request("GET", f"/runs/{run}/{where}", headers={"Range": "bytes=30-89"}, expect=206)
+            must(middle.body == content[30:90], f"{where}: other bytes in the middle")
+            other = served.request("GET", f"/runs/{run}/{where}", headers={"Range": "bytes=5-", "If-Range": '"other"'}, expect=200)
+            must(other.body == content, f"{where}: a part of other bytes")
+
+
+def check_large():
+    """A scene whose check takes too long (1e7 particles of a table) says that it was not checked, and is submitted; a large one that is
+    quick to check is checked."""
+    with server("--memory", "200000", "--disk", "1000000") as served:
+        table = served.folder / "grains.csv"
+        with open(table, "w") as file:
+            file.write("x,y,z,radius\n")
+            for k in range(1000):
+                file.write("".join(f"{(k * 10_000 + n) * 0.01 + 0.005:.3f},0.5,0.5,0.0025\n" for n in range(10_000)))
+        text = SCENE.split("[[walls]]")[0].replace("min      = [-0.032, 0.0, -0.032]", "min = [0.0, 0.0, 0.0]").replace("max      = [0.032, 0.008, 0.032]", "max = [1e5, 1.0, 1.0]")
+        scene = {"name": "large.toml", "text": text + '[[particles]]\nfile = "grains.csv"\nmaterial = "glass"\n[output]\ninterval = 0.05\n',
+                 "files": {"grains.csv": upload(served, table)}}
+        begin = time.monotonic()
+        found = served.json("POST", "/check", {"scene": scene})
+        print(f"    given up after {time.monotonic() - begin:.0f} s")
+        must(not found["problems"] and "more than 10 s" in found["unchecked"], f"checked: {found}")
+        run = served.json("POST", "/runs", {"scene": scene}, expect=201)["id"]
+        must(served.run(run)["state"] in ("queued", "running"), f"the run is {served.run(run)['state']}")
+        served.request("POST", f"/runs/{run}/stop", {}, expect=200)
+        served.request("POST", f"/runs/{run}/kill", {})
+        many = SCENE.replace("number = 900", "number = 10_000_000").replace("max      = [0.032, 0.008, 0.032]", "max      = [0.032, 90.0, 0.032]").replace("along = [0.0, 0.008]", "along = [0.0, 90.0]")
+        found = served.json("POST", "/check", {"scene": {"name": "many.toml", "text": many}})
+        must(not found["problems"] and "unchecked" not in found and found["plan"]["particles"]["expected"] > 9e6, f"not checked: {found}")
 
 
 # What a program in a cage tries: each line prints what it reached.
@@ -1544,6 +1589,58 @@ def check_quota():
         served.request("GET", "/users", expect=403)
         served.cookie = admin
         must([one["usage"]["most_disk"] for one in served.json("GET", "/users") if one["name"] == "ada"] == [usage["disk"] + 1000], "limits of ada")
+
+
+def check_time():
+    """Runs stop at the core hours of their user and at their own limit of time, say so, and go on when they may; deletion gives no core
+    hours back; the command at the end of runs has each once, whatever their titles are."""
+    folder = Path(tempfile.mkdtemp(prefix="accept-end-"))
+    command = f'printf "%s|%s|%s|%s\\n" "$MERCURY_STATE" "$MERCURY_OWNER" "$MERCURY_TITLE" "$MERCURY_LINK" >> {folder}/ended; echo "$MERCURY_MESSAGE" >> {folder}/messages'
+    with server("--cores", "2", "--at-end", command) as served:
+        lines = lambda: (folder / "ended").read_text().splitlines() if (folder / "ended").exists() else []
+        admin = served.cookie
+        def limit(**more):
+            mine, served.cookie = served.cookie, admin
+            served.request("POST", "/users", {"name": "ada"} | more, expect=204)
+            served.cookie = mine
+        # The limit of a run: it stops, goes on for as long again, and stops again.
+        title = f"$(touch {folder}/broken) `touch {folder}/broken`; 'x"
+        endless = ["time.end=500", "output.interval=0.05", "output.pictures=false"]
+        run = served.submit(sets=endless, title=title, time_limit=4)
+        found = served.wait(run, "stopped", 90)
+        must("limit" in found["message"] and found["step"] > 0 and found["time_limit"] == 4, f"{found}")
+        served.json("POST", f"/runs/{run}/resume", {})
+        again = served.wait(run, "stopped", 90)
+        must(again["step"] > found["step"] and "limit" in again["message"], f"not as long again: {again}")
+        must(again["core_seconds"] < 40, f"{again['core_seconds']} core seconds of 8")
+        must(served.json("POST", f"/runs/{run}/clone", {})["time_limit"] == 4, "the clone has no limit")
+        wait_for(lambda: len(lines()) == 2, 10, f"not two ends: {lines()}")
+        must(all(line == f"stopped|local|{title}|http://127.0.0.1:{served.port}/runs/{run}" for line in lines()), f"{lines()}")
+        must(not (folder / "broken").exists(), "a title was executed")
+        must("limit" in (folder / "messages").read_text(), "no message")
+        served.request("POST", "/runs", {"scene": {"text": SCENE}, "time_limit": 0}, expect=400)
+        # The core hours of a user, of all runs together.
+        limit(password="correct horse", core_seconds=6)
+        served.cookie = None
+        answer = served.request("POST", "/session", {"name": "ada", "password": "correct horse"}, expect=200)
+        served.cookie = answer.headers["set-cookie"].split(";")[0]
+        runs = [served.submit(sets=endless) for _ in range(2)] + [served.submit(sets=endless)]
+        for run in runs:
+            wait_for(lambda: served.run(run)["state"] in ("stopped", "cancelled"), 90, f"not stopped: {served.run(run)}")
+            must("core hours" in served.run(run)["message"], f"{served.run(run)}")
+        usage = served.json("GET", "/session")["usage"]
+        must(usage["most_core_seconds"] == 6 and 6 <= usage["core_seconds"] < 40, f"{usage}")
+        for path, body in ((f"/runs/{runs[0]}/resume", {}), ("/runs", {"scene": {"text": SCENE}}), ("/studies", {"base": {"scene": {"text": SCENE}}, "sweep": ["seed=1,2"]})):
+            must("core hours" in served.request("POST", path, body, expect=403).body.decode(), path)
+        served.request("DELETE", f"/runs/{runs[0]}", expect=204)
+        must(served.json("GET", "/session")["usage"]["core_seconds"] >= usage["core_seconds"] - 0.01, "deletion gives core hours back")
+        limit(core_seconds=None)
+        served.json("POST", f"/runs/{runs[1]}/resume", {})
+        served.wait(runs[1], "running", 30)
+        served.request("POST", f"/runs/{runs[1]}/stop", {}, expect=200)
+        served.wait(runs[1], "stopped", 60)
+        must("core hours" not in served.run(runs[1])["message"], "an old message stays")
+    shutil.rmtree(folder)
 
 
 def mesh_of(path, n):
@@ -2199,6 +2296,16 @@ def check_compare_page():
         runs = [served.submit(text=text, sets=sets) for text in (SCENE, SCENE.rstrip() + "\n# another line\n")]
         [served.wait(run) for run in runs]
         browser("compare.mjs", served.link, *runs)
+
+
+def check_view():
+    """Chromium: problems in view at 1366 x 768, completion; results with errors, several charts with logarithmic axes, Reset view,
+    picture, film, full screen, previews of files."""
+    with server() as served:
+        results = ["torque=mean(walls.drum.ty, 0.2..)", "tilt=tilt(walls.drum, steady..)", "top=max(particles.z)"]
+        run = served.submit(sets=["time.end=0.6", "output.interval=0.005", "output.pictures=false"], result=results)
+        served.wait(run)
+        browser("view.mjs", served.link, run)
 
 
 def check_study_page():

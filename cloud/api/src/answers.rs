@@ -42,6 +42,8 @@ pub struct RunRow {
     pub time: f64,
     /// Core seconds spent so far.
     pub core_seconds: f64,
+    /// Time by the clock after which the run is stopped, in s; none: no limit.
+    pub time_limit: Option<f64>,
     /// Cost of its attempts, in the currency of the server, where it has prices.
     pub cost: Option<f64>,
     /// Savings against the full price.
@@ -163,11 +165,14 @@ pub struct RunFile {
 /// Answer of `POST /check`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Checked {
-    /// Problems; empty: the scene can run.
+    /// Problems; empty: the scene can run, or was not checked.
     pub problems: Vec<SceneProblem>,
     /// The plan, as `mercury-solve --check --json` gives it.
     #[schema(value_type = Option<Object>)]
     pub plan: Option<serde_json::Value>,
+    /// Reason why the scene was not checked: it is too large for a check. It can be submitted, and its run says what is wrong.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unchecked: Option<String>,
 }
 
 /// Answer of `POST /studies/check`.
@@ -260,6 +265,10 @@ pub struct StudyRun {
     pub values: Vec<Option<String>>,
     /// A value for each result.
     pub results: Vec<Option<f64>>,
+    /// The standard error of each result, where its run alone gives one.
+    pub errors: Vec<Option<f64>>,
+    /// A remark on each result, or the reason why it has no value or no error.
+    pub remarks: Vec<Option<String>>,
 }
 
 /// A scene to start from.
@@ -319,6 +328,8 @@ pub struct TableInfo {
     pub file: String,
     /// Columns with numbers.
     pub columns: Vec<String>,
+    /// Units of these columns; empty or `1`: none.
+    pub units: Vec<String>,
     /// Values of the column `name` (walls, regions, planes), empty where the table has none.
     pub names: Vec<String>,
 }
@@ -353,8 +364,10 @@ pub struct Usage {
     pub disk: u64,
     /// The most of them; none: no limit.
     pub most_disk: Option<u64>,
-    /// Core seconds that all runs have spent.
+    /// Core seconds that all runs have spent, also those that were removed.
     pub core_seconds: f64,
+    /// The most of them; none: no limit.
+    pub most_core_seconds: Option<f64>,
     /// Their cost, in the currency of the server, where it has prices.
     pub cost: Option<f64>,
 }

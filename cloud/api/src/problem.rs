@@ -34,4 +34,7 @@ pub struct SceneProblem {
     pub message: String,
     /// A way out.
     pub help: Option<String>,
+    /// The setting that is wrong, as it was given (`KEY=VALUE`), where it is none of the scene's text.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub set: Option<String>,
 }

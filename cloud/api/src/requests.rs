@@ -52,6 +52,10 @@ pub struct Submit {
     /// Threads that compute.
     #[serde(default = "one")]
     pub threads: u32,
+    /// Time by the clock after which the run is stopped, with a checkpoint, in s: that of its attempts since it was submitted, resumed or
+    /// extended. Without it there is no limit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time_limit: Option<f64>,
     /// Arguments of `--result`, `name=what`.
     #[serde(default)]
     pub result: Vec<String>,
@@ -179,6 +183,14 @@ pub struct NewUser {
     )]
     #[schema(value_type = Option<u64>)]
     pub disk: Option<Option<u64>>,
+    /// The most core seconds that all runs of the user may spend, also those that were removed; `null`: no limit.
+    #[serde(
+        default,
+        deserialize_with = "given",
+        skip_serializing_if = "Option::is_none"
+    )]
+    #[schema(value_type = Option<f64>)]
+    pub core_seconds: Option<Option<f64>>,
 }
 
 /// Body of `POST /tokens`.

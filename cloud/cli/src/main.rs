@@ -154,6 +154,9 @@ struct Serve {
     /// An option of earlier versions: refused with a message
     #[arg(long, hide = true, num_args = 0..=1)]
     kubernetes: Option<Option<PathBuf>>,
+    /// Command for `sh -c` at the end of each run, such as one that sends mail; it has MERCURY_RUN, _TITLE, _LABEL, _OWNER, _STATE, _MESSAGE and _LINK
+    #[arg(long, value_name = "COMMAND")]
+    at_end: Option<String>,
     /// Time by the clock between two checkpoints
     #[arg(long, value_name = "TIME", default_value = "5m")]
     checkpoint_every: String,
@@ -392,6 +395,7 @@ fn serve(serve: Serve) -> Result<()> {
         beat: serve.beat,
         first_wait: serve.retry_wait,
         prices,
+        at_end: serve.at_end,
         after_submit,
     };
     let runtime = tokio::runtime::Builder::new_multi_thread()

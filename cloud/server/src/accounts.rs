@@ -249,10 +249,11 @@ pub(crate) async fn user_set(
             .disk
             .flatten()
             .is_some_and(|bytes| bytes > i64::MAX as u64)
+        || (body.core_seconds.flatten()).is_some_and(|most| !most.is_finite() || most < 0.0)
     {
         return Err(ApiError::bad_request(
             "invalid limits",
-            "At least 1 core, and a length in bytes.",
+            "At least 1 core, a length in bytes, and core seconds of 0 or more.",
         ));
     }
     if (body.password.as_ref()).is_some_and(|password| {

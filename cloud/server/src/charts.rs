@@ -6,7 +6,7 @@ use cloud_api::answers::{Chart, TableInfo};
 use cloud_store::{Result, Store};
 use mercury_common::formats::delimited::{Cell, Cells};
 use mercury_common::formats::table_head;
-use mercury_common::run_tables::{ALL, Role};
+use mercury_common::run_tables::{ALL, Column, ENERGIES, Role};
 
 use crate::content::Content;
 
@@ -31,13 +31,28 @@ fn fields(line: &str) -> Vec<Cow<'_, str>> {
     }
 }
 
-/// Whether a column of a file holds names or ids. Tables that are not declared, such as those of fields, have none.
-fn is_label(file: &str, column: &str) -> bool {
+/// The declaration of a column of a file. Tables such as those of fields have none.
+fn declared(file: &str, column: &str) -> Option<&'static Column> {
     let file = file.rsplit('/').next().unwrap_or(file);
-    let mut tables = ALL.iter();
+    let mut tables = ALL.into_iter().chain([&ENERGIES]);
     let table = tables.find(|table| file.ends_with(&format!(".{}", table.file)));
-    let column = table.and_then(|table| table.column(column));
-    column.is_some_and(|column| column.role == Role::Label)
+    table.and_then(|table| table.column(column))
+}
+
+/// Whether a column of a file holds names or ids.
+fn is_label(file: &str, column: &str) -> bool {
+    declared(file, column).is_some_and(|column| column.role == Role::Label)
+}
+
+/// Unit of a column: that in the cell of the head, or that of its declaration.
+fn unit(file: &str, cell: &str) -> String {
+    let name = table_head::name(cell);
+    let in_head = cell.trim().strip_prefix(name).unwrap_or_default();
+    let in_head = in_head.trim().trim_start_matches('[').trim_end_matches(']');
+    match declared(file, name) {
+        Some(column) if in_head.is_empty() => column.unit.to_owned(),
+        _ => in_head.to_owned(),
+    }
 }
 
 /// Calls `each` with every line of a table, until it returns false.
@@ -79,38 +94,38 @@ pub(crate) fn describe(
     content: &Content,
     file: &str,
 ) -> Result<Option<TableInfo>> {
-    let mut head: Vec<String> = Vec::new();
+    let mut head: Vec<(String, String)> = Vec::new();
     let mut names: Vec<String> = Vec::new();
     let mut rows = 0;
     lines(store, content, |line| {
         if head.is_empty() {
             if is_head(line) {
                 head = (fields(line).into_iter())
-                    .map(|cell| table_head::name(&cell).to_owned())
+                    .map(|cell| (table_head::name(&cell).to_owned(), unit(file, &cell)))
                     .collect();
             }
             return true;
         }
         // Names repeat from instant to instant: the first rows have them all.
-        if let Some(name) = head.iter().position(|column| column == "name")
+        if let Some(name) = head.iter().position(|(column, _)| column == "name")
             && let Some(found) = fields(line).get(name)
             && !names.iter().any(|known| known == found)
         {
             names.push(found.to_string());
         }
         rows += 1;
-        rows < 1000 && head.iter().any(|column| column == "name")
+        rows < 1000 && head.iter().any(|(column, _)| column == "name")
     })?;
-    if head.first().map(String::as_str) != Some("time") {
+    if head.first().is_none_or(|(first, _)| first != "time") {
         return Ok(None);
     }
-    let columns = head
-        .into_iter()
-        .skip(1)
-        .filter(|column| !is_label(file, column));
+    let (columns, units) = (head.into_iter().skip(1))
+        .filter(|(column, _)| !is_label(file, column))
+        .unzip();
     Ok(Some(TableInfo {
         file: file.to_owned(),
-        columns: columns.collect(),
+        columns,
+        units,
         names,
     }))
 }
@@ -258,6 +273,9 @@ mod tests {
             text += &format!("{} {value}\n", f64::from(k) * 0.1);
         }
         let (_folder, store, content) = table("a.ene", &text);
+        // The head of this file has no units; its declaration has.
+        let info = describe(&store, &content, "a.ene").unwrap().unwrap();
+        assert_eq!(info.units, ["J"]);
         let chart = chart(&store, &content, "a.ene", "gravitEnergy", None)
             .unwrap()
             .unwrap();
@@ -282,6 +300,7 @@ mod tests {
                 vec!["lid".into(), "floor".into()]
             )
         );
+        assert_eq!(info.units, ["N", "N"]);
         let lid = chart(&store, &content, "a.walls.csv", "fy", Some("lid"))
             .unwrap()
             .unwrap();

@@ -14,6 +14,7 @@ use cloud_api::names::{BadName, check_input, check_name};
 use cloud_api::problem::SceneProblem;
 use cloud_api::requests::Scene;
 use cloud_worker::confine::Cage;
+use mercury_common::within::Outside;
 use serde_json::Value;
 use tempfile::tempfile_in;
 
@@ -74,8 +75,8 @@ pub(crate) fn inspect(
     }
     if scene.files.len() > MOST_FILES || scene.set.len() > MOST_SETS {
         return Err(ApiError::bad_request(
-            "too many files or --set",
-            format!("At most {MOST_FILES} files and {MOST_SETS} --set."),
+            "too many files or settings",
+            format!("A scene has at most {MOST_FILES} files and {MOST_SETS} settings."),
         ));
     }
     if let Some(set) = scene
@@ -85,8 +86,8 @@ pub(crate) fn inspect(
     {
         let shown: String = set.chars().take(40).collect();
         return Err(ApiError::bad_request(
-            "invalid --set",
-            format!("{shown:?} is not KEY=VALUE"),
+            "invalid setting",
+            format!("{shown:?}: expected KEY = VALUE, for example time.end = 0.1"),
         ));
     }
     let mut files = Vec::new();
@@ -101,7 +102,7 @@ pub(crate) fn inspect(
         let Some(bytes) = app.db.input(sha256, owner)? else {
             return Err(ApiError::bad_request(
                 "a file is missing",
-                format!("Send the content of {name} to PUT /inputs/SHA256 first."),
+                format!("The server does not have {name}. Add the file to the scene again."),
             ));
         };
         files.push((name.clone(), sha256.clone(), bytes));
@@ -165,12 +166,15 @@ pub(crate) async fn preview(
     owner: i64,
     mut scene: Scene,
 ) -> Result<Vec<u8>, ApiError> {
-    let Checked { problems, plan } = check(app, owner, scene.clone(), false).await?;
-    let plan = match plan {
-        Some(plan) if problems.is_empty() => plan,
-        _ => return Err(ApiError::unrunnable(problems)),
-    };
     let nothing = |why: &str| ApiError::new(StatusCode::UNPROCESSABLE_ENTITY, "no preview", why);
+    let checked = check(app, owner, scene.clone(), false).await?;
+    if checked.unchecked.is_some() {
+        return Err(nothing("The scene is too large for a check."));
+    }
+    let plan = match checked.plan {
+        Some(plan) if checked.problems.is_empty() => plan,
+        _ => return Err(ApiError::unrunnable(checked.problems)),
+    };
     let step = plan["time"]["step"]
         .as_f64()
         .ok_or_else(|| nothing("The plan has no time step."))?;
@@ -234,6 +238,19 @@ pub(crate) fn view(app: &App, folder: &Path, frame: Option<usize>) -> Result<Opt
     }
 }
 
+/// Says in words of the scene what the solver says in words of its command line.
+fn in_words_of_the_scene(problem: &mut SceneProblem) {
+    for outside in [Outside::Name, Outside::Link] {
+        if let Some(name) = problem.message.strip_suffix(&outside.to_string()) {
+            problem.message = format!("{name}is no file of this scene");
+            problem.help = Some("add the file to the scene, and name it without folders".into());
+        }
+    }
+    if problem.message.starts_with("the file does not exist") {
+        problem.help = Some("add the file to the scene".into());
+    }
+}
+
 /// Answer of the solver.
 pub(crate) struct SolverAnswer {
     pub(crate) code: Option<i32>,
@@ -253,7 +270,7 @@ impl SolverAnswer {
         };
         if self.code.is_none() {
             return one(
-                "the check took too long, or too much memory: the scene is too large for this page",
+                "the study is too large for a check: it needs more than 30 s or 4 GB of memory. Submit its runs one by one; a single run needs no check",
             );
         }
         let Ok(mut answer) = serde_json::from_str::<Value>(&self.answer) else {
@@ -267,9 +284,10 @@ impl SolverAnswer {
         let problems = answer
             .as_object_mut()
             .and_then(|object| object.remove("problems"));
-        let problems: Vec<SceneProblem> = problems
+        let mut problems: Vec<SceneProblem> = problems
             .and_then(|problems| serde_json::from_value(problems).ok())
             .unwrap_or_default();
+        problems.iter_mut().for_each(in_words_of_the_scene);
         if problems.is_empty() && self.code != Some(0) {
             return one(self.messages.trim());
         }
@@ -277,10 +295,26 @@ impl SolverAnswer {
     }
 
     fn checked(&self) -> Checked {
+        if self.code.is_none() {
+            let why = format!(
+                "The check needs more than {} s or {} GB of memory. Memory, disk and time of the run are not known, and it runs where all memory for runs is free. \
+                 If its scene has a problem, the run fails at its start and says so.",
+                PATIENCE.as_secs(),
+                MEMORY >> 30
+            );
+            return Checked {
+                unchecked: Some(why),
+                ..Checked::default()
+            };
+        }
         let (answer, problems) = self.parts();
         // A plan that does not fit has problems besides.
         let plan = answer.filter(|answer| answer.get("time").is_some());
-        Checked { problems, plan }
+        Checked {
+            problems,
+            plan,
+            unchecked: None,
+        }
     }
 }
 
@@ -348,5 +382,52 @@ fn wait(mut child: Child, patience: Duration) -> Result<Option<i32>> {
             return Ok(None);
         }
         std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn answer(code: Option<i32>, answer: &str) -> SolverAnswer {
+        SolverAnswer {
+            code,
+            answer: answer.to_owned(),
+            messages: String::new(),
+        }
+    }
+
+    #[test]
+    fn problems_are_in_words_of_the_scene() {
+        for outside in [Outside::Name, Outside::Link] {
+            let said = format!(
+                r#"{{"problems": [{{"key": "particles[0].file", "message": "\"../p.csv\" {outside}"}}]}}"#
+            );
+            let checked = answer(Some(2), &said).checked();
+            let [problem] = &checked.problems[..] else {
+                panic!("{checked:?}")
+            };
+            assert_eq!(problem.message, "\"../p.csv\" is no file of this scene");
+            assert!(problem.help.as_ref().unwrap().contains("without folders"));
+        }
+        let said = r#"{"problems": [{"message": "the file does not exist: a.stl", "set": "walls.a.file=a.stl"}]}"#;
+        let checked = answer(Some(2), said).checked();
+        assert_eq!(
+            checked.problems[0].help.as_deref(),
+            Some("add the file to the scene")
+        );
+        assert_eq!(
+            checked.problems[0].set.as_deref(),
+            Some("walls.a.file=a.stl")
+        );
+    }
+
+    #[test]
+    fn a_check_that_was_given_up_says_so_and_has_no_problem() {
+        let checked = answer(None, "").checked();
+        assert!(checked.problems.is_empty() && checked.plan.is_none());
+        assert!(checked.unchecked.unwrap().contains("10 s"));
+        // A study needs its runs from the check.
+        assert!(answer(None, "").parts().1[0].message.contains("one by one"));
     }
 }

@@ -5,10 +5,15 @@ use std::ops::Range;
 use cloud_api::names::{Growth, growth};
 use cloud_api::{Head, InputFile, RunId};
 use cloud_store::frames::MARKER;
-use cloud_store::{Result, Store, StoreError};
+use cloud_store::{Result, Store, StoreError, sha256};
 
 /// How much is read at once, in bytes.
 pub(crate) const PIECE: u64 = 1 << 20;
+
+/// A tag of what has this description.
+pub(crate) fn tag_of(description: &str) -> String {
+    format!("\"{}\"", &sha256(description.as_bytes())[..32])
+}
 
 /// A file of a run.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -67,6 +72,15 @@ impl Content {
     /// Length in bytes.
     pub(crate) fn bytes(&self) -> u64 {
         self.bytes
+    }
+
+    /// A tag of these bytes (RFC 9110, 8.8.3): names of pieces are those of one content.
+    pub(crate) fn tag(&self) -> String {
+        let pieces = self.pieces.iter();
+        let names: Vec<String> = pieces
+            .map(|(key, from, bytes)| format!("{key} {from} {bytes}"))
+            .collect();
+        tag_of(&names.join("\n"))
     }
 
     /// Length without what readers add.

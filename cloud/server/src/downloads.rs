@@ -1,9 +1,10 @@
 //! Files of runs as they are fetched: one by one, in parts, or all in one archive.
 
-use std::io::{self, Write};
+use std::io;
+use std::ops::Range;
 use std::pin::Pin;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
 use std::task::{Context, Poll};
 use std::time::Duration;
 
@@ -18,7 +19,8 @@ use tokio::sync::mpsc;
 use tokio_stream::Stream;
 
 use crate::access::{Anyone, ApiError};
-use crate::content::Content;
+use crate::archive::{self, Member};
+use crate::content::{Content, tag_of};
 use crate::routes::{Answer, Shared, headed};
 use crate::runs::{blocking, visible_run};
 use crate::secrets::Caller;
@@ -59,8 +61,11 @@ pub(crate) async fn run_files(
     blocking(move || Ok(Json(files(&headed(&app, &caller, &id)?.1)))).await
 }
 
-/// Bytes `first..=last` that a `Range` header asks for; `None`: all.
-fn range(headers: &HeaderMap, bytes: u64) -> Result<Option<(u64, u64)>, ApiError> {
+/// Bytes `first..=last` that a `Range` header asks for; `None`: all. A range of other bytes than those with `tag` is all of these.
+fn range(headers: &HeaderMap, tag: &str, bytes: u64) -> Result<Option<(u64, u64)>, ApiError> {
+    if (headers.get(header::IF_RANGE)).is_some_and(|wanted| wanted.as_bytes() != tag.as_bytes()) {
+        return Ok(None);
+    }
     let Some(text) = headers
         .get(header::RANGE)
         .and_then(|value| value.to_str().ok())
@@ -159,6 +164,15 @@ impl Sender {
         matches!(sent.await, Ok(Ok(())))
     }
 
+    /// Sends what of a piece at byte `at` lies in `range`. `false`: the listener has gone, or reads too slowly.
+    async fn send_part(&self, piece: Vec<u8>, at: u64, range: &Range<u64>) -> bool {
+        let piece = part(piece, at, range);
+        if piece.is_empty() {
+            return !self.send.is_closed();
+        }
+        self.send(piece).await
+    }
+
     /// Records that all pieces were sent.
     fn finish(self) {
         self.whole.store(true, Ordering::Release);
@@ -243,6 +257,34 @@ fn saved_as(name: &str) -> String {
         .collect()
 }
 
+/// A download, or the part of it that a `Range` header names: with its length, and a tag by which a part is known to be of the same bytes.
+fn answer(
+    headers: &HeaderMap,
+    kind: &str,
+    disposition: String,
+    tag: &str,
+    bytes: u64,
+    stream: impl FnOnce(u64, u64) -> Pieces,
+) -> Result<Response, ApiError> {
+    let range = range(headers, tag, bytes)?;
+    let (first, end) = range.map_or((0, bytes), |(first, last)| (first, last + 1));
+    let mut answer = Response::builder()
+        .header(header::CONTENT_TYPE, kind)
+        .header(header::CONTENT_LENGTH, end - first)
+        .header(header::ACCEPT_RANGES, "bytes")
+        .header(header::ETAG, tag)
+        .header(header::CONTENT_DISPOSITION, disposition);
+    if let Some((first, last)) = range {
+        let part = format!("bytes {first}-{last}/{bytes}");
+        answer = answer
+            .status(StatusCode::PARTIAL_CONTENT)
+            .header(header::CONTENT_RANGE, part);
+    }
+    answer
+        .body(Body::from_stream(stream(first, end)))
+        .map_err(ApiError::internal)
+}
+
 /// A file, or the part of it that a `Range` header names.
 #[utoipa::path(get, path = "/api/v1/runs/{run}/files/{name}", params(("run" = String, Path), ("name" = String, Path)),
     responses((status = 200, content_type = "application/octet-stream"), (status = 206, content_type = "application/octet-stream")))]
@@ -260,9 +302,6 @@ pub(crate) async fn run_file(
         Content::of(&id, &head, &file).ok_or_else(ApiError::not_found)
     });
     let content = content.await?;
-    let bytes = content.bytes();
-    let range = range(&headers, bytes)?;
-    let (first, end) = range.map_or((0, bytes), |(first, last)| (first, last + 1));
     // Pictures are shown within the page; all else is saved, whatever it claims to be.
     let picture = name.ends_with(".png");
     let kind = if picture {
@@ -271,63 +310,21 @@ pub(crate) async fn run_file(
         "application/octet-stream"
     };
     let how = if picture { "inline" } else { "attachment" };
-    let mut answer = Response::builder()
-        .status(if range.is_some() {
-            StatusCode::PARTIAL_CONTENT
-        } else {
-            StatusCode::OK
-        })
-        .header(header::CONTENT_TYPE, kind)
-        .header(header::CONTENT_LENGTH, end - first)
-        .header(header::ACCEPT_RANGES, "bytes")
-        .header(
-            header::CONTENT_DISPOSITION,
-            format!("{how}; filename=\"{}\"", saved_as(&name)),
-        );
-    if let Some((first, last)) = range {
-        answer = answer.header(
-            header::CONTENT_RANGE,
-            format!("bytes {first}-{last}/{bytes}"),
-        );
-    }
-    answer
-        .body(Body::from_stream(stream(app, turn, content, first, end)))
-        .map_err(ApiError::internal)
+    let disposition = format!("{how}; filename=\"{}\"", saved_as(&name));
+    let (tag, bytes) = (content.tag(), content.bytes());
+    answer(&headers, kind, disposition, &tag, bytes, |first, end| {
+        stream(app, turn, content, first, end)
+    })
 }
 
-/// A writer that keeps bytes until they are taken.
-#[derive(Clone, Default)]
-struct Packed(Arc<Mutex<Vec<u8>>>);
-
-impl Packed {
-    fn lock(&self) -> std::sync::MutexGuard<'_, Vec<u8>> {
-        self.0
-            .lock()
-            .unwrap_or_else(|poisoned| poisoned.into_inner())
-    }
-
-    fn take(&self) -> Vec<u8> {
-        std::mem::take(&mut self.lock())
-    }
-}
-
-impl Write for Packed {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.lock().extend(bytes);
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-}
-
-/// All files of a run as one .zip.
-#[utoipa::path(get, path = "/api/v1/runs/{run}/archive", params(("run" = String, Path)), responses((status = 200, content_type = "application/zip")))]
+/// All files of a run as one .zip, or the part of it that a `Range` header names.
+#[utoipa::path(get, path = "/api/v1/runs/{run}/archive", params(("run" = String, Path)),
+    responses((status = 200, content_type = "application/zip"), (status = 206, content_type = "application/zip")))]
 pub(crate) async fn run_archive(
     State(app): Shared,
     Anyone(caller): Anyone,
     Path(id): Path<String>,
+    headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     let turn = turn(&app.downloads, &caller).await?;
     let shared = Arc::clone(&app);
@@ -345,51 +342,99 @@ pub(crate) async fn run_archive(
         let content = Content::of(&id, &head, &file.name)?;
         Some((format!("{prefix}/{}", file.name), content))
     }));
-    let name = saved_as(prefix);
-    let (sender, pieces) = Pieces::new(turn);
-    tokio::spawn(archive(app, all, sender));
-    Response::builder()
-        .header(header::CONTENT_TYPE, "application/zip")
-        .header(
-            header::CONTENT_DISPOSITION,
-            format!("attachment; filename=\"{name}.zip\""),
-        )
-        .body(Body::from_stream(pieces))
-        .map_err(ApiError::internal)
+    let (members, contents): (Vec<Member>, Vec<Content>) = all
+        .into_iter()
+        .map(|(name, content)| {
+            let bytes = content.bytes();
+            (
+                Member {
+                    name,
+                    bytes,
+                    crc: 0,
+                },
+                content,
+            )
+        })
+        .unzip();
+    let tags = members.iter().zip(&contents);
+    let tags: Vec<String> = tags
+        .map(|(member, content)| format!("{} {}", member.name, content.tag()))
+        .collect();
+    let tag = tag_of(&tags.join("\n"));
+    let disposition = format!("attachment; filename=\"{}.zip\"", saved_as(prefix));
+    let bytes = archive::length(&members);
+    answer(
+        &headers,
+        "application/zip",
+        disposition,
+        &tag,
+        bytes,
+        |first, end| {
+            let (sender, pieces) = Pieces::new(turn);
+            tokio::spawn(send_archive(app, members, contents, first..end, sender));
+            pieces
+        },
+    )
 }
 
-/// Sends a .zip of these files: a piece is read and packed while the listener has the one before.
-async fn archive(app: Arc<App>, files: Vec<(String, Content)>, sender: Sender) {
-    let held = Packed::default();
-    let mut zip = zip::ZipWriter::new_stream(held.clone());
-    let options =
-        zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
-    for (name, content) in files {
-        let options = options.large_file(content.bytes() >= u64::from(u32::MAX));
+/// The part of `bytes`, which begin at byte `at`, that lies in `range`.
+fn part(bytes: Vec<u8>, at: u64, range: &Range<u64>) -> Vec<u8> {
+    let end = at + bytes.len() as u64;
+    let (from, to) = (range.start.clamp(at, end), range.end.clamp(at, end));
+    bytes[(from - at) as usize..(to - at) as usize].to_vec()
+}
+
+/// Sends bytes `range` of an archive. Files before it are read for their checksums, which stand behind them.
+async fn send_archive(
+    app: Arc<App>,
+    mut members: Vec<Member>,
+    contents: Vec<Content>,
+    range: Range<u64>,
+    sender: Sender,
+) {
+    let mut at = 0;
+    for (member, content) in members.iter_mut().zip(contents) {
+        let head = member.head();
+        let begin = at + head.len() as u64;
+        if !sender.send_part(head, at, &range).await {
+            return;
+        }
         let content = Arc::new(content);
-        let begun = piece(move || {
-            zip.start_file(name, options)?;
-            Ok(zip)
-        });
-        let Some(begun) = begun.await else { return };
-        zip = begun;
-        let mut at = 0;
-        while at < content.bytes() {
+        let mut crc = crc32fast::Hasher::new();
+        let mut read_to = 0;
+        while read_to < content.bytes() && begin + read_to < range.end {
             let (app, content) = (Arc::clone(&app), Arc::clone(&content));
-            let packed = piece(move || {
-                let bytes = read(&app, &content, at, content.bytes())?;
-                zip.write_all(&bytes)?;
-                Ok((zip, at + bytes.len() as u64))
+            let done = piece(move || {
+                let bytes = read(&app, &content, read_to, content.bytes())?;
+                crc.update(&bytes);
+                Ok((bytes, crc))
             });
-            let Some(packed) = packed.await else { return };
-            (zip, at) = packed;
-            if !sender.send(held.take()).await {
+            let Some((bytes, so_far)) = done.await else {
+                return;
+            };
+            crc = so_far;
+            let from = begin + read_to;
+            read_to += bytes.len() as u64;
+            if !sender.send_part(bytes, from, &range).await {
                 return;
             }
         }
+        member.crc = crc.finalize();
+        at = begin + content.bytes();
+        let tail = member.tail();
+        let end = at + tail.len() as u64;
+        if !sender.send_part(tail, at, &range).await {
+            return;
+        }
+        at = end;
+        if at >= range.end {
+            return sender.finish();
+        }
     }
-    let finished = piece(move || Ok(zip.finish()?.flush()?)).await;
-    if finished.is_some() && sender.send(held.take()).await {
+    if sender
+        .send_part(archive::directory(&members), at, &range)
+        .await
+    {
         sender.finish();
     }
 }

@@ -2,6 +2,8 @@
 
 mod access;
 mod accounts;
+mod archive;
+mod at_end;
 mod attempts;
 mod audit;
 mod charts;
@@ -87,6 +89,8 @@ pub struct Options {
     pub beat: Option<f64>,
     /// Prices of cores; without them costs are core seconds alone.
     pub prices: Option<Prices>,
+    /// A command for the shell at the end of each run.
+    pub at_end: Option<String>,
     /// Called when the engine has taken a job, before that is recorded. Tests end the server here.
     pub after_submit: fn(),
     /// Wait after the first attempt without progress, in s.
@@ -124,6 +128,9 @@ pub async fn serve(options: Options, ready: impl FnOnce(&Links)) -> Result<()> {
         .with_context(|| format!("{} cannot be listened on", app.options.listen))?;
     let address = listener.local_addr()?;
     let links = app.links(address)?;
+    if let Some(command) = app.options.at_end.clone() {
+        let _ = app.ended.set(at_end::begin(&app, command)?);
+    }
     reconcile::begin(app.clone())?;
     ready(&links);
     let mut terminate = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate())?;

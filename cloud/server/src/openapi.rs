@@ -51,6 +51,7 @@ use crate::{accounts, audit, downloads, projects, routes};
         projects::member_set,
         projects::member_remove,
         routes::template_list,
+        routes::scene_schema,
         routes::events,
         accounts::session_get,
         accounts::session_begin,
@@ -102,7 +103,9 @@ const ERRORS: [(u16, &str, Has); 14] = [
     ),
     (413, "the body is too long", |of| of.has_body),
     (415, "the body is no JSON", |of| of.has_body),
-    (416, "no such bytes", |of| of.path.contains("/files/")),
+    (416, "no such bytes", |of| {
+        of.path.contains("/files/") || of.path.ends_with("/archive")
+    }),
     (421, "for another host", |_| true),
     (422, "the scene cannot run", |of| of.has_body),
     (429, "too many at once; `Retry-After` says when", |_| true),

@@ -62,6 +62,13 @@ pub(crate) fn begin(app: Arc<App>) -> Result<()> {
 /// Reconciles all runs; returns the time until the next pass, if nothing wakes the loop before.
 fn reconcile_all(app: &App) -> Result<Duration> {
     let every = Duration::from_secs_f64(app.db.policy().beat / LOOKS_PER_BEAT).max(LOOK);
+    for (id, why) in app.db.out_of_time()? {
+        match app.db.stop_for(&id, &why, app.engine.as_ref())? {
+            Applied::Done(_, events) => app.publish(events),
+            Applied::Missing => {}
+            Applied::Illegal(error) => eprintln!("run {id}: {error}"),
+        }
+    }
     let runs = app.db.live()?;
     if runs.is_empty() {
         return Ok(every);
@@ -444,7 +451,7 @@ fn record_signs(
         }
         (news, head.notes[first..].to_vec())
     });
-    if committed && let Err(error) = app.db.set_bytes(&live.id, head.bytes()) {
+    if committed && let Err(error) = app.db.set_progress(&live.id, live.run.epoch, head) {
         eprintln!("run {}: {error}", live.id);
     }
     if waits_otherwise {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use axum::http::StatusCode;
-use cloud_api::answers::{Checked, RunRow, Usage};
+use cloud_api::answers::{RunRow, Usage};
 use cloud_api::lifecycle::RunEvent;
 use cloud_api::names::check_text;
 use cloud_api::requests::{Role, Scene, Submit};
@@ -32,9 +32,14 @@ struct Forecast {
     steps: Option<u64>,
 }
 
+/// Forecasts of a plan. Without one (null: the scene was not checked) the run gets all memory that there is for runs.
 fn forecast(app: &App, plan: &Value, threads: u32) -> Result<Forecast, ApiError> {
     let number = |group: &str, name: &str| plan[group][name].as_f64().unwrap_or(0.0);
-    let memory = (number("memory", "at_most") * 1.25) as u64 + MEMORY_MARGIN;
+    let memory = if plan.is_null() {
+        app.options.memory
+    } else {
+        (number("memory", "at_most") * 1.25) as u64 + MEMORY_MARGIN
+    };
     let disk = number("disk", "bytes");
     if app
         .engine
@@ -66,6 +71,22 @@ fn forecast(app: &App, plan: &Value, threads: u32) -> Result<Forecast, ApiError>
         disk: app.options.disk.max(LEAST_DISK),
         steps: plan["time"]["steps"].as_u64(),
     })
+}
+
+/// Refuses to compute for a user whose core hours are spent.
+pub(crate) fn may_compute(app: &App, user: i64) -> Result<(), ApiError> {
+    let usage = app.db.usage(user)?;
+    match usage.most_core_seconds {
+        Some(most) if usage.core_seconds >= most => Err(ApiError::new(
+            StatusCode::FORBIDDEN,
+            "no core hours are left",
+            format!(
+                "Your runs have spent the {:.4} core hours that they may. An administrator can grant more.",
+                most / 3600.0
+            ),
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// Refuses what a user may not have: so many cores at once, so many bytes on top of what there is.
@@ -116,7 +137,7 @@ pub(crate) fn granted<T>(change: Reserved<T>, bytes: u64) -> Result<T, ApiError>
     }
 }
 
-/// Bytes that a plan expects of its run.
+/// Bytes that a plan expects of its run; 0 without a plan. The limits of users hold while runs run, too.
 pub(crate) fn expected_bytes(plan: &Value) -> u64 {
     plan["disk"]["bytes"].as_f64().unwrap_or(0.0) as u64
 }
@@ -144,12 +165,13 @@ pub(crate) fn label(given: Option<&str>) -> Result<&str, ApiError> {
     Ok(label)
 }
 
-/// The plan of a scene that can run.
+/// The plan of a scene that can run; null where it is too large for a check.
 async fn plan(app: &Arc<App>, user: &User, scene: &Scene) -> Result<Value, ApiError> {
-    let Checked { problems, plan } = check(app, user.id, scene.clone(), false).await?;
-    match plan {
-        Some(plan) if problems.is_empty() => Ok(plan),
-        _ => Err(ApiError::unrunnable(problems)),
+    let checked = check(app, user.id, scene.clone(), false).await?;
+    match checked.plan {
+        _ if checked.unchecked.is_some() => Ok(Value::Null),
+        Some(plan) if checked.problems.is_empty() => Ok(plan),
+        _ => Err(ApiError::unrunnable(checked.problems)),
     }
 }
 
@@ -175,6 +197,15 @@ pub(crate) fn prepare(
         return Err(ApiError::bad_request(
             "invalid number of threads",
             "A run has 1 to 1024 threads.",
+        ));
+    }
+    if submit
+        .time_limit
+        .is_some_and(|limit| !limit.is_finite() || limit < 1.0)
+    {
+        return Err(ApiError::bad_request(
+            "invalid limit of time",
+            "It is a time in s, 1 s at least.",
         ));
     }
     let forecast = forecast(app, plan, submit.threads)?;
@@ -268,6 +299,7 @@ pub(crate) async fn submit(
             projects::need(&app, &user, project, Role::Member)?;
         }
         let reserved = expected_bytes(&plan);
+        may_compute(&app, user.id)?;
         within_quota(&app, user.id, submit.threads, reserved)?;
         let run = prepare(&app, &user, &submit, &plan, title)?;
         write(&app, &run)?;
@@ -285,6 +317,7 @@ pub(crate) async fn submit(
             study: None,
             project: submit.project.as_deref(),
             reserved,
+            time_limit: submit.time_limit,
         };
         match app
             .db
@@ -385,6 +418,7 @@ pub(crate) fn changeable_run(app: &App, user: &User, id: &str) -> Result<Changea
 /// Records an event that the user wants.
 pub(crate) fn change(app: &App, run: &ChangeableRun, event: &RunEvent) -> Result<(), ApiError> {
     if matches!(event, RunEvent::Resume) {
+        may_compute(app, run.owner)?;
         within_quota(app, run.owner, 0, 0)?;
     }
     let applied = (app.db).apply(run.id.as_str(), event, None, app.engine.as_ref())?;
@@ -473,6 +507,7 @@ pub(crate) async fn extend(
     let text = serde_json::to_string(&spec).map_err(ApiError::internal)?;
     let app = Arc::clone(app);
     blocking(move || {
+        may_compute(&app, owner)?;
         within_quota(&app, owner, spec.threads, 0)?;
         // One extension at a time: the spec in the store is that of the one that is accepted.
         let _turn = app

@@ -7,7 +7,7 @@ use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
 use std::path::PathBuf;
 use std::process::Command;
 use std::sync::atomic::{AtomicU16, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock, mpsc};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
@@ -23,7 +23,7 @@ use crate::db::Db;
 use crate::frames::Cache;
 use crate::tries::Tries;
 use crate::turns::Turns;
-use crate::{EngineChoice, Options, downloads, inputs, secrets, templates, users};
+use crate::{EngineChoice, Options, at_end, downloads, inputs, secrets, templates, users};
 
 /// How many messages a slow listener may be behind before it gets a notice that it missed some.
 const BACKLOG: usize = 1024;
@@ -86,6 +86,8 @@ pub(crate) struct App {
     /// This program.
     pub(crate) program: PathBuf,
     pub(crate) templates: Vec<Template>,
+    /// JSON schema of scenes.
+    pub(crate) schema: String,
     pub(crate) attempts: Attempts,
     pub(crate) cache: Cache,
     pub(crate) tries: Tries,
@@ -103,6 +105,8 @@ pub(crate) struct App {
     /// Turns of hashing a password, which takes 19 MB.
     pub(crate) hashes: Turns<IpAddr>,
     pub(crate) news: broadcast::Sender<Arc<Message>>,
+    /// Where the ids of runs go that have ended, if there is a command for that.
+    pub(crate) ended: OnceLock<mpsc::Sender<String>>,
     pub(crate) wake: std::sync::mpsc::SyncSender<()>,
     pub(crate) woken: Mutex<Option<std::sync::mpsc::Receiver<()>>>,
     closed: watch::Sender<bool>,
@@ -166,6 +170,7 @@ impl App {
         let db = Db::open(&data.join("db.sqlite"), policy, options.prices.clone())?;
         users::first_user(&db)?;
         let templates = templates::all(&options.solver, &data.join("checks"), store.as_ref(), &db)?;
+        let schema = templates::schema(&options.solver)?;
         let (wake, woken) = std::sync::mpsc::sync_channel(1);
         Ok(Arc::new(Self {
             address: Mutex::default(),
@@ -179,6 +184,7 @@ impl App {
             version,
             program: std::env::current_exe().context("the path of mercury-cloud")?,
             templates,
+            schema,
             attempts: Attempts::default(),
             tries: Tries::default(),
             checks: Turns::new(CHECKS, 1),
@@ -190,11 +196,20 @@ impl App {
             frames: Turns::new(downloads::ALL_FRAMES, downloads::EACH_FRAMES),
             hashes: Turns::new(HASHES, 1).with_waiting(HASHES_WAITING),
             news: broadcast::channel(BACKLOG).0,
+            ended: OnceLock::new(),
             wake,
             woken: Mutex::new(Some(woken)),
             closed: watch::channel(false).0,
             _lock: lock,
         }))
+    }
+
+    /// Address of the page, with `/` at its end.
+    pub(crate) fn address(&self) -> String {
+        self.address
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner())
+            .clone()
     }
 
     /// Writes the link of the command line into the data folder, and returns the address and a link that logs in once.
@@ -236,10 +251,7 @@ impl App {
         let Some(token) = secrets::machine_token(&self.db, data, rotate)? else {
             return Ok(None);
         };
-        let address = self
-            .address
-            .lock()
-            .unwrap_or_else(|poisoned| poisoned.into_inner());
+        let address = self.address();
         let link = format!("{address}#token={}", token.secret);
         secrets::write_secret(&data.join("link"), &link)?;
         Ok(Some(token))
@@ -270,6 +282,10 @@ impl App {
     /// Sends listeners the events of runs that are in the database.
     pub(crate) fn publish(&self, events: Vec<EventRow>) {
         for event in events {
+            if let (Some(ended), Some(run)) = (self.ended.get(), at_end::ended(&event)) {
+                // The thread ends with the program.
+                let _ = ended.send(run);
+            }
             let audience = self.db.audience(&event.run).unwrap_or_default();
             let text = serde_json::to_string(&event).unwrap_or_default();
             // Without listeners there is no error.

@@ -26,8 +26,8 @@ use crate::check::{LARGEST_SCENE, inspect, lay_out, solve};
 use crate::content::Content;
 use crate::db::{ListScope, MOST_ROWS, NewRun, NewStudy};
 use crate::runs::{
-    PreparedRun, blocking, by_idempotency_key, expected_bytes, granted, label, prepare, title,
-    undo, within_quota, write,
+    PreparedRun, blocking, by_idempotency_key, expected_bytes, granted, label, may_compute,
+    prepare, title, undo, within_quota, write,
 };
 use crate::secrets::{self, User};
 use crate::state::App;
@@ -267,6 +267,7 @@ pub(crate) async fn submit(
             .iter()
             .map(|run| expected_bytes(&run.needs()))
             .sum();
+        may_compute(&app, user.id)?;
         within_quota(&app, user.id, base.threads, bytes)?;
         let id = secrets::run_id()?.to_string();
         let mut called = None;
@@ -304,6 +305,7 @@ pub(crate) async fn submit(
                 of_steps: run.steps,
                 study: Some(&id),
                 project: base.project.as_deref(),
+                time_limit: base.time_limit,
             })
             .collect();
         let plan = serde_json::to_string(&plan).map_err(ApiError::internal)?;
@@ -480,10 +482,9 @@ pub(crate) fn table(app: &App, user: &User, id: &str) -> Result<StudyTable, ApiE
             step: row.step,
             core_seconds: row.core_seconds,
             values: run.values.clone(),
-            results: columns
-                .iter()
-                .map(|column| found[&column.name]["value"].as_f64())
-                .collect(),
+            results: of_each(&columns, &found, |result| result["value"].as_f64()),
+            errors: of_each(&columns, &found, |result| result["error"].as_f64()),
+            remarks: of_each(&columns, &found, remark),
         });
     }
     Ok(StudyTable {
@@ -498,6 +499,26 @@ pub(crate) fn table(app: &App, user: &User, id: &str) -> Result<StudyTable, ApiE
         plots: plan.plots,
         rows: table,
     })
+}
+
+/// A property of each result of a run.
+fn of_each<T>(
+    columns: &[ResultColumn],
+    found: &Value,
+    property: impl Fn(&Value) -> Option<T>,
+) -> Vec<Option<T>> {
+    let columns = columns.iter();
+    columns
+        .map(|column| property(&found[&column.name]))
+        .collect()
+}
+
+/// Remark of the solver on a result.
+fn remark(result: &Value) -> Option<String> {
+    ["problem", "note", "why_no_error"]
+        .iter()
+        .find_map(|kind| result[kind].as_str())
+        .map(str::to_owned)
 }
 
 fn rows(app: &App, study: &str) -> Result<BTreeMap<String, Row>, ApiError> {
@@ -544,7 +565,23 @@ fn results(app: &App, id: &str) -> Result<Value, ApiError> {
 pub(crate) fn csv(table: &StudyTable) -> String {
     let own = ["run", "id", "status", "problem", "steps"].map(|name| (name, ""));
     let keys = table.keys.iter().map(|key| (key.as_str(), ""));
-    let results = (table.results.iter()).map(|column| (column.name.as_str(), column.unit.as_str()));
+    // As in the solver's table, a result that has an error in some run has a column for it.
+    let has_error =
+        |k: usize| (table.rows.iter()).any(|row| row.errors.get(k).is_some_and(Option::is_some));
+    let with_error: Vec<bool> = (0..table.results.len()).map(has_error).collect();
+    let names: Vec<(String, &str)> = (table.results.iter())
+        .zip(&with_error)
+        .flat_map(|(column, &with_error)| {
+            let error = format!("{}_error", column.name);
+            let unit = column.unit.as_str();
+            [
+                Some((column.name.clone(), unit)),
+                with_error.then_some((error, unit)),
+            ]
+        })
+        .flatten()
+        .collect();
+    let results = names.iter().map(|(name, unit)| (name.as_str(), *unit));
     let head = (own.into_iter())
         .chain([("core_seconds", "s")])
         .chain(keys)
@@ -564,8 +601,13 @@ pub(crate) fn csv(table: &StudyTable) -> String {
                 .iter()
                 .map(|value| value.clone().unwrap_or_default()),
         );
-        let number = |value: &Option<f64>| value.map_or(String::new(), |value| value.to_string());
-        cells.extend(row.results.iter().map(number));
+        let number = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
+        for (k, value) in row.results.iter().enumerate() {
+            cells.push(number(*value));
+            if with_error[k] {
+                cells.push(number(row.errors[k]));
+            }
+        }
         push_line(&mut text, cells);
     }
     String::from_utf8_lossy(&text).into_owned()
@@ -595,7 +637,7 @@ mod tests {
 
     #[test]
     fn tables_survive_commas_and_quotes() {
-        let table = StudyTable {
+        let mut table = StudyTable {
             row: StudyRow {
                 id: "s".into(),
                 title: "t".into(),
@@ -618,6 +660,8 @@ mod tests {
                 core_seconds: 0.5,
                 values: vec![Some("[0, 1]".into())],
                 results: vec![Some(0.25)],
+                errors: vec![None],
+                remarks: vec![None],
             }],
         };
         assert_eq!(
@@ -625,6 +669,28 @@ mod tests {
             "run,id,status,problem,steps,core_seconds [s],gravity,v [m/s]\n\
              one,r,failed,\"a \"\"b\"\",\nc\",3,0.5,\"[0, 1]\",0.25\n"
         );
+        table.rows[0].errors = vec![Some(0.5)];
+        assert!(csv(&table).starts_with(
+            "run,id,status,problem,steps,core_seconds [s],gravity,v [m/s],v_error [m/s]\n"
+        ));
+        assert!(csv(&table).ends_with(",0.25,0.5\n"));
+    }
+
+    #[test]
+    fn results_have_errors_and_remarks() {
+        let column = |name: &str| ResultColumn {
+            name: name.into(),
+            what: String::new(),
+            unit: String::new(),
+        };
+        let columns = ["torque", "top", "tilt", "none"].map(column);
+        let found = json!({"torque": {"value": 1.0, "error": 0.5}, "top": {"value": 2.0, "error": null, "why_no_error": "one state"},
+            "tilt": {"value": null, "problem": "is NaN"}});
+        let errors = of_each(&columns, &found, |result| result["error"].as_f64());
+        assert_eq!(errors, [Some(0.5), None, None, None]);
+        let remarks = of_each(&columns, &found, remark);
+        let said = [None, Some("one state"), Some("is NaN"), None];
+        assert_eq!(remarks, said.map(|text| text.map(str::to_owned)));
     }
 
     #[test]

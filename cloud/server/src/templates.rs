@@ -1,4 +1,4 @@
-//! Scenes to start from: what `mercury-solve new` writes.
+//! Scenes to start from, as `mercury-solve new` writes them, and the schema of scenes.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -71,4 +71,14 @@ pub(crate) fn all(
         });
     }
     Ok(templates)
+}
+
+/// The JSON schema of scenes, as the solver prints it.
+pub(crate) fn schema(solver: &Path) -> Result<String> {
+    let output = Command::new(solver).arg("--schema").output()?;
+    if !output.status.success() {
+        let why = String::from_utf8_lossy(&output.stderr);
+        bail!("mercury-solve --schema: {why}");
+    }
+    String::from_utf8(output.stdout).context("mercury-solve --schema")
 }

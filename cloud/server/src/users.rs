@@ -127,6 +127,12 @@ pub(crate) fn set_user(
             params![id, disk],
         )?;
     }
+    if let Some(core_seconds) = user.core_seconds {
+        transaction.execute(
+            "UPDATE users SET core_seconds = ?2 WHERE id = ?1",
+            params![id, core_seconds],
+        )?;
+    }
     if !has_other_admin(&transaction, 0)? {
         return Ok(Err(BadUser::LastAdmin));
     }
@@ -231,6 +237,7 @@ pub(crate) mod tests {
             admin: None,
             cores: None,
             disk: None,
+            core_seconds: None,
         }
     }
 }

@@ -1,6 +1,6 @@
 // The account: sessions, tokens, links to runs; for administrators users.
 import { get, post, remove } from "./api.js";
-import { ago, ask, el, put, size, toast } from "./dom.js";
+import { ago, ask, duration, el, put, size, toast } from "./dom.js";
 
 const day = (/** @type {number} */ unix) => new Date(1000 * unix).toLocaleDateString("en");
 
@@ -68,7 +68,7 @@ export async function showAccount(main) {
         inputs.filter((/** @type {any} */ one) => one.runs === 0).map((/** @type {any} */ one) => [el("code", {}, one.sha256.slice(0, 12)), size(one.bytes),
           taken(`/inputs/${one.sha256}`, "Delete", "Scenes that name this file have to send it again.")])),
       session.admin && card("Users", "`mercury-cloud user NAME` adds a user, and changes password, limits and rights.",
-        users.map((/** @type {any} */ one) => [one.name, one.admin ? "administrator" : "", `${size(one.usage.disk)}${one.usage.most_disk == null ? "" : ` of ${size(one.usage.most_disk)}`}`,
+        users.map((/** @type {any} */ one) => [one.name, one.admin ? "administrator" : "", `${size(one.usage.disk)}${one.usage.most_disk == null ? "" : ` of ${size(one.usage.most_disk)}`}`, `${duration(one.usage.core_seconds)} of a core${one.usage.most_core_seconds == null ? "" : `, ${duration(one.usage.most_core_seconds)} at most`}`,
           one.name !== session.user && one.name !== "local" && taken(`/users/${encodeURIComponent(one.name)}`, "Remove", `${one.name} is removed with all secrets, runs and inputs.`)])));
   }
   await load();

@@ -1,6 +1,6 @@
 // The page: which part is shown at which path.
 import { get, post, Problem } from "./api.js";
-import { ask, el, put, size, toast } from "./dom.js";
+import { ask, duration, el, put, size, toast } from "./dom.js";
 import { showAccount } from "./account.js";
 import { showList } from "./list.js";
 import { showNew } from "./new.js";
@@ -99,10 +99,10 @@ function remembered() {
 function known() {
   try { localStorage.setItem("session", "1"); } catch { /* a browser that keeps nothing */ }
   const place = /** @type {HTMLElement} */ (document.getElementById("who"));
-  const { disk, most_disk: most } = session.usage;
+  const { disk, most_disk: most, core_seconds: spent, most_core_seconds: granted } = session.usage;
   // A link to a run shows nothing of its owner.
   if (!session.user) return put(place, `a run that is shared · solver ${session.solver}`);
-  put(place, `${session.user} · ${session.cores[0]} of ${session.cores[1]} cores free · ${size(disk)}${most == null ? "" : ` of ${size(most)}`} · solver ${session.solver}`);
+  put(place, `${session.user} · ${session.cores[0]} of ${session.cores[1]} cores free · ${size(disk)}${most == null ? "" : ` of ${size(most)}`}${granted == null ? "" : ` · ${duration(Math.max(0, granted - spent)) || "0 s"} of a core left`} · solver ${session.solver}`);
 }
 
 document.addEventListener("click", (event) => {

@@ -14,6 +14,9 @@ const ticks = (_, values) => {
   return values.map((value) => (Math.abs(value) < 1e-9 * step ? "0" : plain ? String(Number(value.toFixed(decimals + 1))) : value.toExponential(Math.min(digits, 8)).replace("e+", "e")));
 };
 
+/** Ticks of a logarithmic axis; those between powers of ten may be left without a number. @param {any} _ @param {(number | null)[]} values */
+const powers = (_, values) => values.map((value) => (value == null ? "" : value >= 1e-3 && value < 1e5 ? String(Number(value.toPrecision(3))) : value.toExponential(0).replace("e+", "e")));
+
 /** The value at the pointer, or a dash. @param {string} unit */
 const shown = (unit) => (/** @type {any} */ _, /** @type {number | null | undefined} */ value) => {
   if (value == null) return "–";
@@ -28,17 +31,18 @@ const shown = (unit) => (/** @type {any} */ _, /** @type {number | null | undefi
  * @param {HTMLElement} box
  * @param {string} title
  * @param {Curve[]} curves
+ * @param {{time: boolean, value: boolean}} [log] logarithmic axes; values that are not positive are left out of them
  * @returns {() => void}
  */
-export function draw(box, title, curves) {
+export function draw(box, title, curves, log = { time: false, value: false }) {
   const style = getComputedStyle(document.documentElement);
   const [text, line] = ["--quiet", "--line"].map((name) => style.getPropertyValue(name).trim());
-  const times = [...new Set(curves.flatMap((curve) => curve.chart.time))].sort((a, b) => a - b);
+  const times = [...new Set(curves.flatMap((curve) => curve.chart.time))].filter((time) => !log.time || time > 0).sort((a, b) => a - b);
   const at = new Map(times.map((time, k) => [time, k]));
   /** @param {Curve} curve @param {(number | null)[]} values */
   const spread = (curve, values) => {
     const all = new Array(times.length).fill(undefined);
-    curve.chart.time.forEach((time, k) => { all[/** @type {number} */ (at.get(time))] = values[k]; });
+    curve.chart.time.forEach((time, k) => { const place = at.get(time); if (place !== undefined) all[place] = log.value && !((values[k] ?? 0) > 0) ? null : values[k]; });
     return all;
   };
   // Where bins have more than one row, the band from least to largest is the curve.
@@ -62,11 +66,14 @@ export function draw(box, title, curves) {
   const width = () => Math.max(240, box.clientWidth);
   const plot = new uPlot(/** @type {any} */ ({
     title, width: width(), height: 230, series, bands, legend: { show: curves.length < 9 },
-    axes: [{ ...axis, values: ticks, label: "time / s", labelSize: 20, stroke: text }, { ...axis, size: 62, values: ticks }], scales: { x: { time: false } },
+    axes: [{ ...axis, values: log.time ? powers : ticks, label: "time / s", labelSize: 20, stroke: text }, { ...axis, size: 62, values: log.value ? powers : ticks }],
+    scales: { x: { time: false, distr: log.time ? 3 : 1 }, y: { distr: log.value ? 3 : 1 } },
     cursor: { sync: { key: "charts" } },
   }), /** @type {any} */ (data), box);
   box.setAttribute("role", "img");
-  box.setAttribute("aria-label", `${title} over time`);
+  box.setAttribute("aria-label", `${title} over time${log.time || log.value ? ", logarithmic" : ""}`);
+  const missing = log.value && curves.some((curve) => curve.chart.max.some((value) => value !== null && value <= 0));
+  if (missing) box.append(el("div", { class: "small quiet" }, "Values that are not positive are left out."));
   const watch = new ResizeObserver(() => plot.setSize({ width: width(), height: 230 }));
   watch.observe(box);
   return () => { watch.disconnect(); plot.destroy(); };

@@ -1,9 +1,11 @@
 // Runs beside each other: what differs between them, charts over each other, two in 3D with one camera.
 import { get } from "./api.js";
 import { draw } from "./chart.js";
+import { called, choices, column, logarithmic, titled } from "./charts.js";
 import { differing, lines } from "./diff.js";
 import { el, number, put, state } from "./dom.js";
 import { Player } from "./player.js";
+import { uncertain } from "./statistics.js";
 
 /** Head of a column of results. @param {{name: string, unit: string}} column */
 export const heading = (column) => (column.unit && column.unit !== "1" ? `${column.name} / ${column.unit}` : column.name);
@@ -15,12 +17,10 @@ export const heading = (column) => (column.unit && column.unit !== "1" ? `${colu
  * @returns {{chart: HTMLElement, column: () => string, end: () => void}}
  */
 export function overlay(runs, wanted = "") {
-  // Tables of runs with other names of scenes are the same table by what follows the first dot.
-  /** @param {string} file */
-  const kind = (file) => file.slice(file.indexOf(".") + 1);
-  const choices = runs[0]?.tables.flatMap((table) => (table.names.length ? table.names : [null]).flatMap((/** @type {string | null} */ name) => table.columns.map((/** @type {string} */ column) => ({ kind: kind(table.file), column, name })))) ?? [];
-  const chosen = el("select", { "aria-label": "Column", onchange: plot }, choices.map((choice, k) => el("option", { value: k }, `${choice.kind}: ${choice.name ? `${choice.name} ` : ""}${choice.column}`)));
-  const start = choices.findIndex((choice) => choice.column === "traKineticEnergy");
+  const all = choices(runs[0]?.tables ?? []);
+  const log = { time: false, value: false };
+  const chosen = el("select", { "aria-label": "Column", onchange: plot }, all.map((choice, k) => el("option", { value: k }, called(choice))));
+  const start = all.findIndex((choice) => choice.column === "traKineticEnergy");
   const before = [...chosen.options].find((option) => option.text === wanted);
   if (before) chosen.value = before.value;
   else if (start >= 0) chosen.value = String(start);
@@ -28,23 +28,20 @@ export function overlay(runs, wanted = "") {
   let clear = () => {};
   let over = false;
   async function plot() {
-    const choice = choices[Number(chosen.value)];
+    const choice = all[Number(chosen.value)];
     if (!choice) return put(place, el("p", { class: "quiet" }, "No table yet."));
     const curves = await Promise.all(runs.map(async (run) => {
-      const table = run.tables.find((table) => kind(table.file) === choice.kind);
-      if (!table) return null;
-      const query = new URLSearchParams({ file: table.file, column: choice.column });
-      if (choice.name) query.set("name", choice.name);
-      return { label: run.label, chart: await get(`/runs/${run.id}/charts?${query}`).catch(() => null) };
+      const own = choices(run.tables).find((own) => called(own) === called(choice));
+      return own ? { label: run.label, chart: await column(run.id, own).catch(() => null) } : null;
     }));
     if (over) return;
     clear();
     put(place);
-    clear = draw(place, choice.column, /** @type {any} */ (curves.filter((curve) => curve?.chart)));
+    clear = draw(place, titled(choice), /** @type {any} */ (curves.filter((curve) => curve?.chart)), log);
   }
   plot();
   return {
-    chart: el("div", { class: "card" }, el("div", { class: "row" }, el("h2", {}, "Chart"), chosen), place),
+    chart: el("div", { class: "card" }, el("div", { class: "row" }, el("h2", {}, "Chart"), chosen, logarithmic(log, plot)), place),
     column: () => chosen.selectedOptions[0]?.text ?? "",
     end: () => { over = true; clear(); },
   };
@@ -76,22 +73,26 @@ export async function showCompare(main, ids) {
   const found = study ? await get(`/studies/${study}`).catch(() => null) : null;
   /** @type {any[]} */
   const columns = found?.results ?? [];
-  /** @param {string} id @param {number} c */
-  const result = (id, c) => found?.rows.find((/** @type {any} */ row) => row.id === id)?.results[c];
+  /** A result of a run, with its error. @param {string} id @param {number} c */
+  const result = (id, c) => {
+    const row = found?.rows.find((/** @type {any} */ row) => row.id === id);
+    if (row?.results[c] == null) return "";
+    return row.errors[c] ? uncertain(row.results[c], row.errors[c]) : number(row.results[c]);
+  };
   /** @param {number} k */
-  const called = (k) => (keys.length ? keys.map((key) => `${key.split(".").pop()} ${sets[k][key] ?? "–"}`).join(", ") : `${runs[k].title} ${runs[k].id.slice(0, 4)}`);
+  const labelOf = (k) => (keys.length ? keys.map((key) => `${key.split(".").pop()} ${sets[k][key] ?? "–"}`).join(", ") : `${runs[k].title} ${runs[k].id.slice(0, 4)}`);
 
-  const { chart, end } = overlay(runs.map((run, k) => ({ id: run.id, label: called(k), tables: tables[k] })));
+  const { chart, end } = overlay(runs.map((run, k) => ({ id: run.id, label: labelOf(k), tables: tables[k] })));
   const pair = runs.length === 2 ? runs.map((run) => ({ run, box: el("div", { class: "grow" }) })) : [];
   put(main, el("h1", {}, label ? `Compare ${label}` : "Compare"),
     el("div", { class: "card scroll" }, el("table", {}, el("thead", {}, el("tr", {}, el("th", {}, "Run"), el("th", {}, "State"), keys.map((key) => el("th", { class: "number" }, key)), columns.map((column) => el("th", { class: "number" }, heading(column))))),
       el("tbody", {}, runs.map((run, k) => el("tr", {}, el("td", {}, el("a", { href: `/runs/${run.id}` }, run.title)), el("td", {}, state(run)),
         keys.map((key) => el("td", { class: "number" }, sets[k][key] ?? "")),
-        columns.map((_, c) => el("td", { class: "number" }, result(run.id, c) != null ? number(result(run.id, c)) : ""))))))),
+        columns.map((_, c) => el("td", { class: "number" }, result(run.id, c)))))))),
     chart,
     pair.length > 0 && el("div", { class: "row top" }, ...pair.map((one) => one.box)),
     el("div", { class: "card" }, el("h2", {}, "Scenes"), runs.slice(1).map((run) => scenes(runs[0], run))));
-  const players = pair.map((one, k) => new Player(one.box, one.run, { title: called(runs.indexOf(one.run)), led: k > 0 }));
+  const players = pair.map((one, k) => new Player(one.box, one.run, { title: labelOf(runs.indexOf(one.run)), led: k > 0 }));
   if (players.length === 2) {
     players[0].viewer.share(players[1].viewer);
     players[0].lead(players[1]);

@@ -4,6 +4,7 @@ import { ask, duration, el, put, size, toast, whole } from "./dom.js";
 import { go } from "./app.js";
 import { price } from "./money.js";
 import { selection, takes } from "./projects.js";
+import { suggest } from "./suggest.js";
 import { Viewer } from "./viewer.js";
 
 /**
@@ -25,12 +26,16 @@ export async function showNew(main, from) {
 
   const gutter = el("div", { class: "gutter code", "aria-hidden": "true" });
   const text = el("textarea", { class: "code", spellcheck: false, autocapitalize: "off", autocomplete: "off", "aria-label": "Scene", "aria-describedby": "problems" });
+  const editor = el("div", { class: "editor" }, gutter, text);
+  const help = el("p", { class: "small quiet help", "aria-live": "polite" });
+  suggest(editor, text, help, () => !name.endsWith(".json"));
   const problems = el("ul", { class: "problems", id: "problems", "aria-live": "polite" });
-  const facts = el("div", { class: "card" });
+  const facts = el("div");
   const title = el("input", { class: "grow", placeholder: "as in the scene", maxlength: "200" });
   const label = el("input", { class: "grow", placeholder: "none", maxlength: "100" });
   const sets = el("textarea", { class: "code", rows: 2, spellcheck: false, placeholder: "time.end = 2", "aria-label": "Settings that replace values of the scene" });
   const threads = el("input", { type: "number", min: "1", max: "1024", value: "1" });
+  const hours = el("input", { type: "number", min: "0", step: "any", placeholder: "none", "aria-describedby": "hours-help" });
   const sweep = el("textarea", { class: "code", rows: 3, spellcheck: false, placeholder: "materials.bead.tangential.friction = 0.1, 0.3, 0.5\nseed = 1..4/4", "aria-label": "Keys and their values" });
   const results = el("textarea", { class: "code", rows: 2, spellcheck: false, placeholder: "height = max(particles.z)", "aria-label": "Results" });
   const document_ = el("textarea", { class: "code", rows: 12, spellcheck: false, "aria-label": "Study file" });
@@ -61,11 +66,12 @@ export async function showNew(main, from) {
     el("p", { class: "quiet" }, "Start from a scene, change it, and submit. It is checked while you type."),
     el("div", { class: "templates" }, ...choices),
     el("div", { class: "columns" },
-      el("div", {}, el("div", { class: "editor" }, gutter, text), problems, el("p", {}), drop),
-      el("div", {}, el("div", { class: "card" },
-        el("h2", {}, "Submit"), el("div", { class: "form" }, el("label", {}, "Title", title), el("label", {}, "Label", label), el("label", {}, "Threads", threads), project && el("label", {}, "Project", project)),
+      el("div", {}, editor, help, drop),
+      el("div", {}, el("div", { class: "card stays" }, facts, problems), el("div", { class: "card" },
+        el("h2", {}, "Submit"), el("div", { class: "form" }, el("label", {}, "Title", title), el("label", {}, "Label", label), el("label", {}, "Threads", threads), el("label", {}, "Time limit / h", hours), project && el("label", {}, "Project", project)),
         settings, study,
-        el("div", { class: "row" }, submit, el("button", { onclick: trial }, "How long?"))), facts,
+        el("p", { class: "small quiet", id: "hours-help" }, "At its time limit a run stops with a checkpoint, and can be resumed."),
+        el("div", { class: "row" }, submit, el("button", { onclick: trial }, "How long?"))),
       el("div", { class: "card" }, el("h2", {}, "Preview"), preview))));
 
   function scene() {
@@ -77,7 +83,7 @@ export async function showNew(main, from) {
   /** Belongs to what is submitted: the same draft sent again is the same run. */
   let key = crypto.randomUUID();
   let sent = false;
-  const fields = { text, title, label, sets, threads, sweep, results, document: document_ };
+  const fields = { text, title, label, sets, threads, hours, sweep, results, document: document_ };
 
   /** Keeps the draft; what was changed is another run. */
   function keep() {
@@ -260,7 +266,7 @@ export async function showNew(main, from) {
     marked = new Set(found.filter((problem) => problem.line && (!problem.file || problem.file === name)).map((problem) => problem.line));
     put(problems, ...found.map((problem) => el("li", {},
       problem.line ? el("button", { onclick: () => place(problem) }, `${problem.file && problem.file !== name ? `${problem.file} ` : ""}line ${problem.line}`) : null,
-      problem.line ? ": " : "", problem.key && [el("code", {}, problem.key), " "], problem.message, problem.help && el("div", { class: "small quiet" }, problem.help))));
+      problem.line ? ": " : "", problem.set && ["setting ", el("code", {}, problem.set), ": "], !problem.set && problem.key && [el("code", {}, problem.key), " "], problem.message, problem.help && el("div", { class: "small quiet" }, problem.help))));
     lines();
   }
 
@@ -277,22 +283,23 @@ export async function showNew(main, from) {
   async function check() {
     asking?.abort();
     asking = new AbortController();
+    const checked = scene();
     try {
-      const found = await post("/check", { scene: scene() }, { signal: asking.signal });
+      const found = await post("/check", { scene: checked }, { signal: asking.signal });
       plan = found.plan;
       tell(found.problems);
       forecast(found);
-      if (plan && !found.problems.length) look(asking.signal);
+      if (plan && !found.problems.length) look(checked, asking.signal);
     } catch (error) {
       if (error instanceof DOMException) return;
       tell(error instanceof Problem && error.problems.length ? error.problems : [{ message: error instanceof Error ? error.message : String(error) }]);
     }
   }
 
-  /** @param {AbortSignal} signal */
-  async function look(signal) {
+  /** Shows the beginning of a scene that was checked. @param {any} checked @param {AbortSignal} signal */
+  async function look(checked, signal) {
     try {
-      const seen = await post("/preview", { scene: scene() }, { signal });
+      const seen = await post("/preview", { scene: checked }, { signal });
       if (!ended) viewer.still(seen);
     } catch { /* a scene without a preview can still run */ }
   }
@@ -300,6 +307,7 @@ export async function showNew(main, from) {
   /** @param {any} found */
   function forecast(found) {
     submit.disabled = found.problems.length > 0;
+    if (found.unchecked) return put(facts, el("h2", {}, "Check"), el("p", { class: "warn-text" }, "not checked: the scene is too large"), el("p", { class: "small quiet" }, found.unchecked));
     if (!plan) return put(facts, el("h2", {}, "Check"), el("p", { class: "bad-text" }, `${found.problems.length === 1 ? "1 problem" : `${found.problems.length} problems`}`));
     /** Least and most, in s. @type {[number, number] | null} */
     const time = plan.trial?.seconds ?? null;
@@ -332,6 +340,7 @@ export async function showNew(main, from) {
     /** @type {any} */
     const body = { scene: scene(), threads: Number(threads.value) || 1 };
     if (title.value.trim()) body.title = title.value.trim();
+    if (Number(hours.value) > 0) body.time_limit = 3600 * Number(hours.value);
     if (label.value.trim()) body.label = label.value.trim();
     if (project?.value) body.project = project.value;
     const many = asked();
@@ -366,6 +375,7 @@ export async function showNew(main, from) {
     label.value = submitted.label ?? "";
     if (project) project.value = submitted.project ?? "";
     threads.value = String(submitted.threads);
+    hours.value = submitted.time_limit ? String(submitted.time_limit / 3600) : "";
     sets.value = submitted.scene.set.join("\n");
     settings.open = sets.value !== "";
     named();

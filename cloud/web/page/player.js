@@ -6,6 +6,16 @@ import { reduced, Viewer } from "./viewer.js";
 /** How many particles are asked for at most. */
 const MOST = 100000;
 
+/** Time of a frame in a film, in ms. */
+const FRAME = 80;
+
+/** Has the browser save a content. @param {Blob} blob @param {string} name */
+function save(blob, name) {
+  const link = el("a", { href: URL.createObjectURL(blob), download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+}
+
 /**
  * A frame as the server sends it: length of the head, head, ids, columns of 16 bits within their ranges.
  * @param {ArrayBuffer} buffer
@@ -62,11 +72,26 @@ export class Player {
     this.axis.value = "y";
     this.grain = el("div", { class: "small" });
     const walls = el("input", { type: "checkbox", checked: true, onchange: () => this.viewer.showWalls(walls.checked) });
-    put(box, el("div", { class: "card" }, options.title && el("h2", {}, options.title), stage,
+    this.filming = false;
+    this.film = el("button", { disabled: typeof MediaRecorder === "undefined", onclick: () => { if (this.filming) this.filming = false; else this.record(); } }, "Film");
+    const card = el("div", { class: "card player" });
+    put(box, card);
+    put(card, ...this.parts(options, stage, walls, card));
+    if (!this.viewer.gl) this.still(stage);
+  }
+
+  /**
+   * @param {{title?: string, led?: boolean}} options
+   * @param {HTMLElement} stage
+   * @param {HTMLElement} walls
+   * @param {HTMLElement} card
+   */
+  parts(options, stage, walls, card) {
+    return [options.title && el("h2", {}, options.title), stage,
       el("div", { class: "row controls", hidden: options.led === true }, this.play, this.slider, this.time),
       el("div", { class: "row small" }, el("label", {}, "Colour", this.colour), el("label", {}, "Cut", this.axis, this.cut), el("label", {}, walls, "Walls"),
-        el("button", { onclick: () => this.viewer.home() }, "Reset view")), this.grain));
-    if (!this.viewer.gl) this.still(stage);
+        el("button", { onclick: () => this.reset() }, "Reset view"),
+        this.viewer.gl && [el("button", { onclick: () => (document.fullscreenElement ? document.exitFullscreen() : card.requestFullscreen()) }, "Full screen"), el("button", { onclick: () => this.picture() }, "Picture"), this.film]), this.grain].flat(2).filter((part) => part);
   }
 
   /** Shows a picture of the run, where the browser draws no particles. @param {HTMLElement} stage */
@@ -98,6 +123,13 @@ export class Player {
     const away = this.list.frames.map((/** @type {any} */ frame) => Math.abs(frame.time - time));
     this.follow = false;
     this.show(away.indexOf(Math.min(...away)));
+  }
+
+  /** Shows all of the domain: not turned, nothing cut away. */
+  reset() {
+    this.cut.value = "1000";
+    this.viewer.cut(this.axis.value, 1);
+    this.viewer.home();
   }
 
   /** Looks for new frames, and shows the last one unless the user looks at another. */
@@ -165,6 +197,46 @@ export class Player {
     }
   }
 
+  /** Text below a picture: run and time. */
+  caption() {
+    return this.list.frames.length ? `${number(this.list.frames[this.at]?.time)} s` : "";
+  }
+
+  /** Saves the view as a picture. */
+  picture() {
+    const canvas = document.createElement("canvas");
+    this.viewer.copy(canvas, this.caption());
+    canvas.toBlob((blob) => { if (blob) save(blob, `${this.run.id.slice(0, 8)}-${this.at + 1}.png`); });
+  }
+
+  /** Saves all frames as a film, as they are seen. */
+  async record() {
+    const canvas = document.createElement("canvas");
+    this.viewer.copy(canvas, this.caption());
+    const track = /** @type {any} */ (canvas.captureStream(0).getVideoTracks()[0]);
+    const recorder = new MediaRecorder(new MediaStream([track]), { mimeType: "video/webm", videoBitsPerSecond: 8e6 });
+    /** @type {Blob[]} */
+    const pieces = [];
+    recorder.ondataavailable = (event) => pieces.push(event.data);
+    const ended = new Promise((done) => { recorder.onstop = done; });
+    recorder.start();
+    this.filming = true;
+    for (let k = 0; k < this.list.frames.length && this.filming; k += 1) {
+      put(this.film, `Stop the film (${k + 1} of ${this.list.frames.length})`);
+      await this.show(k, true, true);
+      this.viewer.copy(canvas, this.caption());
+      track.requestFrame();
+      await new Promise((done) => setTimeout(done, FRAME));
+    }
+    // The last frame is seen as long as the others.
+    track.requestFrame();
+    this.filming = false;
+    put(this.film, "Film");
+    recorder.stop();
+    await ended;
+    save(new Blob(pieces, { type: "video/webm" }), `${this.run.id.slice(0, 8)}.webm`);
+  }
+
   toggle() {
     if (this.playing) { clearInterval(this.playing); this.playing = 0; } else {
       if (this.at >= this.list.frames.length - 1) this.show(0, true);
@@ -188,6 +260,7 @@ export class Player {
   }
 
   end() {
+    this.filming = false;
     clearInterval(this.playing);
     this.viewer.end();
   }

@@ -1,11 +1,14 @@
 // The page of one run: progress, particles, charts, log, attempts, files; what can be done with it.
 import { get, listen, patch, post, remove } from "./api.js";
 import { box, draw } from "./chart.js";
+import { choices, Charts, column } from "./charts.js";
 import { ago, ask, duration, el, number, put, size, state, toast, whole } from "./dom.js";
 import { go } from "./app.js";
 import { money, price } from "./money.js";
 import { selection, takes } from "./projects.js";
+import { isShown, showFile } from "./preview.js";
 import { Player } from "./player.js";
+import { uncertain } from "./statistics.js";
 
 const LIVE = ["queued", "running", "stopping"];
 const CAUSES = /** @type {Record<string, string>} */ ({
@@ -45,9 +48,10 @@ export async function showRun(main, id) {
   const attempts = el("tbody");
   const files = el("tbody");
   const pictures = el("div", { class: "gallery" });
-  const chooser = el("select", { "aria-label": "Column to plot" });
-  const extra = el("div", { class: "charts" });
+  const chosen = el("div");
+  const many = new Charts(chosen, id);
   const facts = el("div", { class: "card" });
+  const results = el("div", { class: "card", hidden: true });
 
   const parts = ["Overview", "Charts", "Log", "Attempts", "Files", "Scene"];
   for (const part of parts) {
@@ -58,12 +62,12 @@ export async function showRun(main, id) {
         if (step) { choose(parts[(parts.indexOf(tab) + step + parts.length) % parts.length]); /** @type {any} */ (tabs.querySelector("[aria-selected=true]")).focus(); }
       } }, part));
   }
-  put(panes.Overview, el("div", { class: "columns" }, stage, el("div", {}, facts, el("div", { class: "card" }, chartBox))), pictures);
-  put(panes.Charts, el("div", { class: "card" }, el("div", { class: "row" }, el("label", {}, "Column", chooser)), extra));
+  put(panes.Overview, el("div", { class: "columns" }, stage, el("div", {}, facts, results, el("div", { class: "card" }, chartBox))), pictures);
+  put(panes.Charts, chosen);
   put(panes.Log, el("div", { class: "card" }, el("div", { class: "row" }, el("label", {}, "Lines of", logOf), logSearch), log));
   put(panes.Attempts, el("div", { class: "card scroll" }, el("table", {}, el("thead", {}, el("tr", {}, ["Number", "Began", "Lasted", "Machine", "Why it ended", "Step", session.price && "Cost"].filter(Boolean).map((text) => el("th", {}, text)))), attempts)));
   put(panes.Files, el("div", { class: "card" }, el("div", { class: "row spread" }, el("h2", {}, "Files"), el("a", { class: "button", href: `/api/v1/runs/${id}/archive`, download: "" }, "Download all (.zip)")),
-    el("div", { class: "scroll" }, el("table", {}, el("thead", {}, el("tr", {}, el("th", {}, "Name"), el("th", { class: "number" }, "Size"))), files))));
+    el("div", { class: "scroll" }, el("table", {}, el("thead", {}, el("tr", {}, el("th", {}, "Name"), el("th", { class: "number" }, "Size"), el("td"))), files))));
   put(panes.Scene, el("div", { class: "card" }, run.spec.set.length > 0 && el("p", {}, "Set beside it: ", run.spec.set.map((/** @type {string} */ one) => el("code", { class: "chip" }, one))), el("pre", { tabindex: "0" }, run.scene)));
   put(main, head, tabs, ...parts.map((part) => panes[part]));
 
@@ -114,7 +118,7 @@ export async function showRun(main, id) {
     put(named, el("h1", {}, run.title), el("div", { class: "row small quiet" }, state(run),
       run.label && el("a", { href: `/?label=${encodeURIComponent(run.label)}` }, run.label), run.study && el("a", { href: `/studies/${run.study}` }, "its study"), `submitted ${ago(run.created)}`, el("span", { class: "code" }, id.slice(0, 8))));
     put(life, run.unseen && live && el("p", { class: "warn-text" }, `Not seen for ${duration(run.unseen)}.`),
-    !live && run.cause && run.cause !== "finished" && el("p", { class: run.state === "failed" ? "bad-text" : "quiet" }, CAUSES[run.cause] ?? run.cause, run.message && el("pre", {}, run.message)),
+    !live && (run.cause ? run.cause !== "finished" : run.message) && el("p", { class: run.state === "failed" ? "bad-text" : "quiet" }, run.cause === "user" && run.message ? run.message : [CAUSES[run.cause] ?? run.cause, run.message && el("pre", {}, run.message)]),
     live && el("div", {}, el("p", { class: "row spread small" }, el("span", {}, share !== null ? `${(100 * share).toFixed(1)} % · ${number(run.time)} s of simulated time` : `${number(run.time)} s of simulated time`, doing && ` · ${doing}`),
       el("span", { class: "quiet" }, run.seconds_left ? `about ${duration(run.seconds_left)} left` : "")), el("progress", { max: 1, value: share ?? 0, "aria-label": "Progress" })));
     const bad = run.notes.filter((/** @type {any} */ note) => ["not-reproduced", "damaged"].includes(note.kind));
@@ -125,6 +129,7 @@ export async function showRun(main, id) {
       run.beat?.rate && live && [el("dt", {}, "Speed"), el("dd", {}, `${whole(Math.round(run.beat.rate))} particle steps/s`)],
       el("dt", {}, "Attempts"), el("dd", {}, run.epoch),
       el("dt", {}, "Threads"), el("dd", {}, run.spec.threads),
+      run.time_limit && [el("dt", {}, "Time limit"), el("dd", {}, duration(run.time_limit))],
       run.core_seconds > 0 && [el("dt", {}, "Spent"), el("dd", {}, `${duration(run.core_seconds)} of a core`, run.cost != null && `, ${money(run.cost, session.price)}`)],
       run.saved > 0 && [el("dt", {}, "Saved"), el("dd", {}, `${money(run.saved, session.price)} against the full price`)],
       run.seconds_left && live && session.price && [el("dt", {}, "Still to pay"), el("dd", {}, `about ${price(run.seconds_left * run.spec.threads, session.price)}`)],
@@ -149,40 +154,20 @@ export async function showRun(main, id) {
 
   /** @type {any[]} */
   let tables = [];
-  /** Charts that the pane Charts shows, as text. */
-  let drawn = "";
-  /** @param {string} file @param {string} column @param {string | null} [name] */
-  const curve = async (file, column, name) => {
-    const query = new URLSearchParams({ file, column });
-    if (name) query.set("name", name);
-    return { label: column, chart: await get(`/runs/${id}/charts?${query}`) };
-  };
+  /** Whether something was drawn already. */
+  let drawn = false;
   async function plot() {
     tables = await get(`/runs/${id}/tables`);
-    const energies = tables.find((table) => table.file.endsWith(".ene"));
-    /** @type {[HTMLElement, string, any[]][]} */
-    const wanted = [];
-    if (energies && tab === "Overview") {
-      const curves = await Promise.all(["traKineticEnergy", "rotKineticEnergy", "elasticEnergy"].map(async (column) => ({ ...(await curve(energies.file, column)), label: column.replace("Energy", "") })));
-      wanted.push([chartBox, "Energies / J", curves]);
-    }
-    if (tab === "Charts") {
-      const choices = tables.flatMap((table) => (table.names.length ? table.names : [null]).flatMap((/** @type {string | null} */ name) => table.columns.map((/** @type {string} */ column) => ({ file: table.file, column, name }))));
-      if (chooser.options.length !== choices.length) {
-        put(chooser, ...choices.map((choice, k) => el("option", { value: k }, `${choice.file.slice(choice.file.indexOf(".") + 1)}: ${choice.name ? `${choice.name} ` : ""}${choice.column}`)));
-      }
-      const choice = choices[Number(chooser.value) || 0];
-      if (choice) wanted.push([extra, `${choice.name ? `${choice.name} ` : ""}${choice.column}`, [await curve(choice.file, choice.column, choice.name)]]);
-    }
+    drawn = true;
+    if (tab === "Charts") return many.show(tables);
+    const energies = choices(tables).filter((choice) => choice.kind === "ene" && ["traKineticEnergy", "rotKineticEnergy", "elasticEnergy"].includes(choice.column));
+    if (!energies.length) return;
+    const curves = await Promise.all(energies.map(async (choice) => ({ label: choice.column.replace("Energy", ""), chart: await column(id, choice) })));
     charts.forEach((end) => end());
-    charts = wanted.map(([place, title, curves]) => {
-      const one = box();
-      put(place, one);
-      return draw(one, title, curves);
-    });
-    drawn = tab;
+    const one = box();
+    put(chartBox, one);
+    charts = [draw(one, "Energies / J", curves)];
   }
-  chooser.onchange = () => plot();
 
   let lines = "";
   /** Shows the lines that contain what is searched for; stays at the end, where it is there. */
@@ -214,27 +199,44 @@ export async function showRun(main, id) {
   async function showFiles() {
     const all = await get(`/runs/${id}/files`);
     const path = (/** @type {string} */ name) => `/api/v1/runs/${id}/files/${name.split("/").map(encodeURIComponent).join("/")}`;
-    put(files, ...all.map((/** @type {any} */ file) => el("tr", {}, el("td", {}, el("a", { href: path(file.name), download: file.name.split("/").pop() }, file.name), file.grows && el("span", { class: "small quiet" }, " grows")), el("td", { class: "number" }, size(file.bytes)))));
+    put(files, ...all.map((/** @type {any} */ file) => el("tr", {}, el("td", {}, el("a", { href: path(file.name), download: file.name.split("/").pop() }, file.name), file.grows && el("span", { class: "small quiet" }, " grows")), el("td", { class: "number" }, size(file.bytes)),
+      el("td", {}, isShown(file) && el("button", { onclick: () => showFile(file, path(file.name)) }, "View")))));
     const shown = all.filter((/** @type {any} */ file) => file.name.endsWith(".png"));
     put(pictures, ...shown.map((/** @type {any} */ file) => el("a", { href: path(file.name), download: "" }, el("img", { src: path(file.name), alt: file.name, loading: "lazy" }))));
   }
 
-  let busy = false;
-  /** Brings what is in view up to date. */
+  /** Results of the finished run: value, standard error, 95 % interval, window, and what the solver remarks. */
+  async function showResults() {
+    const found = (await get(`/runs/${id}/files/summary.json`)).results ?? {};
+    results.hidden = Object.keys(found).length === 0;
+    put(results, el("h2", {}, "Results"), Object.entries(found).map(([name, one]) => el("div", { class: "result" },
+      el("div", {}, el("b", {}, name), one.value == null ? el("span", { class: "bad-text" }, ` has no value: ${one.problem}`) : ` = ${one.error ? uncertain(one.value, one.error) : number(one.value)}${one.unit && one.unit !== "1" ? ` ${one.unit}` : ""}`),
+      el("div", { class: "small quiet" }, el("code", {}, one.of),
+        one.interval && `; 95 %: ${number(one.interval[0])} to ${number(one.interval[1])}`, one.window && `; ${number(one.window[0])} to ${number(one.window[1])} s`, one.batches && `, ${Math.floor(one.batches)} independent batches`),
+      one.why_no_error && el("div", { class: "small quiet" }, `no error: ${one.why_no_error}`),
+      one.value != null && one.problem && el("div", { class: "small warn-text" }, one.problem),
+      one.note && el("div", { class: "small warn-text" }, one.note), one.steady === false && el("div", { class: "small warn-text" }, "The rows of the window are not steady."))),
+    el("p", { class: "small quiet" }, "Behind ± is one standard error."));
+  }
+
+  let [busy, wanted] = [false, false];
+  /** Brings what is in view up to date: once more, where that was wished for meanwhile. */
   async function refresh() {
-    if (busy) return;
-    busy = true;
+    if (busy) { wanted = true; return; }
+    [busy, wanted] = [true, false];
     try {
       if (tab === "Overview") await viewer.load();
       if (tab === "Overview" || tab === "Charts") await plot();
       if (tab === "Log") await showLog();
       if (tab === "Attempts") await showAttempts();
+      if (tab === "Overview" && run.state === "finished") await showResults();
       if (tab === "Files" || (tab === "Overview" && run.state === "finished")) await showFiles();
     } catch (error) {
       if (drawn) console.info(error);
     } finally {
       busy = false;
     }
+    if (wanted) refresh();
   }
 
   const again = async () => {
@@ -252,5 +254,5 @@ export async function showRun(main, id) {
       if (Date.now() - last > 4000) { last = Date.now(); refresh(); }
     } else again();
   }, again);
-  return () => { end(); charts.forEach((stop) => stop()); viewer.end(); };
+  return () => { end(); charts.forEach((stop) => stop()); many.end(); viewer.end(); };
 }

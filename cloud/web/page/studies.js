@@ -3,7 +3,7 @@ import { get, listen, post } from "./api.js";
 import { scatter } from "./chart.js";
 import { heading, overlay } from "./compare.js";
 import { ago, el, number, put, state, toast } from "./dom.js";
-import { numeric, points } from "./statistics.js";
+import { numeric, points, uncertain } from "./statistics.js";
 import { go } from "./app.js";
 
 /** The most runs whose charts are drawn over each other. */
@@ -104,7 +104,7 @@ export async function showStudy(main, id) {
         lay();
       } });
       return el("tr", {}, el("td", {}, box), el("td", {}, el("a", { href: `/runs/${row.id}` }, row.name), row.problem && el("div", { class: "small bad-text" }, row.problem)), el("td", {}, state(row)),
-        row.values.map((/** @type {string | null} */ value) => el("td", { class: "number" }, value ?? "")), row.results.map((/** @type {number | null} */ value) => el("td", { class: "number" }, value == null ? "" : number(value))));
+        row.values.map((/** @type {string | null} */ value) => el("td", { class: "number" }, value ?? "")), row.results.map((/** @type {number | null} */ value, /** @type {number} */ k) => el("td", { class: "number", title: row.remarks[k] ?? "" }, value == null ? "" : row.errors[k] ? uncertain(value, row.errors[k]) : number(value), row.remarks[k] && value == null && el("span", { class: "small quiet" }, row.remarks[k]))));
     }), rows.length > shown.length && el("tr", {}, el("td", { colspan: String(3 + table.keys.length + table.results.length), class: "quiet" }, `${rows.length - shown.length} further runs are in the table to download.`)));
   }
   /** @param {any[]} rows @param {string} what */

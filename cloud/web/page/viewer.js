@@ -3,6 +3,7 @@
 // A sphere is one triangle that covers it, made in the vertex shader from a texture of centres and radii; the fragment
 // shader finds the point of the sphere under the pixel and writes its depth, so spheres cut walls and each other exactly.
 // That is nine times as fast in software as quads with instances, and has no limit on the size of a sphere.
+import { axes, Camera, distanceToSee, HALF, HOME, scaleBar } from "./camera.js";
 import { el, put, whole } from "./dom.js";
 
 /** Rows of the texture have this many spheres. */
@@ -109,20 +110,6 @@ function viridis(x) {
   return [0, 1, 2].map((c) => Math.round(VIRIDIS[k][c] + (VIRIDIS[k + 1][c] - VIRIDIS[k][c]) * (at - k)));
 }
 
-/** A camera that turns about a point. Shared by viewers that look the same way. */
-class Camera {
-  constructor() {
-    this.azimuth = -1.05;
-    this.elevation = 0.28;
-    this.zoom = 1;
-    this.shift = [0, 0];
-    /** @type {Set<() => void>} */
-    this.seen = new Set();
-  }
-
-  changed() { this.seen.forEach((draw) => draw()); }
-}
-
 /** @typedef {{pick?: (id: number | null) => void, height?: string}} Options */
 
 /** A note that walls are shown with fewer triangles than they have. @param {[number, number] | undefined} triangles shown, and all */
@@ -137,9 +124,13 @@ export class Viewer {
     this.options = options;
     this.canvas = el("canvas", { tabindex: "0", role: "img", "aria-label": "Particles and walls. Arrow keys turn, plus and minus zoom." });
     if (options.height) this.canvas.style.height = options.height;
+    /** Axes and scale bar. */
+    this.over = el("canvas", { class: "over", "aria-hidden": "true" });
     this.legend = el("div", { class: "legend", hidden: true });
     this.said = el("div", { class: "said", hidden: true });
-    put(box, el("div", { class: "viewer" }, this.canvas, this.legend, this.said));
+    this.box = el("div", { class: "viewer" }, this.canvas, this.over, this.legend, this.said);
+    put(box, this.box);
+    this.what = "";
     this.camera = new Camera();
     this.draw = () => this.soon();
     this.camera.seen.add(this.draw);
@@ -268,7 +259,7 @@ export class Viewer {
   }
 
   home() {
-    Object.assign(this.camera, { azimuth: -1.05, elevation: 0.28, zoom: 1, shift: [0, 0] });
+    Object.assign(this.camera, { ...HOME, zoom: 1, shift: [0, 0] });
     this.camera.changed();
   }
 
@@ -397,12 +388,65 @@ export class Viewer {
   /** @param {number[]} range @param {string} what */
   describe(range, what) {
     const bar = el("canvas", { width: 120, height: 10 });
-    const paint = bar.getContext("2d");
-    for (let k = 0; k < 120; k += 1) { paint.fillStyle = `rgb(${viridis(k / 119).join()})`; paint.fillRect(k, 0, 1, 10); }
-    /** @param {number} value */
-    const short = (value) => String(Number(value.toPrecision(3)));
+    colours(bar.getContext("2d"), 0, 0, 120, 10);
+    this.what = what;
     put(this.legend, el("span", {}, what), bar, el("div", { class: "ends" }, el("span", {}, short(range[0])), el("span", {}, short(range[1]))));
     this.legend.hidden = false;
+  }
+
+  /** Directions of the axes, and a scale bar for what is as far as the middle of the domain. @param {number} dense pixels of a CSS pixel */
+  mark(dense) {
+    const { width, height } = this.canvas;
+    if (this.over.width !== width || this.over.height !== height) { this.over.width = width; this.over.height = height; }
+    const ink = this.over.getContext("2d");
+    const colour = getComputedStyle(this.box).color;
+    ink.setTransform(dense, 0, 0, dense, 0, 0);
+    const [wide, high] = [width / dense, height / dense];
+    ink.clearRect(0, 0, wide, high);
+    Object.assign(ink, { font: "12px system-ui, sans-serif", lineWidth: 2, textAlign: "center", textBaseline: "middle" });
+    const { right, up, back } = axes(this.camera);
+    // The one that points away is drawn first.
+    for (const c of [0, 1, 2].sort((a, b) => back[a] - back[b])) {
+      const [x, y] = [right[c], -up[c]];
+      ink.strokeStyle = ink.fillStyle = AXES[c];
+      ink.beginPath();
+      ink.moveTo(44, high - 78);
+      ink.lineTo(44 + 26 * x, high - 78 + 26 * y);
+      ink.stroke();
+      ink.fillText("xyz"[c], 44 + 36 * x, high - 78 + 36 * y);
+    }
+    const { pixels, label } = scaleBar(high / (2 * HALF * this.distance()), Math.min(140, wide / 3));
+    ink.strokeStyle = ink.fillStyle = colour;
+    ink.beginPath();
+    for (const [x, y] of [[wide - 16 - pixels, high - 20], [wide - 16 - pixels, high - 14], [wide - 16, high - 14], [wide - 16, high - 20]]) ink.lineTo(x, y);
+    ink.stroke();
+    ink.fillText(label, wide - 16 - pixels / 2, high - 26);
+    this.box.dataset.bar = `${label} ${pixels.toFixed(0)}`;
+  }
+
+  /** The view as a picture, with legend, axes, scale bar and a text. @param {HTMLCanvasElement} picture @param {string} text */
+  copy(picture, text) {
+    this.paint(false);
+    const { width, height } = this.canvas;
+    // Films need even numbers of pixels.
+    [picture.width, picture.height] = [width - (width % 2), height - (height % 2)];
+    const ink = /** @type {CanvasRenderingContext2D} */ (picture.getContext("2d"));
+    const style = getComputedStyle(this.box);
+    const dense = width / this.canvas.clientWidth;
+    ink.fillStyle = style.backgroundColor;
+    ink.fillRect(0, 0, width, height);
+    ink.drawImage(this.canvas, 0, 0);
+    ink.drawImage(this.over, 0, 0);
+    ink.scale(dense, dense);
+    const wide = width / dense;
+    Object.assign(ink, { fillStyle: style.color, font: "12px system-ui, sans-serif", textBaseline: "top" });
+    ink.fillText(text, 12, height / dense - 24);
+    if (this.legend.hidden) return;
+    ink.fillText(this.what, wide - 136, 12);
+    colours(ink, wide - 136, 30, 120, 10);
+    ink.fillText(short(this.range[0]), wide - 136, 44);
+    ink.textAlign = "right";
+    ink.fillText(short(this.range[1]), wide - 16, 44);
   }
 
   soon() {
@@ -410,15 +454,21 @@ export class Viewer {
     this.due = requestAnimationFrame(() => { this.due = 0; this.paint(false); });
   }
 
+  aspect() {
+    return Math.max(this.canvas.clientWidth, 1) / Math.max(this.canvas.clientHeight, 1);
+  }
+
+  /** Distance of the camera from the middle of the domain. */
+  distance() {
+    const aspect = this.aspect();
+    return this.camera.zoom * (this.domain ? distanceToSee(this.domain, aspect) : this.ball.radius / (HALF * Math.min(1, aspect)));
+  }
+
   matrices() {
-    const { canvas, ball } = this;
-    const { azimuth, elevation, zoom, shift } = this.camera;
-    const aspect = Math.max(canvas.clientWidth, 1) / Math.max(canvas.clientHeight, 1);
-    const half = Math.tan(0.3);
-    const distance = (ball.radius * zoom) / (half * Math.min(1, aspect)) * 0.86;
-    const back = [Math.cos(elevation) * Math.cos(azimuth), Math.cos(elevation) * Math.sin(azimuth), Math.sin(elevation)];
-    const right = [-Math.sin(azimuth), Math.cos(azimuth), 0];
-    const up = [back[1] * right[2] - back[2] * right[1], back[2] * right[0] - back[0] * right[2], back[0] * right[1] - back[1] * right[0]];
+    const { ball } = this;
+    const { shift } = this.camera;
+    const [aspect, distance, half] = [this.aspect(), this.distance(), HALF];
+    const { back, right, up } = axes(this.camera);
     const reach = 2 * half * distance;
     const eye = [0, 1, 2].map((c) => ball.centre[c] + back[c] * distance + (right[c] * shift[0] + up[c] * shift[1]) * reach);
     /** @param {number[]} a */
@@ -485,6 +535,7 @@ export class Viewer {
       gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
       this.last = performance.now() - begin;
     }
+    this.mark(dense);
     canvas.dataset.frames = String(Number(canvas.dataset.frames ?? 0) + 1);
     canvas.dataset.ms = this.last.toFixed(0);
   }
@@ -511,6 +562,18 @@ export class Viewer {
     this.gl?.getExtension("WEBGL_lose_context")?.loseContext();
   }
 }
+
+/** Colours of the axes x, y and z, to be seen on light and dark. */
+const AXES = ["#d9534f", "#3c9a67", "#3f8fd0"];
+
+/** The scale of colours as a bar. @param {CanvasRenderingContext2D} ink @param {number} x @param {number} y @param {number} width @param {number} height */
+function colours(ink, x, y, width, height) {
+  for (let k = 0; k < width; k += 1) { ink.fillStyle = `rgb(${viridis(k / (width - 1)).join()})`; ink.fillRect(x + k, y, 1, height); }
+  ink.fillStyle = getComputedStyle(document.body).color;
+}
+
+/** @param {number} value */
+const short = (value) => String(Number(value.toPrecision(3)));
 
 /** @param {number} value @param {number} low @param {number} high */
 function clamp(value, low, high) {

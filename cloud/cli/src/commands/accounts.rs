@@ -224,6 +224,9 @@ pub(crate) struct User {
     /// The most that the user's runs and inputs may take, in MB, or `none`
     #[arg(long, value_name = "MB", value_parser = limit)]
     disk: Option<Limit>,
+    /// The most core hours that all runs of the user may spend, or `none`
+    #[arg(long, value_name = "H", value_parser = limit)]
+    core_hours: Option<Limit>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -310,7 +313,7 @@ impl User {
             (Some(UserCommand::Ls), _) | (None, None) => {
                 return self.server.list(&client.json("/users")?, |user| {
                     let usage = &user["usage"];
-                    let most = |key: &str, unit: u64| match usage[key].as_u64() {
+                    let most = |key: &str, unit: f64| match usage[key].as_f64() {
                         Some(most) => format!("of {}", most / unit),
                         None => "without limit".to_owned(),
                     };
@@ -320,12 +323,14 @@ impl User {
                         "user"
                     };
                     format!(
-                        "{:20} {role:5}  {} cores {}, {} MB {}",
+                        "{:20} {role:5}  {} cores {}, {} MB {}, {:.1} core hours {}",
                         text_of(&user["name"]),
                         usage["cores"],
-                        most("most_cores", 1),
+                        most("most_cores", 1.0),
                         usage["disk"].as_u64().unwrap_or(0) / 1_000_000,
-                        most("most_disk", 1_000_000),
+                        most("most_disk", 1e6),
+                        usage["core_seconds"].as_f64().unwrap_or(0.0) / 3600.0,
+                        most("most_core_seconds", 3600.0),
                     )
                 });
             }
@@ -333,7 +338,10 @@ impl User {
         };
         let users = client.json("/users")?;
         let known = (users.as_array().into_iter().flatten()).any(|user| user["name"] == *name);
-        let changes = self.admin.is_some() || self.cores.is_some() || self.disk.is_some();
+        let changes = self.admin.is_some()
+            || self.cores.is_some()
+            || self.disk.is_some()
+            || self.core_hours.is_some();
         let mut body = json!({"name": name});
         if self.password || !known || !changes {
             body["password"] = json!(read_password(&name)?);
@@ -346,6 +354,9 @@ impl User {
         }
         if let Some(Limit(disk)) = self.disk {
             body["disk"] = json!(disk.map(|megabytes| megabytes.saturating_mul(1_000_000)));
+        }
+        if let Some(Limit(hours)) = self.core_hours {
+            body["core_seconds"] = json!(hours.map(|hours| hours as f64 * 3600.0));
         }
         client.post("/users", &body)?;
         Ok(ExitCode::SUCCESS)

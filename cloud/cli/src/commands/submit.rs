@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
@@ -34,6 +35,9 @@ pub(crate) struct Submit {
     /// Threads that compute
     #[arg(long, default_value_t = 1)]
     threads: u32,
+    /// Stop each run after this time by the clock, with a checkpoint: 90s, 10m, 1h30m
+    #[arg(long, value_name = "TIME", value_parser = mercury_common::cli::duration)]
+    time_limit: Option<Duration>,
     /// A study, as `mercury-solve --sweep` makes it; may be repeated
     #[arg(long, value_name = "KEY=A,B,C")]
     sweep: Vec<String>,
@@ -192,6 +196,9 @@ impl Submit {
             if let Some(value) = value {
                 body[member] = json!(value);
             }
+        }
+        if let Some(limit) = self.time_limit {
+            body["time_limit"] = json!(limit.as_secs_f64());
         }
         if let Some(project) = &self.project {
             body["project"] = json!(project_id(&client, project)?);

@@ -1,12 +1,17 @@
 //! Limits of users: what they have, and what is reserved.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::MutexGuard;
 
+use cloud_api::Head;
 use cloud_api::answers::Usage;
 use rusqlite::{Connection, OptionalExtension, params};
 
 use super::{Db, Reserved, Result, has_user};
+
+fn hours(seconds: f64) -> f64 {
+    seconds / 3600.0
+}
 
 impl Db {
     /// Usage of a user, and its limits.
@@ -26,8 +31,8 @@ impl Db {
             "SELECT (SELECT coalesce(sum(threads), 0) FROM runs WHERE owner = ?1 AND state IN ('running', 'stopping')),
                (SELECT coalesce(sum(CASE WHEN state IN ('queued', 'running', 'stopping') THEN max(bytes, reserved) ELSE bytes END), 0)
                 FROM runs WHERE owner = ?1) + (SELECT coalesce(sum(bytes), 0) FROM inputs WHERE owner = ?1),
-               (SELECT coalesce(sum(core_seconds), 0) FROM runs WHERE owner = ?1), cores, disk,
-               (SELECT sum(cost) FROM runs WHERE owner = ?1) FROM users WHERE id = ?1",
+               (SELECT coalesce(sum(a.core_seconds), 0) FROM attempts a JOIN runs r ON r.id = a.run WHERE r.owner = ?1) + removed_core_seconds,
+               cores, disk, (SELECT sum(cost) FROM runs WHERE owner = ?1), core_seconds FROM users WHERE id = ?1",
         )?;
         let whole = |number: Option<i64>| number.map(|number| number as u64);
         let usage = query.query_row([user], |row| {
@@ -38,6 +43,7 @@ impl Db {
                 most_cores: whole(row.get(3)?),
                 most_disk: whole(row.get(4)?),
                 cost: row.get(5)?,
+                most_core_seconds: row.get(6)?,
             })
         });
         let mut usage = usage.optional()?.unwrap_or_default();
@@ -99,6 +105,27 @@ impl Db {
         rows.collect()
     }
 
+    /// Runs on their way that have used up a limit, each with a sentence that says which: the time of a run since it was submitted, resumed
+    /// or extended, or the core seconds of all runs of its user.
+    pub(crate) fn out_of_time(&self) -> Result<Vec<(String, String)>> {
+        let connection = self.lock();
+        let mut query = connection.prepare_cached(
+            "WITH over AS (SELECT id, core_seconds FROM users WHERE core_seconds IS NOT NULL AND core_seconds <= removed_core_seconds
+               + (SELECT coalesce(sum(a.core_seconds), 0) FROM attempts a JOIN runs o ON o.id = a.run WHERE o.owner = users.id))
+             SELECT r.id, r.time_limit, over.core_seconds FROM runs r LEFT JOIN over ON over.id = r.owner
+             WHERE r.state IN ('queued', 'running') AND r.wish = 'run' AND (over.id IS NOT NULL OR (r.time_limit IS NOT NULL
+               AND r.time_limit * r.threads <= (SELECT coalesce(sum(core_seconds), 0) FROM attempts WHERE run = r.id) - r.core_seconds_before)) ORDER BY r.number",
+        )?;
+        let rows = query.query_map([], |row| {
+            let why = match (row.get(2)?, row.get::<_, Option<f64>>(1)?) {
+                (Some(most), _) => format!("stopped: the {:.4} core hours of its user are spent. An administrator can grant more; then resume it", hours(most)),
+                (None, limit) => format!("stopped: it has run for its limit of {:.4} h. Resume it to let it run as long again", hours(limit.unwrap_or_default())),
+            };
+            Ok((row.get(0)?, why))
+        })?;
+        rows.collect()
+    }
+
     /// Bytes that a run may have by the limit of its owner: what others have not, and have not reserved.
     pub(crate) fn left_for(&self, id: &str) -> Result<Option<u64>> {
         let connection = self.lock();
@@ -111,10 +138,23 @@ impl Db {
         Ok(usage.most_disk.map(|most| most.saturating_sub(others)))
     }
 
-    /// Records the length of the files of a run while it runs.
-    pub(crate) fn set_bytes(&self, id: &str, bytes: u64) -> Result<()> {
+    /// Records the length of the files of a run, and the core seconds of its attempt, while it runs.
+    pub(crate) fn set_progress(&self, id: &str, epoch: u64, head: &Head) -> Result<()> {
+        let mut connection = self.lock();
+        let transaction = connection.transaction()?;
         let set = "UPDATE runs SET bytes=?2 WHERE id=?1";
-        self.lock().execute(set, params![id, bytes as i64])?;
-        Ok(())
+        transaction.execute(set, params![id, head.bytes() as i64])?;
+        let set = "UPDATE attempts SET core_seconds=?3 WHERE run=?1 AND epoch=?2 AND ended IS NULL";
+        transaction.execute(set, params![id, epoch as i64, head.core_seconds])?;
+        transaction.commit()
+    }
+
+    /// The most cores that users may have at once, of those that have a limit.
+    pub(crate) fn most_cores(&self) -> Result<BTreeMap<i64, u64>> {
+        let connection = self.lock();
+        let mut query =
+            connection.prepare_cached("SELECT id, cores FROM users WHERE cores IS NOT NULL")?;
+        let rows = query.query_map([], |row| Ok((row.get(0)?, row.get::<_, i64>(1)? as u64)))?;
+        rows.collect()
     }
 }

@@ -1,6 +1,12 @@
 //! Tests of the database.
 
+use cloud_api::Head;
+use cloud_api::head::{Cause, Ending};
+use cloud_api::lifecycle::RunEvent;
 use cloud_engine::Local;
+use rusqlite::params;
+
+use crate::secrets::Caller;
 
 use super::contents::INPUTS;
 use super::*;
@@ -27,7 +33,93 @@ fn new<'a>(id: &'a str, key: Option<(&'a str, &'a str)>) -> NewRun<'a> {
         study: None,
         project: None,
         reserved: 0,
+        time_limit: None,
     }
+}
+
+/// A run has its limit of time anew when it is resumed; a user has core hours for all runs, also those that were removed.
+#[test]
+fn runs_stop_at_their_time_and_at_the_core_hours_of_their_user() {
+    let (_folder, db) = db();
+    let engine = Local::new(1, "", "");
+    let limited = NewRun {
+        threads: 2,
+        time_limit: Some(10.0),
+        ..new("a", None)
+    };
+    let other = NewRun {
+        owner: 2,
+        ..new("c", None)
+    };
+    db.insert(&[limited, new("b", None), other], None).unwrap();
+    let done = |id: &str, event: &RunEvent, head: Option<&Head>| {
+        let applied = db.apply(id, event, head, &engine).unwrap();
+        assert!(matches!(applied, Applied::Done(..)), "{event:?}");
+    };
+    let head = |epoch, core_seconds| Head {
+        epoch,
+        core_seconds,
+        ..Head::default()
+    };
+    let spent = |epoch, seconds| db.set_progress("a", epoch, &head(epoch, seconds)).unwrap();
+    let out = || -> Vec<String> {
+        let out = db.out_of_time().unwrap();
+        out.into_iter().map(|(id, _)| id).collect()
+    };
+    let ended = |cause| {
+        let (code, message) = (None, String::new());
+        RunEvent::Ended(
+            Ending {
+                cause,
+                code,
+                message,
+            },
+            5,
+        )
+    };
+    done("a", &RunEvent::Launched, None);
+    // Two threads spend 20 core seconds in 10 s.
+    spent(1, 19.9);
+    assert!(out().is_empty());
+    // Another attempt goes on where the lost one was.
+    done("a", &ended(Cause::Lost), Some(&head(1, 19.9)));
+    db.lock()
+        .execute("UPDATE runs SET not_before = 0", [])
+        .unwrap();
+    done("a", &RunEvent::Launched, None);
+    spent(2, 0.1);
+    assert_eq!(out(), ["a"]);
+    let (_, why) = &db.out_of_time().unwrap()[0];
+    assert!(why.contains("limit of 0.0028 h"), "{why}");
+    db.stop_for("a", why, &engine).unwrap();
+    assert!(out().is_empty(), "it was stopped already");
+    done("a", &ended(Cause::User), Some(&head(2, 0.1)));
+    let (.., row, _) = db.run("a").unwrap().unwrap();
+    assert_eq!((&row.message, row.core_seconds), (why, 20.0));
+    // Resumed, it has as long again.
+    done("a", &RunEvent::Resume, None);
+    assert_eq!(db.run("a").unwrap().unwrap().2.message, "");
+    done("a", &RunEvent::Launched, None);
+    spent(3, 19.9);
+    assert!(out().is_empty());
+    // The user has 39.9 core seconds; what waits does not begin.
+    let grant = |seconds: f64| {
+        let set = "UPDATE users SET core_seconds = ?1 WHERE id = 1";
+        db.lock().execute(set, [seconds]).unwrap();
+    };
+    grant(40.0);
+    assert!(out().is_empty());
+    grant(39.9);
+    assert_eq!(out(), ["a", "b"]);
+    db.stop_for("b", "hours", &engine).unwrap();
+    assert_eq!(db.run("b").unwrap().unwrap().2.message, "hours");
+    done("a", &RunEvent::Stop, None);
+    done("a", &ended(Cause::User), Some(&head(3, 19.9)));
+    let before = db.usage(1).unwrap();
+    assert!((before.core_seconds - 39.9).abs() < 1e-9 && before.most_core_seconds == Some(39.9));
+    assert!(matches!(db.delete("a").unwrap(), Deleted::Done(_)));
+    assert!((db.usage(1).unwrap().core_seconds - 39.9).abs() < 1e-9);
+    assert_eq!(db.usage(2).unwrap().core_seconds, 0.0);
 }
 
 /// A user with 100 bytes: runs and uploads reserve what they are expected to take, and what does not fit changes nothing.
@@ -53,7 +145,8 @@ fn what_is_reserved_never_exceeds_a_limit() {
     assert_eq!(db.usage(1).unwrap().disk, 80);
     // The run takes more than was expected.
     assert!(db.over_limit().unwrap().is_empty());
-    db.set_bytes("a", 81).unwrap();
+    let grown = "UPDATE runs SET bytes = 81 WHERE id = 'a'";
+    db.lock().execute(grown, []).unwrap();
     assert_eq!(db.over_limit().unwrap(), [1]);
 }
 

@@ -11,10 +11,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::extract::{DefaultBodyLimit, FromRequest, Query, Request, State};
-use axum::http::StatusCode;
+use axum::http::{Extensions, HeaderMap, StatusCode, Version, header};
 use axum::routing::{delete, get, post, put};
 use axum::{Json, Router, middleware};
-use tower_http::compression::CompressionLayer;
+use tower_http::compression::{CompressionLayer, DefaultPredicate, Predicate};
 
 use crate::access::{ApiError, guard};
 use crate::state::App;
@@ -84,6 +84,11 @@ impl<T: serde::de::DeserializeOwned, S: Send + Sync> axum::extract::FromRequestP
     }
 }
 
+/// Whether an answer may be compressed: a download has a length and can be resumed, which what is compressed on its way cannot.
+fn is_no_download(_: StatusCode, _: Version, headers: &HeaderMap, _: &Extensions) -> bool {
+    !headers.contains_key(header::ACCEPT_RANGES)
+}
+
 /// All paths.
 pub(crate) fn router(app: Arc<App>) -> Router {
     let run = Router::new()
@@ -142,6 +147,7 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         )
         .route("/inputs", get(input_list))
         .route("/templates", get(template_list))
+        .route("/schema", get(scene_schema))
         .route("/events", get(events))
         .route("/users/{name}", delete(accounts::user_remove))
         .route(
@@ -164,7 +170,11 @@ pub(crate) fn router(app: Arc<App>) -> Router {
                 .delete(input_remove),
         )
         .fallback(|| async { ApiError::not_found() })
-        .layer(CompressionLayer::new().gzip(true));
+        .layer(
+            CompressionLayer::new()
+                .gzip(true)
+                .compress_when(DefaultPredicate::new().and(is_no_download)),
+        );
     Router::new()
         .nest("/api/v1", api)
         .route("/healthz", get(|| async { "ok\n" }))

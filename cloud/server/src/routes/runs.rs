@@ -279,6 +279,7 @@ pub(crate) async fn run_clone(
             title: Some(row.title),
             label,
             threads: spec.threads,
+            time_limit: row.time_limit,
             result: spec.result,
             project: row
                 .project

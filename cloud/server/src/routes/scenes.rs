@@ -219,3 +219,10 @@ pub(crate) async fn input_remove(
 pub(crate) async fn template_list(State(app): Shared, Anyone(_): Anyone) -> Answer<Vec<Template>> {
     Ok(Json(app.templates.clone()))
 }
+
+/// The JSON schema of scenes.
+#[utoipa::path(get, path = "/api/v1/schema", responses((status = 200, body = Object)))]
+pub(crate) async fn scene_schema(State(app): Shared, Anyone(_): Anyone) -> impl IntoResponse {
+    let kind = (header::CONTENT_TYPE, "application/json");
+    ([kind], app.schema.clone())
+}
