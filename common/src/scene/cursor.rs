@@ -62,6 +62,7 @@ fn default_name(path: &str) -> Option<String> {
         "fluxes" => "flux",
         "membranes" => "membrane",
         "holds" => "hold",
+        "bonds" => "bond",
         _ => return None,
     };
     let index: usize = index.parse().ok()?;

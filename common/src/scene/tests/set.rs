@@ -278,6 +278,9 @@ total = { number = 2000 }
 region = { shape = "sphere", origin = [0, 0, 0], radius = 1 }
 [[fluxes]]
 plane = { point = [0, 0, 0], normal = [0, 0, 1] }
+[[bonds]]
+law = "beam"
+youngs_modulus = 1e6
 "#;
     let parse =
         |overrides: &[String]| parse_scene(Path::new("a.toml"), text, overrides, Files::Unchecked);
@@ -292,6 +295,7 @@ plane = { point = [0, 0, 0], normal = [0, 0, 1] }
     assert_eq!(*scene.insertions[0].name, "insertion-1");
     assert_eq!(*scene.deletions[0].name, "deletion-1");
     assert_eq!(*scene.fluxes[0].name, "flux-1");
+    assert_eq!(*scene.bonds[0].name, "bond-1");
     // By its number it can be set.
     let scene = parse(&["insertions.0.total.number=7".to_owned()])
         .unwrap_or_else(|errors| panic!("{errors}"));

@@ -52,6 +52,8 @@ pub(super) struct ContactBatch<'a> {
     /// The particles of every slot of the chunk.
     pub(super) a: [&'a Particle; ROOM],
     pub(super) b: [&'a Particle; ROOM],
+    /// Whether glued pairs are among them, whose reach is less than R_A + R_B.
+    pub(super) has_glued: bool,
     pub(super) numbers: &'a mut BatchColumns,
 }
 
@@ -150,6 +152,7 @@ impl<'a> ContactBatch<'a> {
         Self {
             a: [filler; ROOM],
             b: [filler; ROOM],
+            has_glued: false,
             numbers,
         }
     }
@@ -347,7 +350,8 @@ impl<'a> ContactBatch<'a> {
         is_deep != 0
     }
 
-    /// Geometry and kinematics of the contacts from `base` on, whose slots are `at`, and the lever arms R - overlap/2 of both.
+    /// Geometry and kinematics of the contacts from `base` on, whose slots are `at`, and the lever arms R - (R_A + R_B - distance)/2 of both: together the
+    /// distance, so that friction keeps angular momentum.
     #[inline(always)]
     pub(super) fn meet<L: Real, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw>(
         &self,
@@ -363,11 +367,17 @@ impl<'a> ContactBatch<'a> {
             self.numbers.overlap.at(base),
         );
         let normal: Vector<L> = columns(&self.numbers.normal, base);
-        let half = overlap * 0.5;
-        let levers = [
-            L::from_lanes(|k| a(k).radius) - half,
-            L::from_lanes(|k| b(k).radius) - half,
+        let radii = [
+            L::from_lanes(|k| a(k).radius),
+            L::from_lanes(|k| b(k).radius),
         ];
+        let geometric = if self.has_glued {
+            radii[0] + radii[1] - distance
+        } else {
+            overlap
+        };
+        let half = geometric * 0.5;
+        let levers = [radii[0] - half, radii[1] - half];
         let centre_velocity: Vector<L> = columns(&self.numbers.velocity, base);
         let normal_velocity = centre_velocity.dot(normal);
         let (mut tangential_velocity, mut spin) = (Vector::ZERO, Vector::ZERO);

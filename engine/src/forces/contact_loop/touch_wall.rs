@@ -30,7 +30,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
     ) {
         let (context, side, sheet) = (self.context, at.side, at.sheet);
         let reach = a.radius + side.wall.half_thickness();
-        let mut overlap = reach - at.touch.distance;
+        let geometric = reach - at.touch.distance;
+        let mut overlap = geometric;
         if let Some(offsets) = context.offsets {
             let (row, wall) = (side.near.row, side.near.wall.number());
             let offset = offsets.at_wall(row, u32::from(wall));
@@ -48,7 +49,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         if !overlaps && has_no_memory && !self.films_meet(a, at, overlap) {
             return;
         }
-        let meeting = self.meet_wall(a, at, overlap);
+        let meeting = self.meet_wall(a, at, [geometric, overlap]);
         let contact = &meeting.contact;
         let touches = overlaps || A::JOINS && law.touches(contact, &slot.history);
         let (before, touched) = (slot.history, slot.state & TOUCHING != 0);
@@ -129,9 +130,14 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         })
     }
 
-    /// Geometry of a contact with a wall, and the motion of both at it.
+    /// Geometry of a contact with a wall, and the motion of both at it. Overlaps (m): that of the shapes, which sets the lever, and that which counts.
     #[inline(always)]
-    fn meet_wall(&self, a: &Particle, at: &WallTouch<'_>, overlap: f64) -> WallMeeting {
+    fn meet_wall(
+        &self,
+        a: &Particle,
+        at: &WallTouch<'_>,
+        [geometric, overlap]: [f64; 2],
+    ) -> WallMeeting {
         let WallTouch {
             side, sheet, touch, ..
         } = *at;
@@ -145,7 +151,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         // A sheet answers with its own mass, and is touched where it is: the lever of the particle and the shares of the vertices mean the
         // same point.
         let (effective_mass, lever) = match sheet {
-            None => (effective_mass, a.radius - 0.5 * overlap),
+            None => (effective_mass, a.radius - 0.5 * geometric),
             Some(sheet) => (
                 1.0 / (1.0 / effective_mass + sheet.inverse_mass),
                 touch.distance,
