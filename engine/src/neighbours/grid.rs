@@ -354,7 +354,7 @@ impl Grid {
         around
     }
 
-    /// What lies about the line of cells that is `b` along the middle and `c` along the slowest axis of a brick, as far as it comes later.
+    /// Finds the later cells about the line of cells that is `b` along the middle and `c` along the slowest axis of a brick.
     pub(super) fn later_lines(
         &self,
         brick: usize,
@@ -445,7 +445,7 @@ impl Grid {
 /// Bricks about a brick, by their places along the slowest, the middle and the fastest axis.
 pub(super) type Around = [[[Option<usize>; 3]; 3]; 3];
 
-/// What lies about a line of cells, as far as it comes later in the order of rows, by indices of cells.
+/// Cells about a line of cells that come later in the order of rows, by their indices.
 #[derive(Debug, Default)]
 pub(super) struct LaterLines {
     /// First cells of the lines beside it.
