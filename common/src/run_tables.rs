@@ -365,9 +365,30 @@ pub static ENERGIES: TableSpec = TableSpec {
     },
 };
 
+/// Looks at the results that end a run.
+pub static RESULTS: TableSpec = TableSpec {
+    file: "results.csv",
+    row_of: "result of `time.until`, each time when it was looked at (not each output time)",
+    from: "`time.until` in the scene",
+    columns: columns! {
+        Value "time" ["s"]: "";
+        Label "name" [""]: "of the result";
+        Label "unit" [""]: "of the next five columns; `1` of a plain number";
+        Value "value" [""]: "of the rows up to that time";
+        Value "error" [""]: "one standard error";
+        Value "low" "high" [""]: "ends of the 95 % interval";
+        Value "wanted" [""]: "the error at which the result is known";
+        Value "batches" ["1"]: "independent batches";
+        Value "from" "to" ["s"]: "times of the first and the last row that count";
+        Value "steady" ["1"]: "1: the rows are steady behind the start-up that was cut, else 0";
+        Value "more" ["s"]: "how much longer the run goes on, by an error that falls as one over the root of the time; 0: the result is known at this look";
+    },
+};
+
 /// All tables with commas between their columns.
-pub static ALL: [&TableSpec; 11] = [
+pub static ALL: [&TableSpec; 12] = [
     &WALLS, &REGIONS, &FLUX, &LEFT, &TRACK, &BUDGET, &LIQUID, &BREAKS, &WEAR, &MEMBRANES, &HOLDS,
+    &RESULTS,
 ];
 
 #[cfg(test)]

@@ -57,8 +57,37 @@ pub enum RunEvent {
         /// All growing files, with their valid bytes.
         outputs: Vec<OutputFile>,
     },
+    /// A result that ends the run was looked at.
+    Result(ResultLook),
     /// No more events follow.
     Over,
+}
+
+/// What a look at a result of `time.until` found; numbers without another unit are in `unit`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ResultLook {
+    /// Name of the result.
+    pub name: String,
+    /// Its unit; `1` of a plain number.
+    pub unit: String,
+    /// Time of the last row, s.
+    pub time: f64,
+    /// Its value.
+    pub value: f64,
+    /// One standard error.
+    pub error: f64,
+    /// The 95 % interval.
+    pub interval: [f64; 2],
+    /// The error at which it is known.
+    pub wanted: f64,
+    /// Independent batches.
+    pub batches: f64,
+    /// Times of the first and the last row that count, s.
+    pub window: [f64; 2],
+    /// Whether the rows are steady behind the start-up.
+    pub is_steady: bool,
+    /// Estimate of how much longer the run goes on, s; 0: the result is known.
+    pub more: f64,
 }
 
 /// The present task of a run. Shared by the run and its observers; changes no result.

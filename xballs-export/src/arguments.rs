@@ -261,6 +261,7 @@ pub(crate) enum TableName {
     Wear,
     Membranes,
     Holds,
+    Results,
 }
 
 impl TableName {
@@ -283,6 +284,7 @@ impl TableName {
             Self::Wear => Err(&run_tables::WEAR),
             Self::Membranes => Err(&run_tables::MEMBRANES),
             Self::Holds => Err(&run_tables::HOLDS),
+            Self::Results => Err(&run_tables::RESULTS),
         }
     }
 }

@@ -236,6 +236,15 @@ fn write_lines(shared: &Shared, task_progress: &TaskProgress, events: &Receiver<
                     "outputs": listed(&outputs),
                 }),
             ),
+            Ok(RunEvent::Result(found)) => shared.line(
+                "result",
+                json!({
+                    "name": found.name, "time": found.time, "value": found.value, "unit": found.unit,
+                    "error": found.error, "interval": found.interval, "batches": found.batches,
+                    "window": found.window, "steady": found.is_steady,
+                    "wanted": found.wanted, "more": found.more,
+                }),
+            ),
             Ok(RunEvent::Over) | Err(RecvTimeoutError::Disconnected) => return,
             Err(RecvTimeoutError::Timeout) => {}
         }

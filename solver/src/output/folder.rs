@@ -8,6 +8,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use mercury_common::paraview::Series;
+use mercury_common::run_tables::RESULTS;
 use mercury_common::scene::is_json;
 use mercury_common::whole_file::{FileError, TEMPORARY, write_whole};
 
@@ -99,6 +100,8 @@ const ENDINGS: &[&str] = &[
     "clumps.arrow",
     "0.restart",
     "1.restart",
+    // Written as a whole at each look.
+    RESULTS.file,
     "final.png",
     "final.svg",
     "energy.png",

@@ -3,10 +3,14 @@
 use std::f64::consts::TAU;
 use std::path::Path;
 
+use mercury_common::formats::delimited::push_line;
+use mercury_common::formats::table_head;
 use mercury_common::readable::{rounded, significant};
+use mercury_common::run_tables::RESULTS;
 use mercury_common::scene::{Scene, SceneError, SceneErrors, Until, nearest};
 use mercury_common::statistics::{FIRST_LOOK, Look, Looks};
 use mercury_common::units::{Dimension, Quantity};
+use mercury_engine::task::ResultLook;
 use mercury_engine::walls::Component;
 
 use super::NamedResult;
@@ -93,6 +97,8 @@ pub struct Aims {
     looks: Looks,
     /// Time of the row at which the results were found to be known, s.
     known_at: Option<f64>,
+    /// What all looks found, in their order.
+    found: Vec<ResultLook>,
 }
 
 /// What a look found of a result.
@@ -100,8 +106,18 @@ pub struct Aims {
 struct Seen {
     value: f64,
     look: Look,
-    /// Length of the window, s.
-    length: f64,
+    interval: [f64; 2],
+    /// Times of the first and the last row that count, s.
+    window: [f64; 2],
+}
+
+impl Seen {
+    /// How much longer the run goes on until the error is the wanted one, s: its square falls as 1/T.
+    fn more(&self, wanted: f64) -> f64 {
+        let [from, to] = self.window;
+        let factor = self.look.counted_error() / wanted;
+        (to - from) * (factor * factor - 1.0).max(0.1)
+    }
 }
 
 /// The results of a scene's `[results]`, and those that end its run.
@@ -225,6 +241,7 @@ impl Aims {
             rows: 0,
             looks: Looks::from_row(FIRST_LOOK),
             known_at: None,
+            found: Vec::new(),
         })
     }
 
@@ -278,24 +295,74 @@ impl Aims {
         time + slack(time) >= begins && self.looks.is_due(self.rows) && !self.is_known()
     }
 
-    /// Looks at the files of a run up to a time (s).
-    pub(crate) fn look(&mut self, folder: &Path, prefix: &str, time: f64) {
+    /// Looks at the files of a run up to a time (s); returns what it finds of the results that have an error.
+    pub(crate) fn look(&mut self, folder: &Path, prefix: &str, time: f64) -> &[ResultLook] {
         let settled = self.settled.time;
-        let holds = |aim: &Aim| {
-            let seen = aim.seen(folder, prefix, settled, time);
-            seen.is_some_and(|seen| seen.look.is_known_to(aim.wanted.at(seen.value)))
-        };
-        let all_hold = self.aims.iter().all(holds);
+        let before = self.found.len();
+        let mut all_hold = true;
+        for aim in &self.aims {
+            let Some(seen) = aim.seen(folder, prefix, settled, time) else {
+                all_hold = false;
+                continue;
+            };
+            let wanted = aim.wanted.at(seen.value);
+            let holds = seen.look.is_known_to(wanted);
+            all_hold &= holds;
+            self.found.push(ResultLook {
+                name: aim.result.name.clone(),
+                unit: aim.result.unit(),
+                time,
+                value: seen.value,
+                error: seen.look.error,
+                interval: seen.interval,
+                wanted,
+                batches: seen.look.independent,
+                window: seen.window,
+                is_steady: seen.look.is_steady,
+                more: if holds { 0.0 } else { seen.more(wanted) },
+            });
+        }
         if self.looks.note(self.rows, all_hold) {
             self.known_at = Some(time);
         }
+        &self.found[before..]
+    }
+
+    /// Content of [`RESULTS`]: a row for each result at each look.
+    #[must_use]
+    pub(crate) fn table(&self) -> Vec<u8> {
+        let columns = RESULTS.columns.iter();
+        let mut text =
+            table_head::line(columns.map(|column| (column.name, column.unit))).into_bytes();
+        for found in &self.found {
+            let numbers =
+                |numbers: &[f64]| numbers.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>();
+            let [low, high] = found.interval;
+            let [from, to] = found.window;
+            let mut row = numbers(&[found.time]);
+            row.extend([found.name.clone(), found.unit.clone()]);
+            row.extend(numbers(&[
+                found.value,
+                found.error,
+                low,
+                high,
+                found.wanted,
+                found.batches,
+                from,
+                to,
+            ]));
+            row.push(u8::from(found.is_steady).to_string());
+            row.extend(numbers(&[found.more]));
+            push_line(&mut text, &row);
+        }
+        text
     }
 
     /// Makes the looks of a run again that wrote rows at these times (s), from its files.
     pub(crate) fn replay(&mut self, folder: &Path, prefix: &str, times: impl Iterator<Item = f64>) {
         for time in times {
             if self.count_row(time) {
-                self.look(folder, prefix, time);
+                let _ = self.look(folder, prefix, time);
             }
         }
     }
@@ -309,11 +376,7 @@ impl Aims {
             let wanted = seen.as_ref().map(|seen| aim.wanted.at(seen.value));
             let reached = self.is_known();
             let more = match (&seen, wanted) {
-                (Some(seen), Some(wanted)) if !reached && wanted > 0.0 => {
-                    // The square of an error falls as 1/T.
-                    let factor = seen.look.counted_error() / wanted;
-                    Some(seen.length * (factor * factor - 1.0).max(0.1))
-                }
+                (Some(seen), Some(wanted)) if !reached && wanted > 0.0 => Some(seen.more(wanted)),
                 _ => None,
             };
             if !reached {
@@ -344,7 +407,7 @@ impl Aim {
             .ok()?;
         let known = &measured.estimate;
         let (error, [low, high]) = (known.error?, known.interval?);
-        let [from, to] = known.window?;
+        let window = known.window?;
         let look = Look {
             error,
             half_width: 0.5 * (high - low),
@@ -355,7 +418,8 @@ impl Aim {
         Some(Seen {
             value: measured.value,
             look,
-            length: to - from,
+            interval: [low, high],
+            window,
         })
     }
 

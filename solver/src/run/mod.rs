@@ -18,12 +18,13 @@ mod time_left;
 mod trial;
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use mercury_common::readable::duration;
+use mercury_common::run_tables::RESULTS;
 use mercury_common::whole_file::write_whole;
 
 pub use budget::Budget;
@@ -250,6 +251,12 @@ pub fn run_from(
     result
 }
 
+/// Writes the table of looks as a whole: a run that goes on has made its looks again.
+fn write_results(folder: &Path, prefix: &str, aims: &Aims) -> Result<(), OutputError> {
+    let path = folder.join(format!("{prefix}.{}", RESULTS.file));
+    write_whole(&path, &aims.table()).map_err(OutputError::from)
+}
+
 /// Times (s) of the rows that a run has written by a step, the start included.
 fn rows_until(plan: &Plan, step: u64) -> impl Iterator<Item = f64> {
     let dt = plan.physics().time_step;
@@ -465,6 +472,7 @@ impl Run {
         if let Some(aims) = &mut aims {
             let times = rows_until(&plan, engine.steps());
             aims.replay(folder, plan.outputs().prefix(), times);
+            write_results(folder, plan.outputs().prefix(), aims)?;
         }
         let dt = plan.physics().time_step;
         let are_known = |aims: &Aims| aims.have_ended(engine.time(), dt);
@@ -722,8 +730,13 @@ impl Run {
         if self.writer.positions().is_none() {
             return false;
         }
-        let folder = &self.options.folder;
-        aims.look(folder, self.plan.outputs().prefix(), time);
+        let (folder, prefix) = (&self.options.folder, self.plan.outputs().prefix());
+        for found in aims.look(folder, prefix, time) {
+            let event = RunEvent::Result(found.clone());
+            self.options.task_progress.report(event);
+        }
+        // It is written again at the end, and an error reported.
+        let _ = write_results(folder, prefix, aims);
         true
     }
 
@@ -846,6 +859,7 @@ impl Run {
             };
             report.summary.results = self.options.results.iter().map(read).collect();
             if let Some(aims) = &self.aims {
+                write_results(folder, prefix, aims)?;
                 let (until, warnings) = aims.summary(folder, prefix);
                 report.summary.until = until;
                 report.summary.warnings.extend(warnings);

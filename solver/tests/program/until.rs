@@ -59,10 +59,9 @@ fn run(folder: &Path, arguments: &[&str]) {
 #[test]
 fn a_run_ends_when_its_result_is_known() {
     let folder = folder_with("gas.toml", GAS);
-    run(
-        folder.path(),
-        &["gas.toml", "--quiet", "--threads", "2", "--fixed-threads"],
-    );
+    let arguments = ["gas.toml", "--quiet", "--threads", "2", "--fixed-threads"];
+    let reported = [&arguments[..], &["--progress", "events"]].concat();
+    run(folder.path(), &reported);
     let whole = summary(&folder.path().join("gas"));
     assert_eq!(whole["status"], "finished");
     let until = &whole["until"][0];
@@ -77,6 +76,36 @@ fn a_run_ends_when_its_result_is_known() {
     assert!(number("error") <= 0.081 * number("value").abs());
     let end = whole["time"].as_f64().unwrap();
     assert!((0.64..200.0).contains(&end), "{end}");
+
+    // A row and an event for each look; it is known at the last two.
+    let table = fs::read_to_string(folder.path().join("gas/gas.results.csv")).unwrap();
+    let head =
+        "time [s],name,unit,value,error,low,high,wanted,batches,from [s],to [s],steady,more [s]";
+    assert_eq!(table.lines().next(), Some(head));
+    let rows: Vec<Vec<&str>> = (table.lines().skip(1))
+        .map(|line| line.split(',').collect())
+        .collect();
+    let events = fs::read_to_string(folder.path().join("events")).unwrap();
+    let events: Vec<Value> = (events.lines())
+        .map(|line| serde_json::from_str::<Value>(line).unwrap())
+        .filter(|event| event["event"] == "result")
+        .collect();
+    assert_eq!(events.len(), rows.len());
+    for (row, event) in rows.iter().zip(&events) {
+        let number = |column: usize| row[column].parse::<f64>().unwrap();
+        assert_eq!((row[1], row[2]), ("load", "N"));
+        let members = ["time", "value", "error", "wanted", "batches", "more"]
+            .map(|name| event[name].as_f64().unwrap());
+        assert_eq!(members, [0, 3, 4, 7, 8, 12].map(number));
+        assert!(number(5) < number(3) && number(3) < number(6));
+    }
+    let known: Vec<bool> = rows.iter().map(|row| row[12] == "0.0").collect();
+    assert!(
+        known.ends_with(&[true, true])
+            && !known[..known.len() - 2]
+                .windows(2)
+                .any(|two| two == [true, true])
+    );
 
     // Stopped in the middle, and one step after the result was known: the same bytes.
     for stop in [0.4 * end, end - 1e-4] {
@@ -98,7 +127,7 @@ fn a_run_ends_when_its_result_is_known() {
             "1",
         ];
         run(folder.path(), &on);
-        for file in ["gas.walls.csv", "gas.ene", "gas.data"] {
+        for file in ["gas.walls.csv", "gas.ene", "gas.data", "gas.results.csv"] {
             let [one, other] =
                 ["gas", "again"].map(|run| fs::read(folder.path().join(run).join(file)).unwrap());
             assert!(one == other, "{file}, {stop}");
