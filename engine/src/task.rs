@@ -63,7 +63,7 @@ pub enum RunEvent {
     Over,
 }
 
-/// What a look at a result of `time.until` found; numbers without another unit are in `unit`.
+/// Finding of a look at a result of `time.until`; numbers without another unit are in `unit`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResultLook {
     /// Name of the result.

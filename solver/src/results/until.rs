@@ -97,7 +97,7 @@ pub struct Aims {
     looks: Looks,
     /// Time of the row at which the results were found to be known, s.
     known_at: Option<f64>,
-    /// What all looks found, in their order.
+    /// Findings of all looks, in their order.
     found: Vec<ResultLook>,
 }
 
