@@ -333,7 +333,7 @@ fn with_variants(text: &str) -> String {
                 let value_of = line.strip_prefix(word).map(str::trim_start);
                 value_of.is_some_and(|rest| rest.starts_with(&format!("= {value}")))
             };
-            if scene[begin..end].lines().any(names_it) {
+            if is_absent(table, variant) || scene[begin..end].lines().any(names_it) {
                 continue;
             }
             let needed = table.keys.iter().copied().flatten();
@@ -341,7 +341,6 @@ fn with_variants(text: &str) -> String {
             let mut entry = format!("{head}\n{word} = {value}   # {}\n", variant.text);
             for key in needed.chain(variant.keys.iter().copied().flatten()) {
                 let example = match key.kind {
-                    _ if key.name == "name" => &value,
                     Kind::Material => &material,
                     _ => key.example,
                 };
@@ -380,7 +379,7 @@ fn a_variant_that_the_scene_lacks_is_added_to_its_list() {
     let without = format!("{}{}", &text[..begin], &text[end..]);
     let added = with_keys(&without);
     assert!(added.contains(
-        "\n[[walls]]\nshape = \"sphere\"   # a sphere\nname = \"sphere\"\nmaterial = \"a\"\n"
+        "\n[[walls]]\nshape = \"sphere\"   # a sphere\nmaterial = \"a\"\norigin = [0, 0, 0]\n"
     ));
     assert_eq!(with_keys(&added), added);
 }
