@@ -38,6 +38,7 @@ mod behind;
 mod cone;
 mod cylinder;
 mod disc;
+mod drive;
 mod error;
 mod films;
 mod images;
@@ -68,6 +69,7 @@ mod wall;
 pub use cone::Cone;
 pub use cylinder::Cylinder;
 pub use disc::Disc;
+pub use drive::Drive;
 pub use error::WallError;
 pub use films::{WallFilmPlan, WallFilms, WallPlace, film_at};
 pub use mesh::{

@@ -58,6 +58,8 @@ pub enum Component {
     },
     /// A shift that follows a force.
     Servo(Servo),
+    /// As another program drives it, window by window; it has no other motion then.
+    External,
 }
 
 impl Component {
@@ -105,6 +107,7 @@ impl Component {
                 not_negative("max_speed", servo.max_speed)?;
                 period = Some((servo.from, servo.until));
             }
+            Self::External => {}
         }
         if let Some((from, until)) = period {
             finite("from", from)?;
@@ -141,6 +144,7 @@ impl Component {
             } => *amplitude == DVec3::ZERO || *frequency == 0.0 || from == until,
             Self::Table { table, .. } => table.is_zero(),
             Self::Servo(servo) => servo.max_speed == 0.0 || servo.from == servo.until,
+            Self::External => false,
         }
     }
 
@@ -155,6 +159,7 @@ impl Component {
                 times.map(|row| row.map_or(0.0, |row| row.time))
             }
             Self::Servo(servo) => servo.window(),
+            Self::External => [0.0, f64::INFINITY],
         }
     }
 
@@ -190,6 +195,7 @@ impl Component {
                 Pose::about(*origin, by_vector(rotation_vector), displacement)
             }
             Self::Servo(servo) => servo.pose(driven),
+            Self::External => Pose::IDENTITY,
         }
     }
 
@@ -239,6 +245,7 @@ impl Component {
                 }
             }
             Self::Servo(servo) => servo.velocity(driven),
+            Self::External => RigidVelocity::REST,
         }
     }
 
@@ -307,6 +314,8 @@ impl Component {
                 }
                 (servo.max_speed, ball.grown(servo.max_speed * duration))
             }
+            // Not known before the run.
+            Self::External => (0.0, ball),
         }
     }
 }
@@ -378,6 +387,12 @@ impl Motion {
         }
     }
 
+    /// Whether another program drives the wall.
+    #[must_use]
+    pub fn is_external(&self) -> bool {
+        self.components.contains(&Component::External)
+    }
+
     /// Whether the wall stays where the scene puts it, for ever.
     #[must_use]
     pub fn is_static(&self) -> bool {
@@ -398,6 +413,7 @@ impl Motion {
         self.components.iter().all(|component| match component {
             Component::Rotation { axis, .. } => is_along(*axis),
             Component::Table { table, .. } => table.turns().all(is_along),
+            Component::External => false,
             _ => true,
         })
     }
