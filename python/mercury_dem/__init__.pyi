@@ -226,13 +226,13 @@ class Run:
         threads: int | None = None,
         replace: bool = False,
         resume: bool = False,
-        checkpoint_every: float | None = 600.0,
+        checkpoint_every: float | None = ...,
     ) -> Run:
         """Begins a run in the folder `output`; without it, in a temporary folder that goes with the object.
 
         `set`: keys of the scene to replace. `results`: definitions by name, as `--result`. `threads`: at most so many; the results do not
         depend on them. `replace`: an earlier run in the folder is removed; `resume`: it goes on. `checkpoint_every`: seconds of the clock
-        between checkpoints, None: none are written."""
+        between checkpoints, 600 by default; None: none are written."""
 
     @property
     def time(self) -> float:
@@ -270,12 +270,12 @@ class Run:
         wall: str,
         *,
         place: Sequence[float],
-        turn: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
-        velocity: Sequence[float] = (0.0, 0.0, 0.0),
-        angular_velocity: Sequence[float] = (0.0, 0.0, 0.0),
+        turn: Sequence[float] = ...,
+        velocity: Sequence[float] = ...,
+        angular_velocity: Sequence[float] = ...,
     ) -> None:
         """Drives a wall with `motion = "external"` during the next `advance`: its reference point goes on with `velocity` (m/s) and is at the
-        end at `place` (m); the wall turns with `angular_velocity` (rad/s) to `turn`, a quaternion w, x, y, z since the start."""
+        end at `place` (m); the wall turns with `angular_velocity` (rad/s) to `turn`, a quaternion w, x, y, z since the start. By default it rests, not turned."""
 
     def wall_load(self, wall: str) -> tuple[list[float], list[float]]:
         """Force (N) and torque (N m) of the particles on a wall, six numbers: in the last step, and the mean over the last `advance`. For scenes
@@ -321,11 +321,11 @@ class Record:
     def times(self) -> Column:
         """Times of the frames, s."""
 
-    def frame(self, number: int = -1, columns: Sequence[str] | None = None) -> Table:
+    def frame(self, number: int = ..., columns: Sequence[str] | None = None) -> Table:
         """Particles of a frame, by default the last; only the named columns are read."""
 
-    def contacts(self, number: int = -1, columns: Sequence[str] | None = None) -> Table:
-        """Contacts of a frame."""
+    def contacts(self, number: int = ..., columns: Sequence[str] | None = None) -> Table:
+        """Contacts of a frame, by default the last."""
 
     def table(self, name: str) -> Table:
         """A table of rows over time: `energy`, `walls`, `regions`, `flux`, `track`, `results` and so on."""

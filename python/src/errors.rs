@@ -48,7 +48,9 @@ impl From<&problem::Problem> for Problem {
 
 /// An exception that the package defines in Python.
 fn raised<'py>(py: Python<'py>, class: &str, arguments: impl PyCallArgs<'py>) -> PyErr {
-    let class = py.import("mercury_dem").and_then(|package| package.getattr(class));
+    let class = py
+        .import("mercury_dem")
+        .and_then(|package| package.getattr(class));
     match class.and_then(|class| class.call1(arguments)) {
         Ok(exception) => PyErr::from_value(exception),
         Err(error) => error,

@@ -63,7 +63,9 @@ impl Estimate {
             "1" => "",
             unit => unit,
         };
-        let error = self.error.map_or(String::new(), |error| format!(" ± {error:.2e}"));
+        let error = self
+            .error
+            .map_or(String::new(), |error| format!(" ± {error:.2e}"));
         format!("{value:.6e}{error} {unit}").trim_end().to_owned()
     }
 }
@@ -102,7 +104,8 @@ impl Summary {
     fn estimates(&self) -> Vec<Estimate> {
         let results = self.content["results"].as_object();
         let all = results.into_iter().flatten();
-        all.map(|(name, result)| Estimate::of(name, result)).collect()
+        all.map(|(name, result)| Estimate::of(name, result))
+            .collect()
     }
 
     fn lines(&self) -> Vec<String> {

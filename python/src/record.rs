@@ -29,10 +29,16 @@ pub(crate) fn open(py: Python<'_>, run: PathBuf) -> PyResult<Record> {
     let Some(prefix) = folder::earlier_prefix(&run) else {
         return Err(run_error(
             py,
-            format!("{}: no run is there: its file plan.toml is missing or cannot be read", run.display()),
+            format!(
+                "{}: no run is there: its file plan.toml is missing or cannot be read",
+                run.display()
+            ),
         ));
     };
-    Ok(Record { folder: run, prefix })
+    Ok(Record {
+        folder: run,
+        prefix,
+    })
 }
 
 /// The numbers of a table of text, column by column; columns that hold other words are texts.
@@ -79,7 +85,10 @@ fn energies(path: &Path) -> Result<(Vec<ColumnSpec>, Vec<frames::Column>), Strin
     }
     let specs = ENERGIES.columns.iter();
     let specs = specs.map(|column| ColumnSpec::new(column.name, ColumnKind::F64, column.unit));
-    Ok((specs.collect(), columns.into_iter().map(frames::Column::F64).collect()))
+    Ok((
+        specs.collect(),
+        columns.into_iter().map(frames::Column::F64).collect(),
+    ))
 }
 
 impl Record {
@@ -104,7 +113,9 @@ impl Record {
         let reader = self.frames(py, ending)?;
         let count = reader.len();
         let place = match number < 0 {
-            true => number.checked_add_unsigned(count).and_then(|k| usize::try_from(k).ok()),
+            true => number
+                .checked_add_unsigned(count)
+                .and_then(|k| usize::try_from(k).ok()),
             false => usize::try_from(number).ok(),
         };
         let Some((place, info)) = place.and_then(|k| Some((k, reader.info(k)?))) else {
@@ -166,12 +177,22 @@ impl Record {
     }
 
     #[pyo3(signature = (number = -1, columns = None))]
-    fn frame(&self, py: Python<'_>, number: isize, columns: Option<Vec<String>>) -> PyResult<Table> {
+    fn frame(
+        &self,
+        py: Python<'_>,
+        number: isize,
+        columns: Option<Vec<String>>,
+    ) -> PyResult<Table> {
         self.table_of(py, "particles.arrow", number, columns.as_deref())
     }
 
     #[pyo3(signature = (number = -1, columns = None))]
-    fn contacts(&self, py: Python<'_>, number: isize, columns: Option<Vec<String>>) -> PyResult<Table> {
+    fn contacts(
+        &self,
+        py: Python<'_>,
+        number: isize,
+        columns: Option<Vec<String>>,
+    ) -> PyResult<Table> {
         self.table_of(py, "contacts.arrow", number, columns.as_deref())
     }
 
@@ -193,7 +214,9 @@ impl Record {
             _ => match std::fs::read_to_string(&path) {
                 Ok(text) => Ok(columns_of(&text, spec)),
                 Err(error) => {
-                    let from = spec.map_or(String::new(), |spec| format!("; it comes from {}", spec.from));
+                    let from = spec.map_or(String::new(), |spec| {
+                        format!("; it comes from {}", spec.from)
+                    });
                     Err(format!("{} cannot be read: {error}{from}", path.display()))
                 }
             },

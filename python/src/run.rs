@@ -5,12 +5,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, TryLockError};
 use std::time::Duration;
 
+use glam::DQuat;
 use mercury_solver::output::folder::Earlier;
 use mercury_solver::results::NamedResult;
 use mercury_solver::run::{
     Advance, Claim, OpenRun, Progress, Rows, Run as SolverRun, RunFailure, Saved, WallDrive,
 };
-use glam::DQuat;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
@@ -88,7 +88,10 @@ impl Run {
             let mut stage = match self.stage.try_lock() {
                 Ok(stage) => stage,
                 Err(TryLockError::WouldBlock) => {
-                    return Err("another thread uses this run: a run is used by one thread at a time".to_owned());
+                    return Err(
+                        "another thread uses this run: a run is used by one thread at a time"
+                            .to_owned(),
+                    );
                 }
                 Err(TryLockError::Poisoned(_)) => {
                     return Err("the run failed before, by a defect of Mercury".to_owned());
@@ -172,12 +175,16 @@ impl Run {
             }
         };
         if resume && output.is_none() {
-            return Err(PyValueError::new_err("`resume` needs `output`, the folder of the run"));
+            return Err(PyValueError::new_err(
+                "`resume` needs `output`, the folder of the run",
+            ));
         }
         if threads == Some(0) {
             return Err(PyValueError::new_err("`threads` must be at least 1"));
         }
-        let checkpoint_every = checkpoint_every.map(Duration::try_from_secs_f64).transpose();
+        let checkpoint_every = checkpoint_every
+            .map(Duration::try_from_secs_f64)
+            .transpose();
         let checkpoint_every = checkpoint_every.map_err(|_| {
             PyValueError::new_err("`checkpoint_every` must be a time of at least 0 s, or None")
         })?;
@@ -230,7 +237,9 @@ impl Run {
 
     #[getter]
     fn is_ended(&self, py: Python<'_>) -> PyResult<bool> {
-        self.with(py, |stage| Ok(stage.open.as_ref().is_none_or(|open| open.run.is_ended())))
+        self.with(py, |stage| {
+            Ok(stage.open.as_ref().is_none_or(|open| open.run.is_ended()))
+        })
     }
 
     #[getter]
@@ -244,15 +253,24 @@ impl Run {
     }
 
     #[pyo3(signature = (until = None, *, by = None))]
-    fn advance(&self, py: Python<'_>, until: Option<f64>, by: Option<f64>) -> PyResult<&'static str> {
+    fn advance(
+        &self,
+        py: Python<'_>,
+        until: Option<f64>,
+        by: Option<f64>,
+    ) -> PyResult<&'static str> {
         if until.is_some() && by.is_some() {
-            return Err(PyTypeError::new_err("`until` is a time and `by` a duration: give one of them"));
+            return Err(PyTypeError::new_err(
+                "`until` is a time and `by` a duration: give one of them",
+            ));
         }
         if until.or(by).is_some_and(f64::is_nan) {
             return Err(PyValueError::new_err("the time is not a number"));
         }
         if by.is_some_and(|by| by < 0.0) {
-            return Err(PyValueError::new_err("a run does not go back: `by` must be at least 0 s"));
+            return Err(PyValueError::new_err(
+                "a run does not go back: `by` must be at least 0 s",
+            ));
         }
         self.pause.store(false, Ordering::Relaxed);
         let mut raised = None;
@@ -267,7 +285,8 @@ impl Run {
                     self.pause.store(true, Ordering::Relaxed);
                 }
             };
-            run.advance(until, &mut look).map_err(|failure| text(&failure))
+            run.advance(until, &mut look)
+                .map_err(|failure| text(&failure))
         })?;
         match (done, raised) {
             (_, Some(error)) => Err(error),
@@ -288,7 +307,9 @@ impl Run {
             stage.moment = (engine.time(), engine.steps());
             let report = open.run.finish().map_err(|failure| text(&failure))?;
             stage.moment = (report.summary.time, report.summary.steps);
-            Ok(Err(serde_json::to_value(&report.summary).map_err(|error| error.to_string())?))
+            Ok(Err(
+                serde_json::to_value(&report.summary).map_err(|error| error.to_string())?
+            ))
         })?;
         let content = match done {
             Ok(summary) => return Ok(summary),
@@ -345,7 +366,8 @@ impl Run {
         };
         self.open(py, |run| {
             let wall = numbered(run, wall)?;
-            run.drive_wall(wall, drive).map_err(|failure| failure.to_string())
+            run.drive_wall(wall, drive)
+                .map_err(|failure| failure.to_string())
         })
     }
 
@@ -368,12 +390,18 @@ impl Run {
 
     fn restore(&self, py: Python<'_>, state: &Bound<'_, State>) -> PyResult<()> {
         let saved = &state.get().saved;
-        self.open(py, |run| run.restore(saved).map_err(|failure| failure.to_string()))
+        self.open(py, |run| {
+            run.restore(saved).map_err(|failure| failure.to_string())
+        })
     }
 
     fn result(&self, py: Python<'_>, name: &str) -> PyResult<Estimate> {
         let Some(result) = self.results.iter().find(|result| result.name == name) else {
-            let names: Vec<&str> = self.results.iter().map(|result| result.name.as_str()).collect();
+            let names: Vec<&str> = self
+                .results
+                .iter()
+                .map(|result| result.name.as_str())
+                .collect();
             let known = match names.is_empty() {
                 true => "no result was named when the run was begun".to_owned(),
                 false => format!("there are: {}", names.join(", ")),
@@ -392,7 +420,11 @@ impl Run {
     }
 
     #[pyo3(signature = (*exc))]
-    fn __exit__(&self, py: Python<'_>, exc: (Bound<'_, PyAny>, Bound<'_, PyAny>, Bound<'_, PyAny>)) -> PyResult<()> {
+    fn __exit__(
+        &self,
+        py: Python<'_>,
+        exc: (Bound<'_, PyAny>, Bound<'_, PyAny>, Bound<'_, PyAny>),
+    ) -> PyResult<()> {
         let finished = self.finish(py);
         // The exception of the block counts, and not one that follows from it.
         match exc.0.is_none() {
@@ -419,7 +451,17 @@ pub(crate) fn run(
     threads: Option<usize>,
     replace: bool,
 ) -> PyResult<Py<Summary>> {
-    let run = Run::new(py, scene, output, set, results, threads, replace, false, Some(600.0))?;
+    let run = Run::new(
+        py,
+        scene,
+        output,
+        set,
+        results,
+        threads,
+        replace,
+        false,
+        Some(600.0),
+    )?;
     let advanced = run.advance(py, None, None);
     let finished = run.finish(py);
     advanced.and(finished)

@@ -74,7 +74,10 @@ impl Scene {
     fn starter(py: Python<'_>, name: &str) -> PyResult<Self> {
         let Some(starter) = STARTERS.iter().find(|starter| starter.name == name) else {
             let names: Vec<&str> = STARTERS.iter().map(|starter| starter.name).collect();
-            let text = format!("there is no starter `{name}`; there are: {}", names.join(", "));
+            let text = format!(
+                "there is no starter `{name}`; there are: {}",
+                names.join(", ")
+            );
             return Err(run_error(py, text));
         };
         let [(file, text)] = starter.files else {

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use arrow_array::cast::AsArray as _;
 use arrow_array::ffi::to_ffi;
 use arrow_array::ffi_stream::FFI_ArrowArrayStream;
 use arrow_array::types::{Float64Type, Int32Type, UInt8Type, UInt32Type, UInt64Type};
@@ -10,7 +11,6 @@ use arrow_array::{
     Array as _, ArrayRef, ArrowPrimitiveType, PrimitiveArray, RecordBatch, RecordBatchIterator,
     StringArray,
 };
-use arrow_array::cast::AsArray as _;
 use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
 use mercury_common::frames::{self, ColumnSpec, Frame};
 use mercury_solver::run::Rows;
@@ -40,9 +40,7 @@ fn array(values: frames::Column) -> ArrayRef {
         frames::Column::U8(values) => numbers::<UInt8Type>(values),
         frames::Column::U32(values) => numbers::<UInt32Type>(values),
         frames::Column::U64(values) => numbers::<UInt64Type>(values),
-        frames::Column::OptionalU32(values) => {
-            Arc::new(PrimitiveArray::<UInt32Type>::from(values))
-        }
+        frames::Column::OptionalU32(values) => Arc::new(PrimitiveArray::<UInt32Type>::from(values)),
         frames::Column::Text(values) => Arc::new(StringArray::from(values)),
     }
 }
@@ -72,11 +70,26 @@ impl Column {
         }
         let values = &self.values;
         match values.data_type() {
-            DataType::Float64 => values.as_primitive::<Float64Type>().value(row).into_bound_py_any(py),
-            DataType::Int32 => values.as_primitive::<Int32Type>().value(row).into_bound_py_any(py),
-            DataType::UInt8 => values.as_primitive::<UInt8Type>().value(row).into_bound_py_any(py),
-            DataType::UInt32 => values.as_primitive::<UInt32Type>().value(row).into_bound_py_any(py),
-            DataType::UInt64 => values.as_primitive::<UInt64Type>().value(row).into_bound_py_any(py),
+            DataType::Float64 => values
+                .as_primitive::<Float64Type>()
+                .value(row)
+                .into_bound_py_any(py),
+            DataType::Int32 => values
+                .as_primitive::<Int32Type>()
+                .value(row)
+                .into_bound_py_any(py),
+            DataType::UInt8 => values
+                .as_primitive::<UInt8Type>()
+                .value(row)
+                .into_bound_py_any(py),
+            DataType::UInt32 => values
+                .as_primitive::<UInt32Type>()
+                .value(row)
+                .into_bound_py_any(py),
+            DataType::UInt64 => values
+                .as_primitive::<UInt64Type>()
+                .value(row)
+                .into_bound_py_any(py),
             _ => values.as_string::<i32>().value(row).into_bound_py_any(py),
         }
     }
@@ -99,7 +112,10 @@ impl Column {
 
     #[getter]
     fn unit(&self) -> &str {
-        self.field.metadata().get("unit").map_or("1", String::as_str)
+        self.field
+            .metadata()
+            .get("unit")
+            .map_or("1", String::as_str)
     }
 
     fn __len__(&self) -> usize {
@@ -109,7 +125,9 @@ impl Column {
     fn __getitem__<'py>(&self, py: Python<'py>, row: isize) -> PyResult<Bound<'py, PyAny>> {
         let count = self.values.len();
         let place = match row < 0 {
-            true => row.checked_add_unsigned(count).and_then(|row| usize::try_from(row).ok()),
+            true => row
+                .checked_add_unsigned(count)
+                .and_then(|row| usize::try_from(row).ok()),
             false => usize::try_from(row).ok(),
         };
         match place.filter(|place| *place < count) {
@@ -167,7 +185,12 @@ impl Column {
     }
 
     fn __repr__(&self) -> String {
-        format!("<Column {} [{}]: {} rows>", self.name(), self.unit(), self.values.len())
+        format!(
+            "<Column {} [{}]: {} rows>",
+            self.name(),
+            self.unit(),
+            self.values.len()
+        )
     }
 }
 
@@ -211,11 +234,7 @@ impl Table {
     }
 
     /// A state of a run; `names`: its columns, all by default.
-    pub(crate) fn of_state(
-        py: Python<'_>,
-        rows: Rows,
-        names: Option<&[String]>,
-    ) -> PyResult<Self> {
+    pub(crate) fn of_state(py: Python<'_>, rows: Rows, names: Option<&[String]>) -> PyResult<Self> {
         let Rows { specs, frame } = rows;
         let Frame {
             time,
@@ -242,11 +261,17 @@ impl Table {
     }
 
     fn names(&self) -> Vec<&str> {
-        self.columns.iter().map(|column| column.get().name()).collect()
+        self.columns
+            .iter()
+            .map(|column| column.get().name())
+            .collect()
     }
 
     fn schema(&self) -> SchemaRef {
-        let fields = self.columns.iter().map(|column| Arc::clone(&column.get().field));
+        let fields = self
+            .columns
+            .iter()
+            .map(|column| Arc::clone(&column.get().field));
         Arc::new(Schema::new(fields.collect::<Vec<_>>()))
     }
 }
@@ -302,7 +327,10 @@ impl Table {
     ) -> PyResult<Bound<'py, PyCapsule>> {
         let _ = requested_schema;
         let schema = self.schema();
-        let columns = self.columns.iter().map(|column| Arc::clone(&column.get().values));
+        let columns = self
+            .columns
+            .iter()
+            .map(|column| Arc::clone(&column.get().values));
         let batch = RecordBatch::try_new(Arc::clone(&schema), columns.collect());
         let batch = batch.map_err(|error| run_error(py, error))?;
         let batches = RecordBatchIterator::new([Ok(batch)], schema);
@@ -343,7 +371,9 @@ impl Table {
         }
         html += "</tbody></table>";
         let rows = self.rows;
-        let moment = self.time().map_or(String::new(), |time| format!(" at t = {time} s"));
+        let moment = self
+            .time()
+            .map_or(String::new(), |time| format!(" at t = {time} s"));
         Ok(html + &format!("<p>{rows} rows{moment}</p>"))
     }
 }

@@ -375,11 +375,7 @@ pub fn mend_scene_with(
 ///
 /// # Errors
 /// Mistakes of syntax, and of `overrides`.
-pub fn scene_as_json(
-    path: &Path,
-    text: &str,
-    overrides: &[String],
-) -> Result<String, SceneErrors> {
+pub fn scene_as_json(path: &Path, text: &str, overrides: &[String]) -> Result<String, SceneErrors> {
     let files = Files::MustExist;
     let source = Source::file(path.display().to_string(), text, &files);
     let (draft, wrong) = Draft::new(None, path, &source, text, overrides, files)?;

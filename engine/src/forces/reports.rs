@@ -29,8 +29,7 @@ impl Reports {
     pub(super) fn begin_wall_loads(&mut self, context: &StepContext<'_>) {
         self.wall_loads.clear();
         if context.wall_loads {
-            self.wall_loads
-                .resize(context.walls.len(), Load::default());
+            self.wall_loads.resize(context.walls.len(), Load::default());
         }
     }
 }

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3};
 
 use super::drive::{Drive, pose_at};
+use super::error::finite_vector;
 use super::images::MetBy;
 use super::near_box::Corners;
-use super::error::finite_vector;
 use super::{Pose, RigidVelocity, ServoState, Shape, Wall, WallError, WallState};
 use crate::cell::Cell;
 use crate::state::MaterialIndex;

@@ -68,7 +68,9 @@ fn step(run: &mut Run) -> f64 {
 }
 
 fn main() {
-    let beads = std::env::args().nth(1).map_or(2000, |text| text.parse().expect("a number"));
+    let beads = std::env::args()
+        .nth(1)
+        .map_or(2000, |text| text.parse().expect("a number"));
     let (mut with, _a) = run(beads, true);
     let (mut without, _b) = run(beads, false);
     let (mut least, mut ratios) = (f64::INFINITY, Vec::new());
@@ -78,7 +80,11 @@ fn main() {
         ratios.push(a / b);
     }
     ratios.sort_by(f64::total_cmp);
-    println!("{beads} beads: a step takes {:.1} us; with loads on walls {:.3} of it", least * 1e6, ratios[7]);
+    println!(
+        "{beads} beads: a step takes {:.1} us; with loads on walls {:.3} of it",
+        least * 1e6,
+        ratios[7]
+    );
     let mut times = Vec::new();
     for _ in 0..15 {
         let begin = Instant::now();

@@ -121,11 +121,7 @@ fn scene(scene: &str) -> Result<SceneInput, String> {
     })
 }
 
-fn open(
-    scene_or_path: &str,
-    output: Option<&str>,
-    set: Vec<String>,
-) -> Result<mercury_t, String> {
+fn open(scene_or_path: &str, output: Option<&str>, set: Vec<String>) -> Result<mercury_t, String> {
     let mut input = scene(scene_or_path)?;
     input.set = set;
     let prefix = mercury_common::scene::stem(&input.path);
@@ -476,13 +472,16 @@ pub unsafe extern "C" fn mercury_grains(
                 let place = names.iter().position(|known| *known == name);
                 let column = place.and_then(|place| numbers(&rows.frame.columns[place]));
                 let column = column.ok_or_else(|| {
-                    format!("no column `{name}` of numbers; there are: {}", names.join(", "))
+                    format!(
+                        "no column `{name}` of numbers; there are: {}",
+                        names.join(", ")
+                    )
                 })?;
                 Ok((c_text(name), column))
             });
             // Columns of the same step stay, as the caller may hold them.
+            let is_read = read.is_some();
             before.extend(read);
-            let is_read = before.len() > handle.columns.len();
             handle.columns = before;
             is_read.then(|| handle.columns.len() - 1)
         }

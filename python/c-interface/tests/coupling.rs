@@ -110,7 +110,11 @@ fn reference() -> Vec<f64> {
     for step in 1..=STEPS {
         advance(&mut run, step);
         let particles = &run.engine().particles;
-        let ball = particles.records.iter().find(|p| p.radius == RADIUS).unwrap();
+        let ball = particles
+            .records
+            .iter()
+            .find(|p| p.radius == RADIUS)
+            .unwrap();
         heights.push(ball.position.z);
     }
     heights
@@ -162,7 +166,10 @@ fn a_ball_outside_goes_as_one_inside() {
     let errors: Vec<f64> = [1, 10, 20]
         .map(|window| {
             let (distance, way) = compared(&reference, &explicit(window, mass()), window);
-            println!("H = {window}: {distance:.3e} m of {way:.3e} m, {:.2e}", distance / way);
+            println!(
+                "H = {window}: {distance:.3e} m of {way:.3e} m, {:.2e}",
+                distance / way
+            );
             distance / way
         })
         .to_vec();
@@ -196,13 +203,20 @@ fn mean_loads_carry_the_momentum() {
         }
         let rows = run.particles().unwrap();
         let column = |name: &str| {
-            let place = rows.specs.iter().position(|spec| spec.name == name).unwrap();
+            let place = rows
+                .specs
+                .iter()
+                .position(|spec| spec.name == name)
+                .unwrap();
             rows.frame.columns[place].as_f64().unwrap().to_vec()
         };
         let momenta = column("mass").into_iter().zip(column("vz"));
         let momentum: f64 = momenta.map(|(mass, velocity)| mass * velocity).sum();
         let error = (momentum - expected).abs() / scale.max(1e-9);
-        assert!(error <= 1e-12, "step {end}: {momentum} {expected}, {error:e}");
+        assert!(
+            error <= 1e-12,
+            "step {end}: {momentum} {expected}, {error:e}"
+        );
     }
     assert!(scale > 1e-4, "{scale}");
 }
@@ -240,7 +254,9 @@ fn trials_from_one_state_couple_a_light_ball() {
                 break;
             }
             let next = match last {
-                Some((x, r)) if residual != r => assumed - residual * (assumed - x) / (residual - r),
+                Some((x, r)) if residual != r => {
+                    assumed - residual * (assumed - x) / (residual - r)
+                }
                 _ => assumed + 0.2 * residual,
             };
             last = Some((assumed, residual));

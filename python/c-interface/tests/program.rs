@@ -52,12 +52,25 @@ fn library() -> PathBuf {
     let deps = test.parent().unwrap();
     let folders = [deps, deps.parent().unwrap()];
     let holds = |folder: &&&Path| folder.join("libmercury.so").exists();
-    folders.iter().find(holds).expect("libmercury.so").to_path_buf()
+    folders
+        .iter()
+        .find(holds)
+        .expect("libmercury.so")
+        .to_path_buf()
 }
 
 fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let left_out = ["run.log", "summary.json", ".png", ".svg", ".lock", "plan.toml"];
-    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
+    let left_out = [
+        "run.log",
+        "summary.json",
+        ".png",
+        ".svg",
+        ".lock",
+        "plan.toml",
+    ];
+    let entries = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap());
     let names = entries.map(|entry| entry.file_name().into_string().unwrap());
     let names = names.filter(|name| !left_out.iter().any(|end| name.ends_with(end)));
     names

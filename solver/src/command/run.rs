@@ -143,7 +143,9 @@ pub(crate) fn run_plan(
         return Err(Failure::input(format!(
             "wall `{wall}` is driven by another program: motion = \"external\""
         ))
-        .with_help("run the scene from that program, by mercury.h or mercury_dem; --check prints its plan"));
+        .with_help(
+            "run the scene from that program, by mercury.h or mercury_dem; --check prints its plan",
+        ));
     }
     keeps_within(how.within.as_ref(), &folder)?;
     // The folder is this run's until the end of the function; one that was made for it is not left empty.
@@ -151,10 +153,12 @@ pub(crate) fn run_plan(
     let made = is_new.then(|| cli::Temporary::new(&folder));
     let lock_file = cli::Temporary::new(&folder.join(folder::LOCK));
     let scene_file = &stated.input.path;
-    let mut claim = Claim::new(&folder, &plan, scene_file, stated.statement, how.earlier)
-        .map_err(|error| match error.is_of_system() {
-            true => Failure::run(error),
-            false => Failure::input(error),
+    let mut claim =
+        Claim::new(&folder, &plan, scene_file, stated.statement, how.earlier).map_err(|error| {
+            match error.is_of_system() {
+                true => Failure::run(error),
+                false => Failure::input(error),
+            }
         })?;
     let from = claim.from.take();
     let mut notes = std::mem::take(&mut claim.notes);

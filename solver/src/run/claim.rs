@@ -77,8 +77,7 @@ impl Claim {
         earlier: Earlier,
     ) -> Result<Self, ClaimError> {
         let entries = statement.entries();
-        let mut statement =
-            entries.map_err(|(path, error)| ClaimError::File { path, error })?;
+        let mut statement = entries.map_err(|(path, error)| ClaimError::File { path, error })?;
         for from in plan.notes().started_from() {
             let (key, state) = &from.statement;
             statement.insert(key.clone(), state.clone());

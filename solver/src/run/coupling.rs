@@ -99,7 +99,10 @@ impl Part for WallLoads {
         let ((now, sums), steps): ((Loads, Loads), u64) = Plain::take(bytes)?;
         let walls = core.walls().len();
         if now.len() != walls || sums.len() != walls {
-            return Err(format!("it has loads on {} walls, not on {walls}", now.len()));
+            return Err(format!(
+                "it has loads on {} walls, not on {walls}",
+                now.len()
+            ));
         }
         let load = |(force, torque)| Load::new(force, torque);
         self.now = now.into_iter().map(load).collect();

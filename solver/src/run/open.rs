@@ -116,7 +116,7 @@ pub struct OpenRun {
     pub threads: Option<usize>,
     /// Wall-clock time between checkpoints; `None`: none are written.
     pub checkpoint_every: Option<Duration>,
-    /// What began it, for `run.log`.
+    /// Name of the caller, for `run.log`.
     pub called: String,
     /// Set to leave [`Run::advance`].
     pub pause: Arc<AtomicBool>,

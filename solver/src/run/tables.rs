@@ -3,8 +3,8 @@
 use mercury_common::frames::{ColumnSpec, Frame, Table as _};
 
 use super::{Run, RunFailure};
-use crate::output::{Due, FrameCopy, contact_table, particle_table, wall_table};
 use crate::output::summary::ResultValue;
+use crate::output::{Due, FrameCopy, contact_table, particle_table, wall_table};
 use crate::results::NamedResult;
 
 /// Columns of one length, and what they are.

@@ -289,7 +289,10 @@ fn a_wall_that_another_program_drives_is_not_run_from_here() {
     let run = solve(folder.path(), &["scene.toml"]);
     assert_eq!(code(&run), Some(2));
     let message = errors(&run);
-    assert!(message.contains("wall `lid` is driven by another program"), "{message}");
+    assert!(
+        message.contains("wall `lid` is driven by another program"),
+        "{message}"
+    );
     assert!(!folder.path().join("scene").exists());
     fs::write(
         folder.path().join("scene.toml"),

@@ -20,7 +20,10 @@ fn the_header_is_current() {
         std::fs::write(&path, &made).unwrap();
     }
     let kept = std::fs::read_to_string(&path).unwrap_or_default();
-    assert_eq!(kept, made, "MERCURY_BLESS=1 cargo test -p c-header in python/ writes it anew");
+    assert_eq!(
+        kept, made,
+        "MERCURY_BLESS=1 cargo test -p c-header in python/ writes it anew"
+    );
     // Sections on safety are for Rust.
     assert!(made.contains("mercury_t *mercury_open("));
 }

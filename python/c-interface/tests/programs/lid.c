@@ -40,21 +40,21 @@ int main(int count, char **arguments) {
   check(mercury_wall_pose(run, lid, pose) == MERCURY_REACHED, "pose", run);
   const double start = pose[2];
   for (int k = 1; k <= 60; ++k) {
-    double down[6] = {0, 0, -0.05, 0, 0, 0}, up[6] = {0, 0, 0.2, 0, 0, 0};
+    double down[6] = {0, 0, -0.3, 0, 0, 0}, up[6] = {0, 0, 0.2, 0, 0, 0};
     mercury_state_t *state = mercury_save(run);
     check(state != NULL, "save", run);
-    pose[2] = start - 0.05 * (k - 1) * window + 0.2 * window;
+    pose[2] = start - 0.3 * (k - 1) * window + 0.2 * window;
     check(mercury_wall_drive(run, lid, pose, up) == MERCURY_REACHED, "drive", run);
     check(mercury_advance(run, k * window) == MERCURY_REACHED, "advance", run);
     check(mercury_restore(run, state) == MERCURY_REACHED, "restore", run);
     mercury_state_free(state);
-    pose[2] = start - 0.05 * k * window;
+    pose[2] = start - 0.3 * k * window;
     check(mercury_wall_drive(run, lid, pose, down) == MERCURY_REACHED, "drive", run);
     check(mercury_advance(run, k * window) == MERCURY_REACHED, "advance", run);
     check(mercury_wall_load(run, lid, load, mean) == MERCURY_REACHED, "load", run);
     momentum += mean[2] * window;
     check(mercury_wall_pose(run, lid, pose) == MERCURY_REACHED, "pose", run);
-    check(pose[2] == start - 0.05 * k * window, "the lid is where its pose says", run);
+    check(pose[2] == start - 0.3 * k * window, "the lid is where its pose says", run);
   }
   check(momentum > 0.0 && load[2] > 0.0, "grains press the lid up", run);
   check(mercury_wall_drive(run, floor, pose, mean) == MERCURY_FAILED, "a wall of the scene", run);
@@ -83,9 +83,9 @@ int main(int count, char **arguments) {
   run = mercury_open(arguments[1], arguments[3], set, error, sizeof error);
   check(run != NULL, error, NULL);
   for (int k = 1; k <= 60; ++k) {
-    double down[6] = {0, 0, -0.05, 0, 0, 0};
+    double down[6] = {0, 0, -0.3, 0, 0, 0};
     check(mercury_wall_pose(run, lid, pose) == MERCURY_REACHED, "pose", run);
-    pose[2] = start - 0.05 * k * window;
+    pose[2] = start - 0.3 * k * window;
     check(mercury_wall_drive(run, lid, pose, down) == MERCURY_REACHED, "drive", run);
     check(mercury_advance(run, k * window) == MERCURY_REACHED, "advance", run);
   }
