@@ -80,6 +80,53 @@ pub(super) fn parse_document(source: &Arc<Source>, text: &str) -> Result<Node, S
     }
 }
 
+/// A document as text in JSON. Dates, which no key takes, are null.
+pub(super) fn write_document(node: &Node, out: &mut String) {
+    match &node.value {
+        Value::String(text) => push_string(text, out),
+        Value::Integer(number) => *out += &number.to_string(),
+        // JSON has no infinity: a number beyond the largest is read as one.
+        Value::Float(number) if number.is_infinite() => {
+            *out += if *number > 0.0 { "1e999" } else { "-1e999" }
+        }
+        Value::Float(number) => *out += &format!("{number:?}"),
+        Value::Boolean(value) => *out += if *value { "true" } else { "false" },
+        Value::Datetime | Value::LeftOut => *out += "null",
+        Value::Array(items) => {
+            out.push('[');
+            for (place, item) in items.iter().enumerate() {
+                out.push_str(if place > 0 { ", " } else { "" });
+                write_document(item, out);
+            }
+            out.push(']');
+        }
+        Value::Table(table) => {
+            out.push('{');
+            for (place, entry) in table.entries.iter().enumerate() {
+                out.push_str(if place > 0 { ", " } else { "" });
+                push_string(&entry.key, out);
+                out.push_str(": ");
+                write_document(&entry.node, out);
+            }
+            out.push('}');
+        }
+    }
+}
+
+/// Appends a string of JSON.
+fn push_string(text: &str, out: &mut String) {
+    out.push('"');
+    for c in text.chars() {
+        match c {
+            '"' => *out += "\\\"",
+            '\\' => *out += "\\\\",
+            c if c < ' ' => *out += &format!("\\u{:04x}", u32::from(c)),
+            c => out.push(c),
+        }
+    }
+    out.push('"');
+}
+
 struct Reader<'a> {
     source: &'a Arc<Source>,
     /// Bytes in front of the JSON.

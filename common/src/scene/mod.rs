@@ -362,6 +362,32 @@ pub fn mend_scene_with(
     wrong.is_empty().then(|| mend::mend(&draft, scale))?
 }
 
+/// A scene as text in JSON, with the `KEY=VALUE` of `overrides` put on top. Keys are not checked.
+///
+/// ```
+/// use std::path::Path;
+/// use mercury_common::scene::scene_as_json;
+///
+/// let text = "title = \"a\"\n[time]\nend = 1.0\n";
+/// let json = scene_as_json(Path::new("a.toml"), text, &["time.end=2".to_owned()])?;
+/// assert_eq!(json, r#"{"title": "a", "time": {"end": 2}}"#);
+/// # Ok::<(), mercury_common::scene::SceneErrors>(())
+/// ```
+///
+/// # Errors
+/// Mistakes of syntax, and of `overrides`.
+pub fn scene_as_json(path: &Path, text: &str, overrides: &[String]) -> Result<String, SceneErrors> {
+    let files = Files::MustExist;
+    let source = Source::file(path.display().to_string(), text, &files);
+    let (draft, wrong) = Draft::new(None, path, &source, text, overrides, files)?;
+    if !wrong.is_empty() {
+        return Err(SceneErrors(wrong));
+    }
+    let mut json = String::new();
+    json::write_document(&draft.document, &mut json);
+    Ok(json)
+}
+
 fn parse(
     laws: Option<Vec<&'static LawKeys>>,
     path: &Path,

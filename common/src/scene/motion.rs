@@ -67,6 +67,20 @@ pub enum MotionKind {
         /// m/s.
         max_speed: Located<f64>,
     },
+    /// As another program drives the wall.
+    External,
+}
+
+impl Motion {
+    /// That of `motion = "external"`.
+    pub(super) fn external(item: &Item<'_>) -> Self {
+        Self {
+            place: item.place.clone(),
+            kind: MotionKind::External,
+            from: item.located(0.0),
+            until: None,
+        }
+    }
 }
 
 /// Target of a servo.

@@ -141,7 +141,7 @@ pub(super) static WALL: TableKeys = TableKeys::new(&[&[
     NAME,
     key("material", Kind::Material, "\"glass\"   # the name of a table [materials.glass]", "its material"),
 ], INTERVAL, &[
-    key("motion", Kind::List("", &Kind::Table(&MOTION)), "[{ kind = \"translation\", velocity = [0, 0, -0.1] }]", "a list of motions, which apply in its order; later ones carry earlier origins along").absent(Absent::EmptyList),
+    key("motion", Kind::OneOf(&[Kind::List("", &Kind::Table(&MOTION)), Kind::Keyword("external")]), "[{ kind = \"translation\", velocity = [0, 0, -0.1] }]", "a list of motions, which apply in its order; later ones carry earlier origins along. `\"external\"`: [another program](../how-to/couple-a-program.md) drives the wall").absent(Absent::EmptyList),
     key("film", Kind::Table(&FILM), "{ thickness = 1e-6, keeps = 0.5 }", "lets liquid stay on it; a mesh holds it by triangle").or_open("none"),
     key("wear", Kind::Table(&WEAR), "{ law = \"finnie\", constant = 1e-12 }", "wear of a mesh").or_open("none"),
 ]]).with_variants(SHAPE);
@@ -215,7 +215,12 @@ pub(super) fn read(item: &Item<'_>, domain: Option<&Domain>) -> Option<Wall> {
         material: fields.read("material"),
         from,
         until,
-        motion: fields.read("motion"),
+        motion: match fields.get("motion").filter(Item::is_text) {
+            Some(item) => (item.keyword("external").into_iter())
+                .map(|()| Motion::external(&item))
+                .collect(),
+            None => fields.read("motion"),
+        },
         wear,
         film: fields.read("film"),
         // At last, so that all else has been read.

@@ -69,6 +69,8 @@ pub struct StepContext<'a> {
     pub contact_point_mass: bool,
     /// Whether the loads on features of mesh walls are summed up.
     pub feature_loads: bool,
+    /// Whether the loads on walls are summed up.
+    pub wall_loads: bool,
     /// Overlap over the smaller radius beyond which contacts are named; infinite where none is.
     pub overlap_limit: f64,
     /// Overlap with a wall over the radius beyond which the centre may go through the wall; infinite if this is not checked.

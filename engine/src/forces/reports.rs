@@ -2,8 +2,9 @@
 
 use super::{
     Alarms, ContactForces, ContactRecord, FeatureKey, FeatureLoad, FeatureLoads, Observation, Rub,
-    SavedLoads,
+    SavedLoads, StepContext,
 };
+use crate::state::Load;
 use crate::surface::SurfaceLoad;
 
 /// Reports of one block of contacts.
@@ -15,10 +16,22 @@ pub struct Reports {
     pub alarms: Alarms,
     /// Loads on features of mesh walls, since they were taken last.
     pub feature_loads: FeatureLoads,
+    /// Loads on walls about their reference points in the last evaluation that summed them up; empty without contacts.
+    pub wall_loads: Vec<Load>,
     /// Contacts with walls that wear, since they were taken last.
     pub rubs: Vec<Rub>,
     /// Loads of contacts on sheets in the last evaluation.
     pub surface_loads: Vec<SurfaceLoad>,
+}
+
+impl Reports {
+    /// Begins the sums of loads on walls anew, if they are wanted.
+    pub(super) fn begin_wall_loads(&mut self, context: &StepContext<'_>) {
+        self.wall_loads.clear();
+        if context.wall_loads {
+            self.wall_loads.resize(context.walls.len(), Load::default());
+        }
+    }
 }
 
 impl dyn ContactForces + '_ {
@@ -72,6 +85,18 @@ impl dyn ContactForces + '_ {
         for reports in self.reports_mut() {
             all.append(&mut reports.rubs);
         }
+    }
+
+    /// Loads on walls in the last evaluation that summed them up, about their reference points, in the order of the plan.
+    #[must_use]
+    pub fn wall_loads(&self, walls: usize) -> Vec<Load> {
+        let mut sums = vec![Load::default(); walls];
+        for reports in self.reports() {
+            for (sum, load) in sums.iter_mut().zip(&reports.wall_loads) {
+                sum.add(load.force, load.torque);
+            }
+        }
+        sums
     }
 
     /// Shows the loads of the contacts of the last evaluation on sheets, block by block, in the order of the rows.

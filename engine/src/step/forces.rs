@@ -163,6 +163,7 @@ fn unobserved<'a>(
         wall_curvature: physics.wall_curvature,
         contact_point_mass: physics.contact_point_mass,
         feature_loads: false,
+        wall_loads: false,
         overlap_limit: f64::INFINITY,
         deep: f64::INFINITY,
         watch: None,

@@ -5,7 +5,7 @@ use crate::cell::Cell;
 use crate::forces::{ContactCounts, ContactSection, SavedSlots};
 use crate::physics::ToSetup;
 use crate::state::{DecodeError, Decoder, Encoder, Particles, Pieces, Plain, Sections, whole};
-use crate::walls::WallNow;
+use crate::walls::{Drive, WallNow};
 
 /// Everything that a run needs to go on bit for bit, beside its plan: also the candidate list, the skin and the count of
 /// steps since the list was built, which decide the order of summation in the steps to come.
@@ -79,6 +79,15 @@ const SECTIONS: &[Section] = &[
             saved.put(pieces.end());
         },
         take: Core::take_walls,
+    },
+    Section {
+        name: "driven walls",
+        is_there: |core| core.walls().iter().any(|wall| wall.drive().is_some()),
+        put: |core, pieces| {
+            let drives = core.walls().iter().filter_map(WallNow::drive);
+            drives.copied().collect::<Vec<_>>().put(pieces.end());
+        },
+        take: Core::take_drives,
     },
     Section {
         name: PAIRS,
@@ -412,6 +421,22 @@ impl Core {
         particles.check(self.physics.materials.len())?;
         particles.columns.check_names(&self.particles.columns)?;
         self.particles = particles;
+        Ok(())
+    }
+
+    /// Behind the walls.
+    fn take_drives(&mut self, bytes: &mut &[u8]) -> Result<(), String> {
+        let saved: Vec<Drive> = Plain::take(bytes)?;
+        let (time, dt) = (self.time(), self.physics.time_step);
+        let walls = self.physics.walls.iter().zip(&mut self.domain.walls);
+        let mut driven: Vec<_> = walls.filter(|(_, now)| now.drive().is_some()).collect();
+        if saved.len() != driven.len() {
+            let (found, planned) = (saved.len(), driven.len());
+            return Err(format!("it has {found} driven walls, the plan {planned}"));
+        }
+        for ((wall, now), drive) in driven.iter_mut().zip(saved) {
+            now.restore_drive(wall, drive, (time, dt), &self.domain.cell);
+        }
         Ok(())
     }
 

@@ -1,6 +1,8 @@
 //! Walls: their positions at the present time, their shapes, and the loads that servos receive.
 
-use glam::DVec3;
+use std::sync::Arc;
+
+use glam::{DQuat, DVec3};
 
 use super::{Core, Engine, RunError};
 use crate::forces::Observation;
@@ -47,6 +49,47 @@ impl Core {
         };
         let changed = now.reshape(corners, &self.domain.cell);
         changed.map_err(|error| self.wall_error(wall, error))
+    }
+
+    /// Drives a wall whose motion the scene leaves to another program: [`crate::walls::WallNow::drive_to`], from now until `until` (s).
+    ///
+    /// # Errors
+    /// If there is no such wall, its motion is that of the scene, or a number is not finite.
+    pub fn drive_wall(
+        &mut self,
+        wall: WallIndex,
+        until: f64,
+        to: (DVec3, DQuat),
+        velocities: [DVec3; 2],
+    ) -> Result<(), RunError> {
+        let window = [self.time(), until];
+        let planned = Arc::clone(&self.physics);
+        let of_plan = planned.walls.get(wall.index());
+        let of_plan = of_plan.zip(self.domain.walls.get_mut(wall.index()));
+        let driven = match of_plan {
+            Some((of_plan, now)) => now.drive_to(of_plan, window, to, velocities),
+            None => Err(WallError::NotExternal),
+        };
+        driven.map_err(|error| self.wall_error(wall, error))
+    }
+
+    /// Whether [`Core::drive_wall`] would take it.
+    ///
+    /// # Errors
+    /// As that.
+    pub fn check_drive(
+        &self,
+        wall: WallIndex,
+        to: (DVec3, DQuat),
+        velocities: [DVec3; 2],
+    ) -> Result<(), RunError> {
+        let now = self.walls().get(wall.index()).cloned();
+        let of_plan = self.physics.walls.get(wall.index());
+        let driven = match now.zip(of_plan) {
+            Some((mut now, of_plan)) => now.drive_to(of_plan, [0.0; 2], to, velocities),
+            None => Err(WallError::NotExternal),
+        };
+        driven.map_err(|error| self.wall_error(wall, error))
     }
 
     /// Exchanges the surface of another wall for one of the same kind: [`crate::walls::WallNow::exchange`].

@@ -60,6 +60,15 @@ pub enum WallError {
         /// When the other one begins, s.
         begins: f64,
     },
+    /// A wall with a motion of its own was to be driven.
+    #[error("its motion is that of the scene: motion = \"external\" leaves it to another program")]
+    NotExternal,
+    /// A turn that is no quaternion.
+    #[error("the quaternion of its turn has the length {length}, and needs a finite one above 0")]
+    NoTurn {
+        /// Length.
+        length: f64,
+    },
     /// A saved wall with another number of servos.
     #[error("motion: the saved state is of another number of servos")]
     OtherServos,

@@ -35,6 +35,7 @@
 
 mod axis;
 mod behind;
+mod drive;
 mod error;
 mod films;
 mod images;
@@ -59,6 +60,7 @@ mod tests;
 mod touch;
 mod wall;
 
+pub use drive::Drive;
 pub use error::WallError;
 pub use films::{WallFilmPlan, WallFilms, WallPlace, film_at};
 pub use mesh::{

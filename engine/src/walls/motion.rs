@@ -58,6 +58,8 @@ pub enum Component {
     },
     /// A shift that follows a force.
     Servo(Servo),
+    /// As another program drives it, window by window; it has no other motion then.
+    External,
 }
 
 impl Component {
@@ -105,6 +107,7 @@ impl Component {
                 not_negative("max_speed", servo.max_speed)?;
                 period = Some((servo.from, servo.until));
             }
+            Self::External => {}
         }
         if let Some((from, until)) = period {
             finite("from", from)?;
@@ -141,6 +144,7 @@ impl Component {
             } => *amplitude == DVec3::ZERO || *frequency == 0.0 || from == until,
             Self::Table { table, .. } => table.is_zero(),
             Self::Servo(servo) => servo.max_speed == 0.0 || servo.from == servo.until,
+            Self::External => false,
         }
     }
 
@@ -152,6 +156,7 @@ impl Component {
             | Self::Oscillation { from, until, .. } => [*from, *until],
             Self::Table { table, .. } => table.displacement().ends(),
             Self::Servo(servo) => servo.window(),
+            Self::External => [0.0, f64::INFINITY],
         }
     }
 
@@ -188,6 +193,7 @@ impl Component {
                 Pose::about(*origin, by_vector(rotation_vector), displacement)
             }
             Self::Servo(servo) => servo.pose(driven),
+            Self::External => Pose::IDENTITY,
         }
     }
 
@@ -237,6 +243,7 @@ impl Component {
                 }
             }
             Self::Servo(servo) => servo.velocity(driven),
+            Self::External => RigidVelocity::REST,
         }
     }
 
@@ -305,6 +312,8 @@ impl Component {
                 }
                 (servo.max_speed, ball.grown(servo.max_speed * duration))
             }
+            // Not known before the run.
+            Self::External => (0.0, ball),
         }
     }
 }
@@ -376,6 +385,12 @@ impl Motion {
         }
     }
 
+    /// Whether another program drives the wall.
+    #[must_use]
+    pub fn is_external(&self) -> bool {
+        self.components.contains(&Component::External)
+    }
+
     /// Whether the wall stays where the scene puts it, for ever.
     #[must_use]
     pub fn is_static(&self) -> bool {
@@ -399,6 +414,7 @@ impl Motion {
                 let mut turns = table.rotation_vector().rows().iter();
                 turns.all(|row| is_along(row.1))
             }
+            Component::External => false,
             _ => true,
         })
     }

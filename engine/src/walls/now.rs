@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
+use super::drive::{Drive, pose_at};
 use super::error::finite_vector;
 use super::images::MetBy;
 use super::near_box::Corners;
@@ -23,6 +24,8 @@ pub struct WallNow {
     pub state: WallState,
     /// How far each of its servos has come, in the order of the motions.
     pub servos: Vec<ServoState>,
+    /// Its present window, if another program drives it.
+    drive: Option<Drive>,
     shape: Shape,
     /// Images that meet the wall.
     met_by: MetBy,
@@ -72,6 +75,7 @@ impl WallNow {
             material: wall.material,
             state: wall.state(0.0, dt),
             servos: vec![ServoState::default(); wall.motion.all_servos().count()],
+            drive: wall.motion.is_external().then_some(Drive::REST),
             shape: wall.shape.clone(),
             met_by: MetBy::new(&wall.shape, cell, keeps_axes(wall)),
             taken_off: [DVec3::ZERO; 2],
@@ -255,7 +259,7 @@ impl WallNow {
             self.state.present = wall.is_present(time, dt);
         } else {
             let before = self.state.pose.translation;
-            self.state = wall.driven_state(time, dt, &self.servos);
+            self.state = self.state_of(wall, time, dt);
             self.set_back(cell);
             // Set back by a period it is somewhere else at once, and found by other images before the next list.
             let gone = (self.state.pose.translation - before).abs();
@@ -265,14 +269,85 @@ impl WallNow {
         }
     }
 
+    /// Pose and velocities at `time` (s), along periodic axes in a domain that goes on for ever.
+    fn at(&self, wall: &Wall, time: f64, servos: &[ServoState]) -> (Pose, RigidVelocity) {
+        match &self.drive {
+            Some(drive) => (drive.pose(time), drive.velocity(time)),
+            None => (
+                wall.motion.driven_pose(time, servos),
+                wall.motion.driven_velocity(time, servos),
+            ),
+        }
+    }
+
+    /// The state in the step of `dt` (s) that ends at `time` (s).
+    fn state_of(&self, wall: &Wall, time: f64, dt: f64) -> WallState {
+        match &self.drive {
+            Some(drive) => wall.state_by(
+                time,
+                dt,
+                |time| drive.pose(time),
+                |time| drive.velocity(time),
+            ),
+            None => wall.driven_state(time, dt, &self.servos),
+        }
+    }
+
+    /// The present window of a wall that another program drives.
+    #[must_use]
+    pub fn drive(&self) -> Option<&Drive> {
+        self.drive.as_ref()
+    }
+
+    /// Drives it in the next window (s): with velocities of its reference point (m/s) and about it (rad/s) to a place of this point (m) and a turn since the start.
+    ///
+    /// # Errors
+    /// If the scene does not leave its motion to another program, or a number is not finite.
+    pub fn drive_to(
+        &mut self,
+        wall: &Wall,
+        window: [f64; 2],
+        (place, turn): (DVec3, DQuat),
+        velocities: [DVec3; 2],
+    ) -> Result<(), WallError> {
+        let Some(drive) = &mut self.drive else {
+            return Err(WallError::NotExternal);
+        };
+        finite_vector("place", place)?;
+        finite_vector("velocity", velocities[0])?;
+        finite_vector("angular_velocity", velocities[1])?;
+        let length = turn.length();
+        if !(length.is_finite() && length > 0.0) {
+            return Err(WallError::NoTurn { length });
+        }
+        let target = pose_at(wall.reference, place, turn / length);
+        *drive = drive.next(window, target, wall.reference, velocities);
+        Ok(())
+    }
+
+    /// Goes on with a window at `time` (s) with steps of `dt` (s), the rest of the wall being restored.
+    pub fn restore_drive(
+        &mut self,
+        wall: &Wall,
+        drive: Drive,
+        (time, dt): (f64, f64),
+        cell: &Cell,
+    ) {
+        self.drive = Some(drive);
+        self.state = self.state_of(wall, time, dt);
+        self.set_back(cell);
+        self.taken_off[1] = self.taken_off[0];
+        self.note_images(cell);
+    }
+
     /// The state with its velocities as the plan's wall has them at `time` (s), which is that of the state: contacts see those of half a step before.
     #[must_use]
     pub fn state_at(&self, wall: &Wall, time: f64) -> WallState {
         let mut state = self.state;
         if state.moves {
-            let pose = wall.motion.driven_pose(time, &self.servos);
+            let (pose, velocity) = self.at(wall, time, &self.servos);
             let set_back = state.pose.translation - pose.translation;
-            state.velocity = wall.motion.driven_velocity(time, &self.servos);
+            state.velocity = velocity;
             state.velocity.origin += set_back;
         }
         state
@@ -289,10 +364,9 @@ impl WallNow {
             ..*servo
         };
         let servos: Vec<ServoState> = self.servos.iter().map(before).collect();
-        let at_end = wall.motion.driven_pose(end, &self.servos);
+        let (at_end, _) = self.at(wall, end, &self.servos);
         let set_back = self.state.pose.translation - at_end.translation;
-        let mut pose = wall.motion.driven_pose(time, &servos);
-        let mut velocity = wall.motion.driven_velocity(time, &servos);
+        let (mut pose, mut velocity) = self.at(wall, time, &servos);
         pose.translation += set_back;
         velocity.origin += set_back;
         (pose, velocity)
@@ -422,7 +496,8 @@ impl WallNow {
         }
         self.servos.clone_from(&saved.servos);
         self.listed_pose = saved.listed_pose;
-        self.state = wall.driven_state(time, dt, &self.servos);
+        self.drive = wall.motion.is_external().then_some(Drive::REST);
+        self.state = self.state_of(wall, time, dt);
         self.set_back(cell);
         // A wall that is set back is listed anew in the same step.
         self.taken_off[1] = self.taken_off[0];

@@ -58,15 +58,27 @@ impl Wall {
     /// State with servos as in `driven`.
     #[must_use]
     pub fn driven_state(&self, time: f64, dt: f64, driven: &[ServoState]) -> WallState {
+        let pose = |time| self.motion.driven_pose(time, driven);
+        let velocity = |time| self.motion.driven_velocity(time, driven);
+        self.state_by(time, dt, pose, velocity)
+    }
+
+    /// State with these poses and velocities as functions of time.
+    pub(super) fn state_by(
+        &self,
+        time: f64,
+        dt: f64,
+        pose: impl Fn(f64) -> Pose,
+        velocity: impl Fn(f64) -> RigidVelocity,
+    ) -> WallState {
         let moves = !self.motion.is_static();
         let pose = if moves {
-            self.shape.reduced(self.motion.driven_pose(time, driven))
+            self.shape.reduced(pose(time))
         } else {
             Pose::IDENTITY
         };
         let velocity = if moves {
-            let middle = (time - 0.5 * dt).max(0.0);
-            self.motion.driven_velocity(middle, driven)
+            velocity((time - 0.5 * dt).max(0.0))
         } else {
             RigidVelocity::REST
         };

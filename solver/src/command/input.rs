@@ -9,7 +9,7 @@ use mercury_common::scene::{
     Files, STANDARD_INPUT, Scene, SceneErrors, read_scene_from, read_scene_text,
 };
 use mercury_common::within::Within;
-use mercury_solver::plan::{all_mistakes, parse_scene, refusal};
+use mercury_solver::plan::{read_all, refusal};
 
 /// The text of a scene or a study.
 #[derive(Debug, Clone)]
@@ -45,11 +45,8 @@ impl Input {
 
     /// The scene that it is, with these `KEY=VALUE` on top. Where its keys are wrong, what the plan would find is reported with them.
     pub(crate) fn scene(&self, overrides: &[String]) -> Result<Scene, Failure> {
-        let files = self.files.clone();
-        parse_scene(&self.path, &self.text, overrides, files).map_err(|errors| {
-            let (path, text, files) = (&self.path, &self.text, &self.files);
-            refused(&all_mistakes(errors, path, text, overrides, files))
-        })
+        read_all(&self.path, &self.text, overrides, self.files.clone())
+            .map_err(|errors| refused(&errors))
     }
 }
 

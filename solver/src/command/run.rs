@@ -3,7 +3,6 @@
 use super::input::{Input, lies_within};
 use super::progress::ProgressFile;
 use super::waiting::stopped_early;
-use std::collections::BTreeMap;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -13,17 +12,16 @@ use std::time::Duration;
 
 use mercury_common::cli::{self, Failure};
 use mercury_common::machine;
-use mercury_common::readable::{bytes, rounded};
+use mercury_common::readable::bytes;
 use mercury_common::scene::Statement;
 use mercury_common::within::Within;
 use mercury_engine::lanes::Width;
 use mercury_engine::task::{RunEvent, TaskProgress};
-use mercury_solver::output::folder::{self, Earlier, FolderError, Found};
+use mercury_solver::output::folder::{self, Earlier, FolderError};
 use mercury_solver::plan::{Disk, Memory, Plan, document};
 use mercury_solver::results::{Aims, NamedResult};
-use mercury_solver::run::checkpoint::{self, Checkpoint};
 use mercury_solver::run::{
-    Checkpoints, Progress, Report, RunFailure, RunOptions, run_from, useful_threads,
+    Checkpoints, Claim, Progress, Report, RunFailure, RunOptions, run_from, useful_threads,
 };
 
 /// Requests of signals to a run.
@@ -141,44 +139,29 @@ pub(crate) fn run_plan(
     tell: &mut dyn FnMut(&Progress<'_>),
 ) -> Result<Ran, Failure> {
     let folder = (how.folder.clone()).unwrap_or_else(|| PathBuf::from(plan.outputs().prefix()));
-    let mut scene = stated.statement.entries().map_err(|(path, error)| {
-        Failure::input(format!(
-            "{}: the file cannot be read: {error}",
-            path.display()
+    if let Some(wall) = plan.driven_wall() {
+        return Err(Failure::input(format!(
+            "wall `{wall}` is driven by another program: motion = \"external\""
         ))
-    })?;
-    for from in plan.notes().started_from() {
-        let (key, state) = &from.statement;
-        scene.insert(key.clone(), state.clone());
-        let [there, here] = [&from.folder, &folder].map(std::fs::canonicalize);
-        if there.is_ok_and(|there| here.is_ok_and(|here| there == here)) {
-            return Err(Failure::input(format!(
-                "{}: the run would start from what is in its own folder, and replace it",
-                folder.display()
-            ))
-            .with_help("write elsewhere with --output DIR"));
-        }
+        .with_help(
+            "run the scene from that program, by mercury.h or mercury_dem; --check prints its plan",
+        ));
     }
     keeps_within(how.within.as_ref(), &folder)?;
-    if folder::is_of_earlier_run(&folder, &stated.input.path) {
-        return Err(Failure::input(format!(
-            "{}: this scene is a file of the run in {}, which would be replaced",
-            stated.input.path.display(),
-            folder.display()
-        ))
-        .with_help("write elsewhere with --output DIR, or copy the scene"));
-    }
     // The folder is this run's until the end of the function; one that was made for it is not left empty.
     let is_new = !folder.exists();
     let made = is_new.then(|| cli::Temporary::new(&folder));
     let lock_file = cli::Temporary::new(&folder.join(folder::LOCK));
-    let (lock, found) =
-        folder::prepare(&folder, plan.outputs().prefix(), how.earlier).map_err(unusable)?;
-    let mut notes = Vec::new();
-    let mut from = None;
-    if found == Found::Run {
-        from = resumed(&folder, &plan, &scene, &mut notes)?;
-    }
+    let scene_file = &stated.input.path;
+    let mut claim =
+        Claim::new(&folder, &plan, scene_file, stated.statement, how.earlier).map_err(|error| {
+            match error.is_of_system() {
+                true => Failure::run(error),
+                false => Failure::input(error),
+            }
+        })?;
+    let from = claim.from.take();
+    let mut notes = std::mem::take(&mut claim.notes);
     if let Some(checkpoint) = from.as_ref().filter(|from| from.is_at_end(&plan)) {
         let time = checkpoint.head.time();
         return Ok(Ran::Before { folder, time });
@@ -217,14 +200,15 @@ pub(crate) fn run_plan(
             every: how.checkpoint_every,
             at_end: how.checkpoint_every.is_some(),
             now: requests.checkpoint,
-            scene,
+            scene: claim.statement.clone(),
         }),
         notes,
         results: how.results.clone(),
         until: how.until.clone(),
+        ..RunOptions::default()
     };
     let result = run_from(from, plan, &options, tell);
-    drop(lock);
+    drop(claim);
     drop(lock_file);
     if let (Some(_), Err(failure)) = (made, &result)
         && failure.is_stop()
@@ -291,34 +275,4 @@ pub(crate) fn unusable(error: FolderError) -> Failure {
         FolderError::System { .. } => Failure::run(error),
         _ => Failure::input(error),
     }
-}
-
-/// The checkpoint from which a run in this folder continues, and the messages about it.
-fn resumed(
-    folder: &Path,
-    plan: &Plan,
-    scene: &BTreeMap<String, String>,
-    notes: &mut Vec<String>,
-) -> Result<Option<Checkpoint>, Failure> {
-    let newest = checkpoint::newest(folder, plan.outputs().prefix()).map_err(Failure::input)?;
-    let Some((checkpoint, damaged)) = newest else {
-        if folder.join("summary.json").exists() {
-            return Err(Failure::input(format!(
-                "{}: there is a whole run in this folder, and no checkpoint of it",
-                folder.display()
-            ))
-            .with_help("--force replaces it"));
-        }
-        notes.push("no checkpoint yet: from the beginning".to_owned());
-        folder::clear(folder, plan.outputs().prefix()).map_err(unusable)?;
-        return Ok(None);
-    };
-    checkpoint.fits(plan, scene).map_err(Failure::input)?;
-    notes.extend(damaged.iter().map(|what| format!("not used: {what}")));
-    notes.push(format!(
-        "resumed from {} at t = {} s",
-        checkpoint.path.display(),
-        rounded(checkpoint.head.time(), 12)
-    ));
-    Ok(Some(checkpoint))
 }

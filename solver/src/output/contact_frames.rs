@@ -1,6 +1,8 @@
 //! `<prefix>.contacts.arrow`: the native frames of contacts.
 
-use mercury_common::frames::{ContactColumns, ContactFrame, ContactWriter, HistoryColumn};
+use mercury_common::frames::{
+    ColumnSpec, ContactColumns, ContactFrame, ContactWriter, HistoryColumn, Table as _,
+};
 
 use super::stream::{Beginning, Sink, Stream, StreamKind};
 use super::{FrameCopy, OutputError};
@@ -60,6 +62,17 @@ impl Stream for ContactFrames {
     fn sink(&self) -> Sink<'_> {
         Sink::Frames(self.writer.frames())
     }
+}
+
+/// The contacts of a state in order of ids, and their columns.
+pub(crate) fn contact_table(
+    plan: &Plan,
+    history: &[HistoryNumber],
+    state: &FrameCopy,
+) -> (Vec<ColumnSpec>, ContactFrame) {
+    let columns = contact_columns(plan, history);
+    let frame = contact_frame(state, &columns);
+    (ContactFrame::specs(&columns), frame)
 }
 
 /// The contacts sorted by the lower id, then pairs by the higher one, then walls, then membranes.

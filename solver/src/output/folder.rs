@@ -354,7 +354,8 @@ fn vtk_files(folder: &Path, prefix: &str) -> Vec<PathBuf> {
 }
 
 /// The prefix of the run whose `plan.toml` is there: it may have been another scene's.
-fn earlier_prefix(folder: &Path) -> Option<String> {
+#[must_use]
+pub fn earlier_prefix(folder: &Path) -> Option<String> {
     let plan: toml::Table = fs::read_to_string(folder.join("plan.toml"))
         .ok()?
         .parse()

@@ -33,13 +33,16 @@ mod wall_loads;
 mod writer;
 
 pub use budget::{BudgetRow, Exchanged, Gap, energy_flows, is_closed};
+pub(crate) use contact_frames::contact_table;
 pub use energies::energies;
 pub use final_picture::{Put, draw_final};
 pub use frame_copy::FrameCopy;
 pub use memory::{OutputBytes, output_bytes};
 pub use particle_frames::particle_columns;
+pub(crate) use particle_frames::particle_table;
 pub use schedule::{Due, Schedule};
 pub use stream::OutputError;
+pub(crate) use wall_loads::wall_table;
 pub use writer::{Positions, ToWrite, Writer, Written};
 
 use stream::{StreamEntry, entry};

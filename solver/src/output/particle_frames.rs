@@ -65,6 +65,12 @@ pub fn particle_columns(plan: &Plan) -> Vec<ColumnSpec> {
     ParticleFrame::specs(&ParticleTable::new(plan).columns)
 }
 
+/// The particles of a state in order of ids, and their columns.
+pub(crate) fn particle_table(plan: &Plan, state: &FrameCopy) -> (Vec<ColumnSpec>, ParticleFrame) {
+    let table = ParticleTable::new(plan);
+    (ParticleFrame::specs(&table.columns), table.frame(state))
+}
+
 /// Facts about the run in files of frames.
 pub(super) fn frames_header(plan: &Plan) -> FramesHeader {
     let materials = plan

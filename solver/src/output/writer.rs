@@ -38,7 +38,6 @@ pub struct Writer {
 }
 
 /// Messages to the thread.
-#[derive(Debug)]
 enum Message {
     /// Write what is due of this state.
     Write(Box<FrameCopy>),
@@ -46,6 +45,10 @@ enum Message {
     Tell(SyncSender<Reported>),
     /// Sync all files to the disk, add their positions, and write this checkpoint.
     Checkpoint(Box<ToWrite>),
+    /// Close all files as they are, and answer.
+    LetGo(SyncSender<()>),
+    /// Go on with these files and sums.
+    GoOn(Box<(Vec<Named>, RunningSums)>),
 }
 
 /// The positions of all files, and the growing files.
@@ -258,6 +261,27 @@ impl Writer {
         reported.recv().ok()
     }
 
+    /// Cuts the files back to earlier positions, and goes on behind them.
+    ///
+    /// # Errors
+    /// If a file cannot be cut, or the writer has given up.
+    pub fn go_back(
+        &self,
+        folder: &Path,
+        plan: &Plan,
+        (history, losses): (&[HistoryNumber], &Losses),
+        to: &Positions,
+    ) -> Result<(), OutputError> {
+        let (answer, closed) = sync_channel(1);
+        let lost = |_| OutputError::Lost;
+        let sent = self.sender.send(Message::LetGo(answer));
+        sent.map_err(|_| OutputError::Lost)?;
+        closed.recv().map_err(lost)?;
+        let streams = streams(folder, plan, (history, losses), Some(to))?;
+        let message = Message::GoOn(Box::new((streams, to.sums.clone())));
+        self.sender.send(message).map_err(|_| OutputError::Lost)
+    }
+
     /// Keeps the memory of a state that is not written for the first checkpoint.
     pub fn lend_memory(&self, state: Encoder) {
         let _ = self.lent.send(state.into_memory());
@@ -358,6 +382,14 @@ fn write_all(
             Message::Tell(answer) => {
                 // The receiver may have been dropped.
                 let _ = answer.send((positions(&streams, &sums), growing(&streams)));
+            }
+            Message::LetGo(answer) => {
+                streams.clear();
+                let _ = answer.send(());
+            }
+            Message::GoOn(anew) => {
+                (streams, sums) = *anew;
+                (last, at_end) = (None, None);
             }
             Message::Checkpoint(checkpoint) => {
                 let ToWrite {

@@ -56,7 +56,8 @@ fn closes(wall: &Wall, end: f64) -> bool {
             let angle = angular_velocity.abs() * (until.min(end) - from).max(0.0);
             angle > 0.0 && angle < std::f64::consts::TAU
         }
-        Component::Oscillation { .. } => false,
+        // Where another program drives it is not known.
+        Component::Oscillation { .. } | Component::External => false,
         Component::Table { .. } | Component::Servo(_) => true,
     })
 }

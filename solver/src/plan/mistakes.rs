@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use mercury_common::scene::{Files, SceneError, SceneErrors, mend_scene_with};
+use mercury_common::scene::{Files, Scene, SceneError, SceneErrors, mend_scene_with};
 
-use super::sketch;
+use super::{parse_scene, sketch};
 use mercury_engine::contact::law_keys;
 
 /// Scales of the numbers that stand in for wrong ones: what is wrong with both, in the same words, does not depend on them.
@@ -13,10 +13,24 @@ const SCALES: [f64; 2] = [1.0, 1.0 / 16.0];
 /// Bytes of a scene that is read again and again for that: more than a scene has that was typed.
 const LONGEST: usize = 1_000_000;
 
+/// Reads a scene from its text, as [`parse_scene`] does.
+///
+/// # Errors
+/// Where its keys are wrong, also what the plan would find.
+pub fn read_all(
+    path: &Path,
+    text: &str,
+    overrides: &[String],
+    files: Files,
+) -> Result<Scene, SceneErrors> {
+    parse_scene(path, text, overrides, files.clone())
+        .map_err(|errors| all_mistakes(errors, path, text, overrides, &files))
+}
+
 /// Mistakes that the plan finds in a scene beside `errors`, which the reader has found. Of a scene whose mistakes cannot be put right
 /// one by one, or that is longer than a megabyte, `errors` alone.
 #[must_use]
-pub fn all_mistakes(
+fn all_mistakes(
     errors: SceneErrors,
     path: &Path,
     text: &str,

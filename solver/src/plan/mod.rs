@@ -51,7 +51,7 @@ pub use files::{SceneFile, files};
 pub use largest::{Largest, largest, lattice_grains};
 pub use memory::{Memory, StartBytes};
 pub use mercury_engine::contact::parameter::{Origin, Parameter, Value};
-pub use mistakes::all_mistakes;
+pub use mistakes::read_all;
 pub use notes::Notes;
 pub use outputs::{MeshFile, OutputPlan, Outputs};
 pub use pair::PairPlan;
@@ -116,6 +116,14 @@ impl Plan {
     #[must_use]
     pub fn physics(&self) -> &Physics {
         &self.physics
+    }
+
+    /// The first wall that another program drives.
+    #[must_use]
+    pub fn driven_wall(&self) -> Option<&str> {
+        let mut walls = self.physics.walls.iter();
+        let driven = walls.find(|wall| wall.motion.is_external());
+        driven.map(|wall| wall.name.as_str())
     }
 
     /// Files that the run writes.

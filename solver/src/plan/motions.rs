@@ -68,6 +68,7 @@ fn line(component: &Component) -> String {
             )
         }
         Component::Servo(servo) => of_servo(servo),
+        Component::External => "driven by another program".to_owned(),
     }
 }
 

@@ -194,6 +194,7 @@ pub(crate) fn component_about(
     let from = *motion.from;
     let until = motion.until.as_deref().copied().unwrap_or(f64::INFINITY);
     Ok(match &motion.kind {
+        MotionKind::External => Component::External,
         MotionKind::Translation { velocity } => Component::Translation {
             velocity: **velocity,
             from,

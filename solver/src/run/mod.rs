@@ -2,16 +2,20 @@
 
 mod budget;
 pub mod checkpoint;
+mod claim;
+mod coupling;
 mod exit_report;
 mod failed_state;
 mod insertions;
 mod long_steps;
 mod memory;
+mod open;
 mod pictures;
 mod report;
 mod rest_criterion;
 mod servos;
 mod shortfall;
+mod tables;
 #[cfg(test)]
 mod tests;
 mod time_left;
@@ -28,11 +32,16 @@ use mercury_common::run_tables::RESULTS;
 use mercury_common::whole_file::write_whole;
 
 pub use budget::Budget;
+pub use claim::{Claim, ClaimError};
+pub use coupling::{CouplingError, Saved, WallDrive};
 pub use memory::{check_fit, memory, plan_within};
+pub use open::{OpenError, OpenRun, SceneInput};
 pub use report::Report;
+pub use tables::Rows;
 pub use trial::{Trial, trial};
 
 use checkpoint::{Checkpoint, Known};
+use coupling::WallLoads;
 use long_steps::{LongStep, long_steps, next_long_step};
 use pictures::draw_pictures;
 use report::{Looped, log_body, log_head, report};
@@ -40,14 +49,16 @@ use rest_criterion::Rest;
 use time_left::Cost;
 
 use crate::output::summary::Status;
-use crate::output::{Due, Exchanged, FrameCopy, OutputError, Schedule, ToWrite, Writer, folder};
+use crate::output::{
+    Due, Exchanged, FrameCopy, OutputError, Positions, Schedule, ToWrite, Writer, folder,
+};
 use crate::plan::{Ahead, Here, POSITIONS, Plan, Workload, checkpoint_paths};
 use crate::results::{Aims, NamedResult};
-use mercury_engine::forces::{Watch, block_size};
+use mercury_engine::forces::{Observation, Watch, block_size};
 use mercury_engine::lanes::Width;
 use mercury_engine::membrane::MembranePlan;
 use mercury_engine::state::{Encoder, FIXED, PEBBLE};
-use mercury_engine::step::{Engine, RunError, StartOptions};
+use mercury_engine::step::{Engine, Part, RunError, StartOptions};
 use mercury_engine::task::{OutputFile, RunEvent, Task, TaskProgress};
 
 /// Fewer particles, pebbles and vertices of sheets than these are stepped by one thread: two threads took as long for 1,000 beads, and 0.7 of the time for 2,000
@@ -79,6 +90,12 @@ pub struct RunOptions {
     pub scene_text: Option<String>,
     /// Set to end the run after the present step.
     pub stop: Arc<AtomicBool>,
+    /// Set to leave [`Run::advance`] after the present step, until it is called again.
+    pub pause: Arc<AtomicBool>,
+    /// The last step of each piece is observed, so that contacts and loads on walls can be read between pieces.
+    pub pieces_observed: bool,
+    /// The loads on walls are summed up in every step, for [`Run::wall_load`].
+    pub wall_loads: bool,
     /// The observer of long work; its flag for stops should be the one above.
     pub task_progress: Arc<TaskProgress>,
     /// The wall-clock time after which the run stops by itself.
@@ -115,6 +132,9 @@ pub enum RunFailure {
     /// The outputs cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// A request of a program that drives the run makes no sense.
+    #[error(transparent)]
+    Coupling(#[from] CouplingError),
 }
 
 impl RunFailure {
@@ -134,8 +154,13 @@ impl RunOptions {
     }
 
     fn start(&self, schedule: &Schedule) -> StartOptions {
+        let mut parts: Vec<Box<dyn Part>> = Vec::new();
+        if self.wall_loads {
+            parts.push(Box::new(WallLoads::default()));
+        }
         StartOptions::threads(self.threads)
-            .records(schedule.everything().needs_records())
+            .parts(parts)
+            .records(schedule.everything().needs_records() || self.pieces_observed)
             .width(self.width)
             .task_progress(Arc::clone(&self.task_progress))
     }
@@ -290,6 +315,8 @@ const LOOK: Duration = Duration::from_millis(100);
 pub enum Advance {
     /// To the end of the given time; it can go on.
     Reached,
+    /// Not yet there, as [`RunOptions::pause`] was set; it can go on.
+    Paused,
     /// To its end: as planned, at rest, or stopped. Only [`Run::finish`] is left.
     Ended,
 }
@@ -337,6 +364,15 @@ pub struct Run {
     particle_steps: u64,
     /// When `observe` was called.
     seen: Option<Instant>,
+    /// Last step of the piece that is being made.
+    piece_end: u64,
+    /// Contacts and loads on walls of the present step, if the last piece ended with it ([`RunOptions::pieces_observed`]).
+    observed: Option<Observation>,
+    /// Drives of walls for the next window.
+    drives: Vec<(usize, WallDrive)>,
+    /// States passed to the writer, and positions of the files behind so many of them.
+    sent: u64,
+    positions: Option<(Arc<Positions>, u64)>,
     ended: Option<Ending>,
 }
 
@@ -445,9 +481,11 @@ impl Run {
         let files = checkpoint_paths(folder, plan.outputs().prefix());
         let is_first = |from: &Checkpoint| from.path == files[0];
         let next_file = usize::from(from.as_ref().is_some_and(is_first));
+        let mut observed = None;
         let (engine, writer, known) = match from {
             None => {
                 let mut engine = Engine::start(Arc::clone(&plan), start)?;
+                observed = options.pieces_observed.then(|| engine.observation());
                 let writer = open(&engine, None)?;
                 let rest = (plan.physics().until_at_rest).then(|| Rest::new(&plan));
                 let at_start = Exchanged::by_now(&engine);
@@ -508,6 +546,11 @@ impl Run {
             stepping: Duration::ZERO,
             particle_steps: 0,
             seen: None,
+            piece_end: 0,
+            observed,
+            drives: Vec::new(),
+            sent: 0,
+            positions: None,
             ended,
             options,
         };
@@ -533,6 +576,18 @@ impl Run {
         &self.engine
     }
 
+    /// The plan of the run.
+    #[must_use]
+    pub fn plan(&self) -> &Arc<Plan> {
+        &self.plan
+    }
+
+    /// Whether the run has come to its end, or was stopped: only [`Self::finish`] is left.
+    #[must_use]
+    pub fn is_ended(&self) -> bool {
+        self.ended.is_some()
+    }
+
     /// Goes on to the first step at or after `until` (s), or to the end of the run; `observe` is called from time to time.
     ///
     /// # Errors
@@ -545,9 +600,16 @@ impl Run {
         let plan = Arc::clone(&self.plan);
         // With the slack of the schedule: a millionth of a step.
         let until = (until / plan.physics().time_step - 1e-6).ceil().max(0.0) as u64;
+        self.piece_end = until;
+        if self.ended.is_none() && self.engine.steps() < until {
+            self.begin_window(until)?;
+        }
         while self.ended.is_none() {
             if self.engine.steps() >= until {
                 return Ok(Advance::Reached);
+            }
+            if self.options.pause.load(Ordering::Relaxed) {
+                return Ok(Advance::Paused);
             }
             let stopping = self.stopping();
             let until = until.min(plan.physics().steps);
@@ -606,8 +668,12 @@ impl Run {
         let since = Instant::now();
         let engine = &mut self.engine;
         let step = engine.steps();
-        // Steps without output are made at once, but not so many that a request to stop has to wait.
-        let most = (STEPS_AT_ONCE / engine.particles.len().max(1) as u64).clamp(1, 1000);
+        // Steps without output are made at once, but not so many that a request to stop has to wait, or one to pause a person.
+        let at_once = match self.options.pieces_observed {
+            true => STEPS_AT_ONCE / 8,
+            false => STEPS_AT_ONCE,
+        };
+        let most = (at_once / engine.particles.len().max(1) as u64).clamp(1, 1000);
         let mut target = (step + most)
             .min(self.schedule.next_step())
             .clamp(step + 1, until);
@@ -627,8 +693,11 @@ impl Run {
         let perhaps_rest = is_rest_due && self.rest.as_ref().is_some_and(Rest::is_near);
         let perhaps_last = planned_end || stopping.is_some() || is_known || perhaps_rest;
         let everything = self.schedule.everything();
-        let watch = (due.beyond_tracks() || perhaps_last).then_some(Watch {
-            records: due.needs_records() || (perhaps_last && everything.needs_records()),
+        let is_observed = self.options.pieces_observed && (perhaps_last || step == self.piece_end);
+        let watch = (due.beyond_tracks() || perhaps_last || is_observed).then_some(Watch {
+            records: is_observed
+                || due.needs_records()
+                || (perhaps_last && everything.needs_records()),
             audit: None,
         });
         let is_alone = self.options.steps_alone(engine);
@@ -642,7 +711,7 @@ impl Run {
         let is_cut = was_worn || engine.steps() < target;
         if is_cut {
             let watch = Watch {
-                records: everything.needs_records(),
+                records: self.options.pieces_observed || everything.needs_records(),
                 audit: None,
             };
             if let Err(error) = engine.steps_at_once(1, Some(watch)) {
@@ -689,12 +758,15 @@ impl Run {
         };
         let is_last_look = closing.is_some_and(|closing| closing.any() || !due.any());
         let seen = is_last_look.then(|| engine.observation());
+        let is_observed = is_observed || self.options.pieces_observed && is_cut;
+        self.observed = is_observed.then(|| engine.observation());
         if due.any() {
             engine.complete_step()?;
         }
         self.stepping += since.elapsed();
         if due.any() {
             let moment = FrameCopy::take(&mut self.engine, due, &self.at_start);
+            self.sent += 1;
             if !self.writer.send(moment) {
                 return Ok(false);
             }
@@ -710,6 +782,7 @@ impl Run {
         };
         self.engine.complete_step()?;
         let moment = FrameCopy::take(&mut self.engine, closing, &self.at_start);
+        self.sent += 1;
         Ok(self.writer.send(FrameCopy {
             observation: seen,
             ..moment
@@ -776,8 +849,9 @@ impl Run {
         self.writer.write_checkpoint(self.to_write(path, state))
     }
 
-    /// Writes a checkpoint of now, whatever the schedule. False if the writer has given up.
-    fn write_checkpoint(&mut self) -> bool {
+    /// Writes a checkpoint of now, whatever the schedule; a run without [`RunOptions::checkpoints`] writes none. False if the writer has
+    /// given up: [`Self::finish`] returns the reason.
+    pub fn write_checkpoint(&mut self) -> bool {
         let Some((path, state)) = self.next_checkpoint() else {
             return true;
         };

@@ -277,3 +277,29 @@ fn a_filling_is_a_fraction_of_a_region() {
     assert!(text.starts_with(refused), "{text}");
     assert!(text.contains("help: did you mean `ball`?"), "{text}");
 }
+
+/// A plan of it can be looked at; a run needs the other program.
+#[test]
+fn a_wall_that_another_program_drives_is_not_run_from_here() {
+    let wall = "[[walls]]\nname = \"lid\"\nshape = \"plane\"\npoint = [0, 0, 0.09]\nnormal = [0, 0, -1]\nmaterial = \"ball\"\nmotion = \"external\"\n";
+    let folder = folder_with("scene.toml", &format!("{SCENE}{wall}"));
+    let checked = solve(folder.path(), &["scene.toml", "--check"]);
+    assert_eq!(code(&checked), Some(0), "{}", errors(&checked));
+    assert!(said(&checked).contains("driven by another program"));
+    let run = solve(folder.path(), &["scene.toml"]);
+    assert_eq!(code(&run), Some(2));
+    let message = errors(&run);
+    assert!(
+        message.contains("wall `lid` is driven by another program"),
+        "{message}"
+    );
+    assert!(!folder.path().join("scene").exists());
+    fs::write(
+        folder.path().join("scene.toml"),
+        format!("{SCENE}{wall}").replace("external", "outside"),
+    )
+    .unwrap();
+    let wrong = solve(folder.path(), &["scene.toml", "--check"]);
+    assert_eq!(code(&wrong), Some(2));
+    assert!(errors(&wrong).contains("external"), "{}", errors(&wrong));
+}

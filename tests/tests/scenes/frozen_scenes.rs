@@ -4,11 +4,11 @@
 
 use std::path::{Path, PathBuf};
 
-use mercury_common::scene::{Files, SceneErrors};
+use mercury_common::scene::SceneErrors;
 use mercury_solver::output::folder;
 use mercury_solver::output::summary::Status;
-use mercury_solver::plan::{Plan, all_mistakes, plan, read_scene, refusal};
-use mercury_solver::run::{RunOptions, run};
+use mercury_solver::plan::{Plan, plan, read_scene, refusal};
+use mercury_solver::run::{RunOptions, SceneInput, run};
 
 fn folder_of(kind: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -39,11 +39,8 @@ fn complaint(path: &Path) -> String {
         folder_of("bad").display(),
         std::path::MAIN_SEPARATOR
     );
-    let text = || std::fs::read_to_string(path).unwrap_or_default();
-    let planned = match read_scene(path, &[]) {
-        Ok(scene) => plan(&scene),
-        Err(errors) => Err(all_mistakes(errors, path, &text(), &[], &Files::MustExist)),
-    };
+    let read = SceneInput::read(path).and_then(|input| input.scene());
+    let planned = read.and_then(|scene| plan(&scene));
     match planned {
         Ok(_) => "no error\n".to_owned(),
         Err(errors) => refusal(&errors).replace(&folder, "") + "\n",

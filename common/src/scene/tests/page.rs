@@ -337,7 +337,8 @@ fn with_variants(text: &str) -> String {
                 continue;
             }
             let needed = table.keys.iter().copied().flatten();
-            let needed = needed.filter(|key| key.name == "name" || matches!(key.absent, Absent::Needed));
+            let needed =
+                needed.filter(|key| key.name == "name" || matches!(key.absent, Absent::Needed));
             let mut entry = format!("{head}\n{word} = {value}   # {}\n", variant.text);
             for key in needed.chain(variant.keys.iter().copied().flatten()) {
                 let example = match key.kind {
@@ -379,7 +380,8 @@ fn a_variant_that_the_scene_lacks_is_added_to_its_list() {
     let end = begin + 1 + text[begin + 1..].find("\n[").unwrap();
     let without = format!("{}{}", &text[..begin], &text[end..]);
     let added = with_keys(&without);
-    let entry = "\n[[walls]]\nshape = \"sphere\"   # a sphere\nname = \"sphere\"\nmaterial = \"a\"\n";
+    let entry =
+        "\n[[walls]]\nshape = \"sphere\"   # a sphere\nname = \"sphere\"\nmaterial = \"a\"\n";
     assert!(added.contains(entry), "{added}");
     assert_eq!(with_keys(&added), added);
 }

@@ -112,6 +112,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         loads.fill(Load::default());
         block.outbox.clear();
         block.reports.surface_loads.clear();
+        block.reports.begin_wall_loads(self.context);
         if self.context.watch.is_some() {
             block.reports.observation = Observation::empty(self.context.walls.len());
         }

@@ -79,6 +79,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
         let tangential = DVec3::from(action.shear(A::SHEARS));
         load.add(force, couple + meeting.arm.cross(tangential));
+        if context.wall_loads {
+            let about = side.centre + meeting.arm - side.state.reference;
+            let on_wall = &mut reports.wall_loads[side.near.wall.index()];
+            on_wall.add(-force, -about.cross(force) - couple);
+        }
         let mut acted = WallAction {
             pair,
             action,
@@ -383,6 +388,8 @@ pub(super) struct WallReports<'a, 'b, H> {
     /// Those of its surface, if it has any.
     pub(super) surface: Option<&'a mut Reported<'b>>,
     pub(super) events: &'a mut Vec<SlotEvent<H>>,
+    /// Sums of the loads on each wall; empty unless they are wanted.
+    pub(super) wall_loads: &'a mut [Load],
 }
 
 /// Geometry of a contact with a wall.

@@ -82,6 +82,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
             if context.watch.is_some() {
                 block.reports.observation = Observation::empty(context.walls.len());
             }
+            block.reports.begin_wall_loads(&context);
             let start = block.rows.start;
             let own = &vertices[start..start + loads.len()];
             pass.walls(block, &Rows::together(own), loads);

@@ -91,6 +91,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                         observation: &mut block.reports.observation,
                         surface: None,
                         events: &mut block.events,
+                        wall_loads: &mut block.reports.wall_loads,
                     };
                     self.touch_wall(a, &at, slot, load, reports);
                 }
@@ -124,6 +125,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             feature_loads,
             rubs,
             surface_loads,
+            wall_loads,
         } = reports;
         let (near, state) = (&side.near, side.state);
         let place = state.into_wall(side.centre);
@@ -234,6 +236,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                         observation,
                         surface: reported.as_mut(),
                         events,
+                        wall_loads,
                     };
                     self.touch_wall(a, &wall_touch, slot, load, reports);
                     slot.state |= at;

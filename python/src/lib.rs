@@ -1,0 +1,36 @@
+//! The module `mercury_dem._mercury_dem`: Mercury's solver as classes of Python.
+//!
+//! The package `mercury_dem` (in `mercury_dem/`) gives their names to users, holds the exceptions and the stub with types and docstrings.
+
+mod errors;
+mod estimate;
+mod record;
+mod run;
+mod scene;
+mod table;
+mod values;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+mod _mercury_dem {
+    #[pymodule_export]
+    use super::errors::Problem;
+    #[pymodule_export]
+    use super::estimate::{Estimate, Summary};
+    #[pymodule_export]
+    use super::record::{Record, open};
+    #[pymodule_export]
+    use super::run::{Run, State, run};
+    #[pymodule_export]
+    use super::scene::{Plan, Scene};
+    #[pymodule_export]
+    use super::table::{Column, Table};
+
+    use super::{Bound, PyModule, PyModuleMethods, PyResult};
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}
