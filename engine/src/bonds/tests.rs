@@ -7,6 +7,7 @@ use mercury_common::formats::clump::Pebble;
 use proptest::prelude::*;
 
 use super::element::{Mobility, Modes};
+use super::evaluation;
 use super::{
     Action, BondPlan, Bonds, BreakMode, Element, Ends, Gluing, LawOfBonds, Section, SmallestGrain,
     StartOfBonds, look_ahead,
@@ -258,7 +259,11 @@ proptest! {
         let moving = Ends { velocity, spins: [a, b], ..ends(DVec3::ZERO, [DVec3::ZERO; 2], DQuat::IDENTITY) };
         let Action { force, couples, .. } = damped.act(&moving);
         let given = -force.dot(velocity) + couples[0].dot(a) + couples[1].dot(b);
-        let taken = damped.damping_power(&moving, &moving);
+        let motion = evaluation::Motion {
+            velocity: velocity.into(),
+            spins: [a.into(), b.into()],
+        };
+        let taken = damped.damping_power(moving.branch.into(), &motion, &motion);
         prop_assert!(taken >= 0.0);
         prop_assert!((taken + given).abs() <= 1e-12 * taken);
     }
