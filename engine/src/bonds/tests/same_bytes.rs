@@ -82,8 +82,8 @@ fn lanes_change_nothing_for_clumps_and_periods() {
         damping: 0.1,
         ..glue()
     };
-    let mut inputs = inputs(1e-6, &chain(7), plan);
-    let period = 7.0 * LENGTH;
+    let mut inputs = inputs(1e-6, &chain(6), plan);
+    let period = 6.0 * LENGTH;
     inputs.cell = Cell::new(DVec3::ZERO, dvec3(period, 0.1, 0.1), [true, false, false]);
     for (k, particle) in inputs.particles.iter_mut().enumerate() {
         particle.position += dvec3(0.5 * RADIUS, 0.05, 0.05);

@@ -90,7 +90,7 @@ fn the_work_of_walls_closes_the_budget() {
 
 /// A servo pulls two glued balls, the farther of which is held, until its force is reached; all work of the wall is its work.
 #[test]
-fn servos_know_the_stiffness_of_bonds() {
+fn servos_use_the_stiffness_of_bonds() {
     let plan = BondPlan {
         walls: vec![0],
         damping: 0.3,
