@@ -99,7 +99,7 @@ impl Engine {
     pub fn audit(&self) -> Audit {
         let auditor = self.part::<Auditor>();
         let sums = auditor.map_or_else(Sums::default, |auditor| auditor.sums);
-        let wall_work = self.parts().map(Part::wall_work).sum::<f64>();
+        let of_walls = |k: usize| self.parts().map(|part| part.wall_work()[k]).sum::<f64>();
         let mut losses = Losses::of_laws([
             sums.dissipated_normal,
             sums.dissipated_tangential,
@@ -119,8 +119,8 @@ impl Engine {
         }
         Audit {
             losses,
-            wall_work: sums.wall_work + wall_work,
-            servo_work: sums.servo_work,
+            wall_work: sums.wall_work + of_walls(0),
+            servo_work: sums.servo_work + of_walls(1),
             left: sums.left,
             vanished: sums.vanished,
         }

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 
 use super::BondPlan;
-use super::element::{Action, Element, Ends, Mobility, Section};
+use super::element::{Action, Element, Mobility, Section};
 use crate::cell::Cell;
 use crate::state::{Particles, Plain};
 use crate::walls::WallNow;
@@ -22,9 +22,9 @@ pub struct Bond {
     /// Its constants.
     pub element: Element,
     /// The frame of the gluing, in that of each end.
-    frames: [DQuat; 2],
+    pub(super) frames: [DQuat; 2],
     /// Point of a wall, in its own frame, m.
-    anchor: DVec3,
+    pub(super) anchor: DVec3,
     /// From end A to end B, m, by the image of B that it was glued to.
     pub branch: DVec3,
     /// Tension and shear at which it breaks, Pa.
@@ -32,7 +32,7 @@ pub struct Bond {
     /// Loads at the last forces.
     pub now: Action,
     /// Elastic energy at the forces before, J.
-    last_energy: f64,
+    pub(super) last_energy: f64,
 }
 
 /// A bond that broke.
@@ -90,7 +90,7 @@ pub(super) struct Surroundings<'a> {
 impl Surroundings<'_> {
     /// Orientation of a particle, or of the body of a pebble.
     #[inline]
-    fn orientation(&self, row: usize) -> DQuat {
+    pub(super) fn orientation(&self, row: usize) -> DQuat {
         let particles = self.particles;
         if let Some(bodies) = &particles.bodies
             && let Some(body) = bodies.body_of_row(row)
@@ -170,45 +170,6 @@ impl Bond {
             now: Action::default(),
             last_energy: 0.0,
         }
-    }
-
-    /// Ends as they are, at velocities that are half a step older.
-    #[inline]
-    pub(super) fn ends(&self, around: &Surroundings<'_>) -> Ends {
-        let records = &around.particles.records;
-        let [row, other] = self.rows.map(|row| row as usize);
-        let a = &records[row];
-        let rotation = around.orientation(row);
-        let (position, velocity, spin, beyond) = if self.is_wall {
-            let state = &around.walls[other].state;
-            let point = state.pose.to_global(self.anchor);
-            let (velocity, spin) = (state.velocity.at(point), state.velocity.angular_velocity);
-            (point, velocity, spin, state.pose.rotation)
-        } else {
-            let b = &records[other];
-            let beyond = around.orientation(other);
-            (b.position, b.velocity, b.angular_velocity, beyond)
-        };
-        let mut branch = position - a.position;
-        if around.cell.has_images() {
-            // The image nearest to where it was: beyond half a period the bond is still that of its own image.
-            let way = branch - self.branch;
-            branch = self.branch + around.cell.min_image(way, DVec3::ZERO).0;
-        }
-        Ends {
-            branch,
-            velocity: velocity - a.velocity,
-            rotations: [rotation * self.frames[0], beyond * self.frames[1]],
-            spins: [a.angular_velocity, spin],
-        }
-    }
-
-    /// Computes its loads.
-    pub(super) fn act(&mut self, around: &Surroundings<'_>) {
-        let ends = self.ends(around);
-        self.branch = ends.branch;
-        self.last_energy = self.now.energy;
-        self.now = self.element.act(&ends);
     }
 
     /// How it breaks now, if it does: by the stress that is more over its strength.

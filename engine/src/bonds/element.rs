@@ -1,4 +1,4 @@
-//! The element of a bond: forces, couples, energy and stresses as functions of positions and rotations of its ends.
+//! The element of a bond: its law and its constants.
 //!
 //! Both laws are one element with four stiffnesses. Its frame turns along: its axis t leads from end to end, and about t it turns as the mean of both
 //! ends. With the rotations a and b of the ends against that frame (a rotation vector each, from what they were at the gluing), m = (a + b)/2 across t
@@ -15,6 +15,9 @@
 use std::f64::consts::PI;
 
 use glam::{DQuat, DVec3};
+
+use super::evaluation::{Motion, Rotation};
+use crate::lanes::Vector;
 
 /// Law of the stiffnesses.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,28 +61,28 @@ impl Section {
 
 /// A number of each mode: tension, shear, twist, bending.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Modes {
+pub struct Modes<T = f64> {
     /// Tension: N/m, N s/m.
-    pub normal: f64,
+    pub normal: T,
     /// Shear: of stiffness, force over the shift of the ends across the axis, N/m; of damping, couple over the rate of rotation, N m s.
-    pub shear: f64,
+    pub shear: T,
     /// Twist: N m, N m s.
-    pub twist: f64,
+    pub twist: T,
     /// Bending: N m, N m s.
-    pub bending: f64,
+    pub bending: T,
 }
 
-/// The constants of a bond.
+/// The constants of a bond, or of several side by side.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Element {
+pub struct Element<T = f64> {
     /// Length at the gluing L0, m.
-    pub length: f64,
+    pub length: T,
     /// Radius of the section, m.
-    pub radius: f64,
+    pub radius: T,
     /// Stiffness of each mode.
-    pub stiffness: Modes,
+    pub stiffness: Modes<T>,
     /// Damping of each mode.
-    pub damping: Modes,
+    pub damping: Modes<T>,
 }
 
 /// How easily an end moves.
@@ -115,19 +118,6 @@ pub struct Action {
     pub stresses: [f64; 2],
     /// Elastic energy, J.
     pub energy: f64,
-}
-
-/// Rates of the four modes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Rates {
-    /// m/s
-    normal: f64,
-    /// rad/s
-    twist: f64,
-    /// rad/s
-    bending: DVec3,
-    /// rad/s
-    shear: DVec3,
 }
 
 impl LawOfBonds {
@@ -204,172 +194,40 @@ impl Element {
         }
     }
 
+    /// Stiffness (N/m) and damping (N s/m) of this branch (m) where one end moves along a unit vector and does not turn.
+    pub(super) fn along(&self, branch: DVec3, axis: DVec3) -> [f64; 2] {
+        let cosine = branch.normalize().dot(axis);
+        let squared = cosine * cosine;
+        let share = |along: f64, across: f64| squared * along + (1.0 - squared) * across;
+        let across = self.damping.shear / (self.length * self.length);
+        [
+            share(self.stiffness.normal, self.stiffness.shear),
+            share(self.damping.normal, across),
+        ]
+    }
+
+    /// Whether the motion of its ends is damped.
+    pub(super) fn is_damped(&self) -> bool {
+        self.damping != Modes::default()
+    }
+
     /// Loads on the ends.
-    #[inline]
     #[must_use]
     pub fn act(&self, ends: &Ends) -> Action {
-        let length = ends.branch.length();
-        let per_length = 1.0 / length;
-        let axis = ends.branch * per_length;
-        let [a, b] = rotations_in_frame(axis, ends.rotations);
-        let Modes {
-            normal,
-            shear,
-            twist,
-            bending,
-        } = self.stiffness;
-        let stretch = length - self.length;
-        let difference = b - a;
-        let turn = difference.dot(axis);
-        let bent = difference - axis * turn;
-        let mean = 0.5 * (a + b);
-        let sheared = mean - axis * mean.dot(axis);
-        let squared = self.length * self.length;
-        let (tension, torque) = (normal * stretch, twist * turn);
-        let (couple, balance) = (bent * bending, sheared * (-shear * squared));
-        // The larger end.
-        let half = 0.5 * balance;
-        let bending_moment = (couple + half)
-            .length_squared()
-            .max((half - couple).length_squared())
-            .sqrt();
-        let section = Section {
-            radius: self.radius,
+        let rotations = ends.rotations.map(Rotation::from);
+        let motion = Motion {
+            velocity: ends.velocity.into(),
+            spins: ends.spins.map(Vector::from),
         };
-        // r/I = 4/(A r).
-        let per_area = 1.0 / section.area();
-        let per_moment = per_area * (4.0 / self.radius);
-        let stresses = [
-            tension * per_area + bending_moment * per_moment,
-            balance.length() * (per_length * per_area) + torque.abs() * (0.5 * per_moment),
-        ];
-        let energy = 0.5
-            * (normal * stretch * stretch
-                + twist * turn * turn
-                + bending * bent.length_squared()
-                + shear * squared * sheared.length_squared());
-        let mut action = assemble((axis, length), (tension, torque), (couple, balance));
-        if self.damping != Modes::default() {
-            let rates = Rates::of((axis, length), ends.velocity, ends.spins);
-            let damped = self.damped(&rates, (axis, length));
-            action.force += damped.force;
-            for (couple, more) in action.couples.iter_mut().zip(damped.couples) {
-                *couple += more;
-            }
-        }
+        let motion = self.is_damped().then_some(&motion);
+        let loads = self.loads(ends.branch.into(), rotations, motion);
         Action {
-            stresses,
-            energy,
-            ..action
+            force: loads.force.into(),
+            couples: loads.couples.map(DVec3::from),
+            stresses: loads.stresses,
+            energy: loads.energy,
         }
     }
-
-    /// Loads of the damping.
-    fn damped(&self, rates: &Rates, along: (DVec3, f64)) -> Action {
-        let Modes {
-            normal,
-            shear,
-            twist,
-            bending,
-        } = self.damping;
-        assemble(
-            along,
-            (normal * rates.normal, twist * rates.twist),
-            (rates.bending * bending, rates.shear * -shear),
-        )
-    }
-
-    /// Power that the damping takes, W: its forces are of the velocities that the bond saw, `now` are those at the time of the forces.
-    #[must_use]
-    pub fn damping_power(&self, seen: &Ends, now: &Ends) -> f64 {
-        let length = seen.branch.length();
-        let along = (seen.branch / length, length);
-        let forces = Rates::of(along, seen.velocity, seen.spins);
-        let rates = Rates::of(along, now.velocity, now.spins);
-        let Modes {
-            normal,
-            shear,
-            twist,
-            bending,
-        } = self.damping;
-        normal * forces.normal * rates.normal
-            + twist * forces.twist * rates.twist
-            + bending * forces.bending.dot(rates.bending)
-            + shear * forces.shear.dot(rates.shear)
-    }
-}
-
-impl Rates {
-    fn of((axis, length): (DVec3, f64), velocity: DVec3, spins: [DVec3; 2]) -> Self {
-        let across = |spin: DVec3| spin - axis * spin.dot(axis);
-        let relative = spins[1] - spins[0];
-        // The line of centres turns by axis x velocity/length.
-        let turning = axis.cross(velocity) / length;
-        Self {
-            normal: velocity.dot(axis),
-            twist: relative.dot(axis),
-            bending: across(relative),
-            shear: across(0.5 * (spins[0] + spins[1])) - turning,
-        }
-    }
-}
-
-/// Loads of a tension (N), a torsion (N m), a bending couple on A, and the sum of the couples on both ends across the axis, which forces balance.
-#[inline]
-fn assemble(
-    (axis, length): (DVec3, f64),
-    (tension, torque): (f64, f64),
-    (couple, balance): (DVec3, DVec3),
-) -> Action {
-    let half = 0.5 * balance;
-    Action {
-        force: axis * tension - axis.cross(balance) / length,
-        couples: [half + couple + axis * torque, half - couple - axis * torque],
-        ..Action::default()
-    }
-}
-
-/// Rotation vectors of both ends against the frame of the element, rad.
-///
-/// The mean of two rotations p and q is the middle of the turn from one to the other: with r the half of that turn, p is the mean turned back by r, q the
-/// mean turned on by r. The frame of the mean is turned the shortest way, o, onto the axis; against it the ends are r* o* and r o*, whose parts are
-/// computed once.
-#[inline]
-fn rotations_in_frame(axis: DVec3, [first, second]: [DQuat; 2]) -> [DVec3; 2] {
-    // A rotation is two quaternions: those on one side.
-    let cosine = first.dot(second);
-    let side = if cosine < 0.0 { -1.0 } else { 1.0 };
-    let (cosine, second) = (cosine * side, second * side);
-    let turn = second * first.conjugate();
-    // cos of the half of the half turn, from that of the half.
-    let half = (0.5 * (1.0 + cosine)).sqrt();
-    let r = DVec3::new(turn.x, turn.y, turn.z) * (0.5 / half);
-    // The first axis turned by the mean, whose square is 2 + 2 cosine before it is divided by its length.
-    let DQuat { x, y, z, w } = first + second;
-    let carried = DVec3::new(
-        (w * w - z * z) + (x * x - y * y),
-        2.0 * (x * y + w * z),
-        2.0 * (x * z - w * y),
-    ) * (0.5 / (1.0 + cosine));
-    // Bent by half a turn, no way is the shortest: any is as good.
-    let real = (1.0 + carried.dot(axis)).max(1e-12);
-    let scale = 1.0 / (2.0 * real).sqrt();
-    let (o, real) = (carried.cross(axis) * scale, real * scale);
-    let along = r.dot(o);
-    let (common, own) = (o * half, r * real - r.cross(o));
-    [
-        rotation_vector(half * real - along, -own - common),
-        rotation_vector(half * real + along, own - common),
-    ]
-}
-
-/// Rotation vector (rad) of a quaternion: 2 asin(s)/s times its vector of length s, by its series.
-/// Off by 1e-7 of itself for turns of 0.7 rad, by 1e-4 of 1.7 rad.
-#[inline]
-fn rotation_vector(real: f64, vector: DVec3) -> DVec3 {
-    let s = vector.length_squared();
-    let factor = 2.0 + s * (1.0 / 3.0 + s * (3.0 / 20.0 + s * (5.0 / 56.0 + s * (35.0 / 576.0))));
-    vector * if real < 0.0 { -factor } else { factor }
 }
 
 crate::state::plain!(Modes {

@@ -5,8 +5,10 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `element` | forces, couples, energy and stresses from positions and rotations of the ends: pure functions |
+//! | `element` | the element: its law and its constants |
+//! | `evaluation` | forces, couples, energy and stresses from positions and rotations of the ends: pure functions, in lanes |
 //! | `bond` | a bond of a run: its element and its ends |
+//! | `groups` | all bonds, column by column: what each step reads and writes |
 //! | `gluing` | which pairs are glued, at the start and at touches |
 //! | `critical` | the largest stable step |
 //! | `part` | the bonds in a step |
@@ -14,7 +16,9 @@
 mod bond;
 mod critical;
 mod element;
+mod evaluation;
 mod gluing;
+mod groups;
 mod part;
 #[cfg(test)]
 mod tests;

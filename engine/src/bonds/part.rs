@@ -1,19 +1,23 @@
 //! The bonds in a step.
 
+use std::array::from_fn;
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
 
 use super::bond::{Bond, Break, BreakMode, Surroundings};
+use super::element::Action;
+use super::evaluation::Motion;
 use super::gluing::{at_start, to_wall};
+use super::groups::Groups;
 use super::{BondPlan, BondedStart, Gluing};
+use crate::audit::Moving;
 use crate::forces::{Needs, NewList, Observation, OverlapOffsets, StepContext};
-use crate::parallel::change_each;
 use crate::physics::{FeaturePlan, Plans, Setup};
 use crate::state::{Particles, Pieces, Plain, Row, Unpaired};
 use crate::step::{Core, CriticalStep, Leaving, Part, RunError, SizeEstimate};
+use crate::walls::RigidVelocity;
 
 /// Counts of the bonds of an entry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -55,7 +59,7 @@ struct Candidate {
 #[derive(Debug, Default)]
 pub struct Bonds {
     /// In the order in which they were glued; those of one time by the ids of their ends.
-    all: Vec<Bond>,
+    all: Groups,
     offsets: Vec<Offset>,
     /// Pairs of ids that were glued, with walls apart, where touches are glued: each is glued once.
     glued: BTreeSet<(bool, [u32; 2])>,
@@ -64,10 +68,10 @@ pub struct Bonds {
     breaks: Vec<Break>,
     /// Taken by damping, and set free by breaks, J.
     taken: f64,
-    /// Done by walls on the particles that are glued to them, J.
-    wall_work: f64,
-    /// Power of the damping and of walls at the last forces, W.
-    last_powers: [f64; 2],
+    /// Done by walls on the particles that are glued to them, and the share of walls with servos, J.
+    wall_work: [f64; 2],
+    /// Power of the damping, of walls and of walls with servos at the last forces, W.
+    last_powers: [f64; 3],
     /// Time of the present step, s.
     time: f64,
     /// Offsets as the contact loop reads them.
@@ -103,7 +107,7 @@ impl Part for Bonds {
         if setup.physics.plans.get::<BondPlan>().is_none() {
             return 0.0;
         }
-        crowd.touching * (size_of::<Bond>() + size_of::<Offset>()) as f64
+        crowd.touching * (Groups::BYTES_OF_BOND + size_of::<Offset>()) as f64
     }
 
     fn critical_step(plans: &Plans) -> Option<CriticalStep> {
@@ -151,9 +155,7 @@ impl Part for Bonds {
 
     fn new_list(&mut self, list: &NewList<'_>) {
         let rows = RowsOfIds::new(list.particles);
-        for bond in &mut self.all {
-            bond.rows = rows.of(bond.ids, bond.is_wall);
-        }
+        (self.all).set_rows(|ids, is_wall| rows.of(ids, is_wall));
         for offset in &mut self.offsets {
             offset.rows = rows.of(offset.ids, offset.is_wall);
         }
@@ -189,30 +191,17 @@ impl Part for Bonds {
     }
 
     fn add_loads(&mut self, core: &mut Core) {
+        let walls = &core.domain.walls;
+        let is_gone = |wall: u32| !walls[wall as usize].state.present;
+        let mut broken = self.all.walls().iter().any(|&wall| is_gone(wall))
+            && self.break_where(&core.particles, |bond| {
+                (bond.is_wall && is_gone(bond.rows[1])).then_some(BreakMode::Deletion)
+            });
         let parallel = rayon::current_thread_index().is_some();
-        let around = surroundings(core);
-        let walls = around.walls;
-        let breaks = |bond: &Bond| match bond.is_wall && !walls[bond.rows[1] as usize].state.present
-        {
-            true => Some(BreakMode::Deletion),
-            false => bond.breaks(),
-        };
-        let any = AtomicBool::new(false);
-        change_each(&mut self.all, parallel, |_, bond| {
-            bond.act(&around);
-            if breaks(bond).is_some() {
-                any.store(true, Ordering::Relaxed);
-            }
-        });
-        let broken = any.into_inner() && self.break_where(&core.particles, breaks);
-        for bond in &self.all {
-            let [row, other] = bond.rows.map(|row| row as usize);
-            let loads = &mut core.particles.loads;
-            loads[row].add(bond.now.force, bond.now.couples[0]);
-            if !bond.is_wall {
-                loads[other].add(-bond.now.force, bond.now.couples[1]);
-            }
+        if self.all.act(&surroundings(core), core.width(), parallel) {
+            broken |= self.break_where(&core.particles, Bond::breaks);
         }
+        self.all.add_loads(&mut core.particles.loads);
         let parted = self.forget_parted(core);
         if broken {
             // Pairs that had no contact meet from the next list on.
@@ -230,17 +219,28 @@ impl Part for Bonds {
     }
 
     fn observe(&self, core: &Core, observation: &mut Observation) {
-        for bond in &self.all {
-            observation.elastic_energy += bond.now.energy;
-            if bond.is_wall
-                && let Some((load, power)) = observation.walls.get_mut(bond.rows[1] as usize)
-            {
-                let wall = &core.domain.walls[bond.rows[1] as usize];
+        observation.elastic_energy += self.all.elastic_energy();
+        for bond in self.all.at_walls() {
+            let number = bond.rows[1] as usize;
+            if let Some((load, power)) = observation.walls.get_mut(number) {
+                let wall = &core.domain.walls[number];
                 let point = bond.point_of_wall(wall);
                 let [force, couple] = [-bond.now.force, bond.now.couples[1]];
                 load.add(force, couple + (point - wall.state.reference).cross(force));
                 let moves = &wall.state.velocity;
                 *power -= force.dot(moves.at(point)) + couple.dot(moves.angular_velocity);
+            }
+            if core.has_servos() {
+                let record = &core.particles.records[bond.rows[0] as usize];
+                let wall = core.physics().walls.get(number);
+                let servos = wall
+                    .into_iter()
+                    .flat_map(|wall| wall.motion.servos(core.time()));
+                for (_, axis) in servos {
+                    let [stiffness, dashpot] = bond.element.along(bond.branch, axis);
+                    let mass = record.inverse_mass.recip();
+                    observation.wall_stiffness[number].add_spring(mass, stiffness, dashpot);
+                }
             }
         }
     }
@@ -249,13 +249,13 @@ impl Part for Bonds {
         Some(self.taken)
     }
 
-    fn wall_work(&self) -> f64 {
+    fn wall_work(&self) -> [f64; 2] {
         self.wall_work
     }
 
     fn put(&self, _: &Core, pieces: &mut Pieces) {
         let bytes = pieces.end();
-        self.all.put(bytes);
+        self.all().put(bytes);
         self.offsets.put(bytes);
         let glued: Vec<_> = self.glued.iter().copied().collect();
         glued.put(bytes);
@@ -268,7 +268,7 @@ impl Part for Bonds {
     }
 
     fn take(&mut self, core: &mut Core, bytes: &mut &[u8]) -> Result<(), String> {
-        self.all = Plain::take(bytes)?;
+        let all: Vec<Bond> = Plain::take(bytes)?;
         self.offsets = Plain::take(bytes)?;
         let glued: Vec<(bool, [u32; 2])> = Plain::take(bytes)?;
         self.glued = glued.into_iter().collect();
@@ -283,7 +283,7 @@ impl Part for Bonds {
         let is_there = |ends: [u32; 2], is_wall: bool| {
             ends[0] < rows && ends[1] < if is_wall { walls } else { rows }
         };
-        let bonds = (self.all.iter())
+        let bonds = (all.iter())
             .all(|bond| is_there(bond.rows, bond.is_wall) && (bond.plan as usize) < plans);
         let offsets = (self.offsets.iter()).all(|offset| is_there(offset.rows, offset.is_wall));
         let breaks = (self.breaks.iter()).all(|broken| (broken.plan as usize) < plans);
@@ -292,7 +292,7 @@ impl Part for Bonds {
         let possible = (counts.iter()).all(|counts| counts.broken <= counts.made);
         let next = core.particles.next_id;
         let known = |ids: [u32; 2], is_wall: bool| ids[0] < next && (is_wall || ids[1] < next);
-        let ids = (self.all.iter()).all(|bond| known(bond.ids, bond.is_wall))
+        let ids = (all.iter()).all(|bond| known(bond.ids, bond.is_wall))
             && (self.offsets.iter()).all(|offset| known(offset.ids, offset.is_wall));
         if !(ids && bonds && offsets && breaks && candidates && near_walls && possible)
             || counts.len() != plans
@@ -301,6 +301,7 @@ impl Part for Bonds {
                 "it has bonds of particles, walls or entries that are not there".to_owned(),
             );
         }
+        self.all = Groups::new(&all);
         self.counts = counts;
         core.particles.unpaired = self.unpaired(core.physics().plans.all());
         self.inform_contacts(core.particles.len());
@@ -311,8 +312,8 @@ impl Part for Bonds {
 impl Bonds {
     /// The bonds that hold, in the order in which they were glued.
     #[must_use]
-    pub fn all(&self) -> &[Bond] {
-        &self.all
+    pub fn all(&self) -> Vec<Bond> {
+        self.all.iter().collect()
     }
 
     /// Counts of the bonds of each entry.
@@ -402,7 +403,8 @@ impl Bonds {
                 }
             }
         }
-        self.all.extend(bonds);
+        let all: Vec<Bond> = self.all.iter().chain(bonds).collect();
+        self.all = Groups::new(&all);
         self.exclude(core);
         self.inform_contacts(core.particles.len());
     }
@@ -456,20 +458,15 @@ impl Bonds {
         breaks: impl Fn(&Bond) -> Option<BreakMode>,
     ) -> bool {
         let before = self.breaks.len();
-        let Self {
-            all,
-            breaks: noted,
-            counts,
-            time,
-            ..
-        } = self;
-        all.retain(|bond| {
-            let Some(mode) = breaks(bond) else {
-                return true;
+        let mut kept = Vec::with_capacity(self.all.len());
+        for bond in self.all.iter() {
+            let Some(mode) = breaks(&bond) else {
+                kept.push(bond);
+                continue;
             };
-            counts[bond.plan as usize].broken += 1;
-            noted.push(Break {
-                time: *time,
+            self.counts[bond.plan as usize].broken += 1;
+            self.breaks.push(Break {
+                time: self.time,
                 ids: bond.ids,
                 is_wall: bond.is_wall,
                 plan: bond.plan,
@@ -477,12 +474,12 @@ impl Bonds {
                 position: particles.records[bond.rows[0] as usize].position + 0.5 * bond.branch,
                 energy: bond.released(mode),
             });
-            false
-        });
+        }
         let broken = &self.breaks[before..];
         if broken.is_empty() {
             return false;
         }
+        self.all = Groups::new(&kept);
         self.taken += broken.iter().map(|broken| broken.energy).sum::<f64>();
         if !self.offsets.is_empty() {
             let gone: BTreeSet<_> = broken.iter().map(|gone| (gone.is_wall, gone.ids)).collect();
@@ -574,34 +571,53 @@ impl Bonds {
     /// Takes in the powers of damping and of walls at these forces, by the trapezoidal rule.
     fn take_powers(&mut self, core: &Core) {
         let dt = core.since_last();
-        let around = surroundings(core);
-        let mut powers = [0.0; 2];
-        for bond in &self.all {
-            let seen = bond.ends(&around);
+        let mut powers = [0.0; 3];
+        for bond in self.all.iter() {
             let [row, other] = bond.rows.map(|row| Row::new(row as usize));
-            let a = core.moving(row, 0.5 * dt);
-            let b = if bond.is_wall {
+            let of_row = |row: Row| {
+                let record = &core.particles.records[row.index()];
+                Moving {
+                    velocity: record.velocity,
+                    spin: record.angular_velocity,
+                }
+            };
+            let (seen, now) = if bond.is_wall {
                 let wall = other.index();
-                let point = bond.point_of_wall(&around.walls[wall]);
-                let [before, after] = core.wall_fields(wall, dt);
-                let velocity = 0.5 * (before.at(point) + after.at(point));
-                let spin = 0.5 * (before.angular_velocity + after.angular_velocity);
-                powers[1] += bond.now.force.dot(velocity) - bond.now.couples[1].dot(spin);
-                crate::audit::Moving { velocity, spin }
+                let point = bond.point_of_wall(&core.domain.walls[wall]);
+                let at = |field: &RigidVelocity| Moving {
+                    velocity: field.at(point),
+                    spin: field.angular_velocity,
+                };
+                let [before, after] = core.wall_fields(wall, dt).each_ref().map(at);
+                let now = Moving {
+                    velocity: 0.5 * (before.velocity + after.velocity),
+                    spin: 0.5 * (before.spin + after.spin),
+                };
+                let Action { force, couples, .. } = bond.now;
+                let power = force.dot(now.velocity) - couples[1].dot(now.spin);
+                powers[1] += power;
+                if !core.domain.walls[wall].servos.is_empty() {
+                    powers[2] += power;
+                }
+                (at(&core.domain.walls[wall].state.velocity), now)
             } else {
-                core.moving(other, 0.5 * dt)
+                (of_row(other), core.moving(other, 0.5 * dt))
             };
-            let now = super::Ends {
-                velocity: b.velocity - a.velocity,
-                spins: [a.spin, b.spin],
-                ..seen
+            let motion = |a: Moving, b: Moving| Motion {
+                velocity: (b.velocity - a.velocity).into(),
+                spins: [a.spin.into(), b.spin.into()],
             };
-            powers[0] += bond.element.damping_power(&seen, &now);
+            let seen = motion(of_row(row), seen);
+            let now = motion(core.moving(row, 0.5 * dt), now);
+            powers[0] += (bond.element).damping_power(bond.branch.into(), &seen, &now);
         }
         if dt > 0.0 {
             let half = 0.5 * dt;
-            self.taken += half * (self.last_powers[0] + powers[0]);
-            self.wall_work += half * (self.last_powers[1] + powers[1]);
+            let [taken, by_walls, by_servos] =
+                from_fn(|k| half * (self.last_powers[k] + powers[k]));
+            self.taken += taken;
+            self.wall_work[0] += by_walls;
+            self.wall_work[1] += by_servos;
         }
         self.last_powers = powers;
     }

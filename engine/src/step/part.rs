@@ -163,9 +163,10 @@ pub trait Part: Any + Send {
         None
     }
 
-    /// Work that walls have done through it on the particles since the start, J: where it holds particles to walls.
-    fn wall_work(&self) -> f64 {
-        0.0
+    /// Work that walls have done through it on the particles since the start, and the share of walls with servos, J: where it holds particles to
+    /// walls.
+    fn wall_work(&self) -> [f64; 2] {
+        [0.0; 2]
     }
 
     /// Whether the run has come to where this part ends it.
