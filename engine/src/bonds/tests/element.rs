@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::{DQuat, DVec3, dvec3};
 use proptest::prelude::*;
 
-use super::{BEAM, LENGTH, RADIUS, YOUNG, element};
+use super::{LENGTH, RADIUS, YOUNG, element};
 use crate::bonds::element::Modes;
 use crate::bonds::evaluation::Motion;
 use crate::bonds::{Action, Ends, LawOfBonds, Section};

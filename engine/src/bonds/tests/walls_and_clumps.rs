@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::{DVec3, dvec3};
+use mercury_common::curve::Curve;
 
 use super::{
     LENGTH, RADIUS, YOUNG, bonds, close_to, dumbbell, elastic, floor, glue, inputs, kinetic, mass,
@@ -12,7 +13,7 @@ use crate::bodies::NewBody;
 use crate::bonds::BondPlan;
 use crate::forces::Watch;
 use crate::step::Engine;
-use crate::walls::{Component, Ramp, Servo, Target};
+use crate::walls::{Component, Servo, Target};
 
 /// A wall carries what is glued to it, and gets the opposite load.
 #[test]
@@ -103,7 +104,7 @@ fn servos_use_the_stiffness_of_bonds() {
     let pull = 0.01 * YOUNG * PI * RADIUS * RADIUS;
     let servo = Servo {
         axis: DVec3::Z,
-        target: Target::Force(Ramp::constant(-pull).unwrap()),
+        target: Target::Force(Curve::constant(-pull).unwrap()),
         max_speed: 1.0,
         from: 0.0,
         until: f64::INFINITY,
