@@ -43,7 +43,9 @@ pub use error::PictureError;
 pub use film::{Apng, Gif, delays};
 pub use frame::{Contact, Frame, Grain, Line, SHEET_OPACITY, Sphere, Surface, upwards};
 pub use image::Image;
-pub use options::{Background, ColourBy, ContactStyle, Framing, Options, Projection, View};
+pub use options::{
+    BEHIND_LINES, Background, ColourBy, ContactStyle, Framing, Options, Projection, View,
+};
 pub use page::Painter;
 pub use scenery::{moves, wall_surfaces, worn_triangles};
 

@@ -335,6 +335,24 @@ pub struct ContactStyle {
     pub map: Option<ColourMap>,
 }
 
+/// Opacity of particles that let see the lines between them.
+pub const BEHIND_LINES: f64 = 0.15;
+
+impl ContactStyle {
+    /// Style of bonds, by a stress in Pa of this name.
+    #[must_use]
+    pub fn of_bonds(label: &str) -> Self {
+        Self {
+            label: label.to_owned(),
+            unit: "Pa".to_owned(),
+            noun: "bond".to_owned(),
+            // Bonds without load hold, too.
+            thinnest: 2.5,
+            ..Self::default()
+        }
+    }
+}
+
 impl Default for ContactStyle {
     fn default() -> Self {
         Self {

@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use glam::DVec3;
 use mercury_export::sinks::pictures::{BondStress, PictureChoice};
 use mercury_pictures::{
-    Background, ColourBy, ColourMap, ContactStyle, Framing, Options, Projection, View,
+    BEHIND_LINES, Background, ColourBy, ColourMap, ContactStyle, Framing, Options, Projection, View,
 };
 
 use crate::arguments::ClumpsName;
@@ -112,7 +112,7 @@ pub(crate) struct Look {
 impl Look {
     pub(crate) fn choice(&self) -> PictureChoice {
         let lines = self.contacts || self.bridges || self.bonds.is_some();
-        let opaque = if lines { 0.15 } else { 1.0 };
+        let opaque = if lines { BEHIND_LINES } else { 1.0 };
         PictureChoice {
             options: Options {
                 width: self.size.0,
@@ -174,13 +174,8 @@ impl Look {
             Some(StressName::Shear) => "shear in bonds",
         };
         ContactStyle {
-            label: label.to_owned(),
-            unit: "Pa".to_owned(),
-            noun: "bond".to_owned(),
             range: self.bond_range,
-            // Bonds without load hold, too.
-            thinnest: 2.5,
-            ..contacts
+            ..ContactStyle::of_bonds(label)
         }
     }
 }

@@ -20,6 +20,33 @@ fn names(plan: &Plan) -> Vec<String> {
     entries.map(|entry| entry.name.clone()).collect()
 }
 
+/// The bonds that hold, and their loads.
+pub(crate) fn bond_frame(state: &FrameCopy) -> BondFrame {
+    let bonds = &state.bonds;
+    let partner = |bond: &Bond, is_wall: bool| (bond.is_wall == is_wall).then_some(bond.ids[1]);
+    let middle = |bond: &Bond| {
+        // The end is there as long as the bond is.
+        let rank = state.ids.binary_search(&bond.ids[0]).unwrap_or_default();
+        state.particles[rank].position + 0.5 * bond.branch
+    };
+    let loads: Vec<_> = bonds.iter().map(Bond::load_at_middle).collect();
+    let stress = |k: usize| bonds.iter().map(|bond| bond.now.stresses[k]).collect();
+    BondFrame {
+        time: state.time,
+        step: state.step,
+        i: bonds.iter().map(|bond| bond.ids[0]).collect(),
+        j: bonds.iter().map(|bond| partner(bond, false)).collect(),
+        wall: bonds.iter().map(|bond| partner(bond, true)).collect(),
+        bond: bonds.iter().map(|bond| bond.plan).collect(),
+        force: loads.iter().map(|load| load[0]).collect(),
+        couple: loads.iter().map(|load| load[1]).collect(),
+        tension: stress(0),
+        shear: stress(1),
+        middle: bonds.iter().map(middle).collect(),
+        branch: bonds.iter().map(|bond| -bond.branch).collect(),
+    }
+}
+
 /// A frame for each output interval.
 pub(crate) struct BondFrames {
     writer: BondWriter,
@@ -45,29 +72,7 @@ impl Stream for BondFrames {
         if !state.due.frame {
             return Ok(());
         }
-        let bonds = &state.bonds;
-        let partner = |bond: &Bond, is_wall: bool| (bond.is_wall == is_wall).then_some(bond.ids[1]);
-        let middle = |bond: &Bond| {
-            // The end is there as long as the bond is.
-            let rank = state.ids.binary_search(&bond.ids[0]).unwrap_or_default();
-            state.particles[rank].position + 0.5 * bond.branch
-        };
-        let loads: Vec<_> = bonds.iter().map(Bond::load_at_middle).collect();
-        let stress = |k: usize| bonds.iter().map(|bond| bond.now.stresses[k]).collect();
-        self.writer.append(BondFrame {
-            time: state.time,
-            step: state.step,
-            i: bonds.iter().map(|bond| bond.ids[0]).collect(),
-            j: bonds.iter().map(|bond| partner(bond, false)).collect(),
-            wall: bonds.iter().map(|bond| partner(bond, true)).collect(),
-            bond: bonds.iter().map(|bond| bond.plan).collect(),
-            force: loads.iter().map(|load| load[0]).collect(),
-            couple: loads.iter().map(|load| load[1]).collect(),
-            tension: stress(0),
-            shear: stress(1),
-            middle: bonds.iter().map(middle).collect(),
-            branch: bonds.iter().map(|bond| -bond.branch).collect(),
-        })?;
+        self.writer.append(bond_frame(state))?;
         Ok(())
     }
 

@@ -1,4 +1,4 @@
-//! `<prefix>.final.png` and `.svg`: the last state, as `mercury-export png` draws it.
+//! `<prefix>.final.png` and `.svg`: the last state, as `mercury-export png` draws it, with `--bonds` where there are any.
 
 use std::path::Path;
 
@@ -6,12 +6,13 @@ use mercury_common::formats::mesh::TriangleMesh;
 use mercury_common::frames::sheets as sheets_of;
 use mercury_common::surfaces::Placement;
 use mercury_pictures::{
-    ColourBy, Frame, Options, Overview, Painter, SHEET_OPACITY, Sphere, Surface, moves, upwards,
-    wall_surfaces, worn_triangles,
+    BEHIND_LINES, ColourBy, Contact, ContactStyle, Frame, Options, Overview, Painter,
+    SHEET_OPACITY, Sphere, Surface, moves, upwards, wall_surfaces, worn_triangles,
 };
 
 use super::wall_frames::surfaces;
 use super::{FrameCopy, OutputError};
+use crate::bonds::output::bond_frame;
 use crate::plan::Plan;
 use mercury_engine::state::{FIXED, PRESCRIBED};
 
@@ -32,8 +33,15 @@ pub fn draw_final(
     let (frame, colour) = frame(plan, last);
     let options = Options {
         colour,
-        // Worn walls are seen through the particles.
-        sphere_opacity: if last.wear.is_some() { 0.25 } else { 1.0 },
+        contacts: ContactStyle::of_bonds("stress in bonds"),
+        // Worn walls and bonds are seen through the particles.
+        sphere_opacity: if last.wear.is_some() {
+            0.25
+        } else if last.bonds.is_empty() {
+            1.0
+        } else {
+            BEHIND_LINES
+        },
         ..Options::default()
     };
     let painter = Painter::new(&options, Overview::of(&frame, &options))?;
@@ -99,6 +107,12 @@ fn frame(plan: &Plan, last: &FrameCopy) -> (Frame, ColourBy) {
             ..Surface::wall(triangles(&sheet.mesh))
         }));
     }
+    let bonds = bond_frame(last);
+    let line = |row: usize| {
+        let [from, to] = bonds.ends(row);
+        let strength = bonds.tension[row].max(bonds.shear[row]).max(0.0);
+        Contact { from, to, strength }
+    };
     let frame = Frame {
         title: plan.outputs().title().to_owned(),
         time: Some(last.time),
@@ -108,6 +122,7 @@ fn frame(plan: &Plan, last: &FrameCopy) -> (Frame, ColourBy) {
         spheres: spheres.collect(),
         grains,
         surfaces: all,
+        contacts: (0..bonds.len()).map(line).collect(),
         ..Frame::default()
     };
     let colour = if last.wear.is_some() {

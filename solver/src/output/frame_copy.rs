@@ -67,7 +67,7 @@ pub struct FrameCopy {
     pub liquid: Option<LiquidRow>,
     /// Droplets in flight, by ascending id.
     pub droplets: Vec<Droplet>,
-    /// Bonds that hold; empty if no frame is due.
+    /// Bonds that hold; empty if no frame and no file for ParaView is due.
     pub bonds: Vec<Bond>,
     /// Bonds that broke since the last frame; empty if no frame is due.
     pub breaks: Vec<Break>,
@@ -103,11 +103,13 @@ impl FrameCopy {
             (Vec::new(), Vec::new())
         };
         let (mut bonds, mut breaks) = (Vec::new(), Vec::new());
-        if due.frame
+        if (due.frame || due.vtk)
             && let Some((part, _)) = engine.part_and_core::<Bonds>()
         {
-            bonds = part.all().to_vec();
-            breaks = part.take_breaks();
+            bonds = part.all();
+            if due.frame {
+                breaks = part.take_breaks();
+            }
         }
         let observation = engine.take_observation();
         let flows = energy_flows(engine, at_start);

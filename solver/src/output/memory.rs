@@ -1,11 +1,12 @@
 //! The memory that outputs take.
 
 use mercury_common::frames::{
-    ColumnKind, MembraneFrame, MembraneTriangleFrame, ParticleFrame, Table,
+    BondFrame, BondNames, ColumnKind, MembraneFrame, MembraneTriangleFrame, ParticleFrame, Table,
 };
 
 use super::particle_frames::ParticleTable;
 use crate::plan::{Expected, FieldPlan, Plan};
+use mercury_engine::bonds::{Bond, BondPlan};
 use mercury_engine::contact::HistoryNumber;
 use mercury_engine::forces::ContactRecord;
 use mercury_engine::membrane::MembranePlan;
@@ -64,6 +65,13 @@ pub fn output_bytes(plan: &Plan, expected: &Expected, history: &[HistoryNumber])
     if output.fstat {
         kept += GROWTH * 2.0 * touching * NUMBERS[1] * TEXT;
         writing += 2.0 * touching * NUMBERS[1] * 8.0;
+    }
+    if plan.physics().plans.get::<BondPlan>().is_some() {
+        // As many as touches, as the engine estimates.
+        kept += GROWTH * touching * size_of::<Bond>() as f64;
+        if output.frames && output.bonds || output.vtk {
+            writing += 2.0 * touching * row_bytes::<BondFrame>(&BondNames::default());
+        }
     }
     if !output.fields.is_empty() {
         // The frames as coarse-graining takes them: lists of particles and of contacts, and tables of where each is.

@@ -1,4 +1,4 @@
-//! `vtk/`: particles, contacts, walls and bodies as series of `.vtu` files with their `.pvd`, for ParaView while the run goes on.
+//! `vtk/`: particles, contacts, bonds, walls and bodies as series of `.vtu` files with their `.pvd`, for ParaView while the run goes on.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,9 @@ use super::stream::{Beginning, Sink, Stream, StreamKind};
 use super::triangle_loads::TriangleTable;
 use super::wall_frames::{surfaces, wall_frame};
 use super::{FrameCopy, OutputError};
+use crate::bonds::output::bond_frame;
 use crate::plan::Plan;
+use mercury_engine::bonds::BondPlan;
 use mercury_engine::membrane::MembranePlan;
 
 /// One thread writes: the others are busy with stepping.
@@ -42,6 +44,7 @@ pub(super) struct VtkFiles {
     walls: Option<Walls>,
     membranes: Option<Series>,
     bodies: Option<Bodies>,
+    bonds: Option<Series>,
 }
 
 struct Walls {
@@ -97,9 +100,11 @@ impl StreamKind for VtkFiles {
                 table: BodyTable::new(plan),
             })
         });
+        let bonds = plan.physics().plans.get::<BondPlan>();
+        let bonds = bonds.map(|_| series("bonds")).transpose()?;
         let parts = ScriptParts {
             bridges: false,
-            bonds: false,
+            bonds: bonds.is_some(),
             droplets: false,
             particles: true,
             contacts: true,
@@ -131,6 +136,7 @@ impl StreamKind for VtkFiles {
                 .map(|_| series("membranes"))
                 .transpose()?,
             bodies: bodies.transpose()?,
+            bonds,
             folder,
         })
     }
@@ -174,6 +180,9 @@ impl Stream for VtkFiles {
             })?;
             series.write(number, &grid)?;
         }
+        if let Some(series) = &mut self.bonds {
+            series.write(number, &paraview::bonds(&bond_frame(state)))?;
+        }
         let centres: HashMap<u32, DVec3> = state
             .ids
             .iter()
@@ -204,6 +213,7 @@ impl Stream for VtkFiles {
         let bodies = self.bodies.iter().map(|bodies| &bodies.series);
         let series = [&self.particles, &self.contacts].into_iter();
         let names = series
+            .chain(&self.bonds)
             .chain(walls)
             .chain(bodies)
             .map(|series| series.file_name(number));
