@@ -31,6 +31,8 @@ pub struct SmallestGrain {
 pub struct BondedStart {
     /// Bonds of the start, by entry.
     pub made: Vec<u64>,
+    /// Those of them that lead to walls.
+    pub to_walls: Vec<u64>,
     /// The critical step of each entry, s; infinite where it glues nothing.
     pub critical: Vec<f64>,
     /// The least of them.
@@ -72,11 +74,12 @@ pub fn look_ahead(
             *count.entry(row).or_default() += 1.0;
         }
     }
-    let mut made = vec![0; plans.len()];
+    let (mut made, mut to_walls) = (vec![0; plans.len()], vec![0; plans.len()]);
     let mut critical = vec![f64::INFINITY; plans.len()];
     for bond in &bonds {
         let plan = bond.plan as usize;
         made[plan] += 1;
+        to_walls[plan] += u64::from(bond.is_wall);
         let shared = |row: &u32| around.mobility(*row as usize).times(count[row]);
         let ends: Vec<Mobility> = ends(bond.rows, bond.is_wall).iter().map(shared).collect();
         let ends = [ends[0], ends.get(1).copied().unwrap_or_default()];
@@ -97,6 +100,7 @@ pub fn look_ahead(
             way_out: plan.way_out(),
         }),
         made,
+        to_walls,
         critical,
     }
 }

@@ -12,6 +12,7 @@ use mercury_engine::bodies::Clump;
 use mercury_engine::bonds::{
     BondPlan, BondedStart, Gluing, LawOfBonds, SmallestGrain, StartOfBonds, look_ahead,
 };
+use mercury_engine::contact::parameter::short;
 use mercury_engine::state::{Material, MaterialIndex};
 use mercury_engine::walls::Wall;
 
@@ -188,7 +189,7 @@ pub(crate) fn bonded_start(
         for (entry, made) in scene.bonds.iter().zip(&found.made) {
             if entry.when == BondTime::Start && *made == 0 {
                 let message = format!(
-                    "the bonds \"{}\" glue nothing: no pair of the start is that near",
+                    "the bonds \"{}\" glue nothing: no pair of the start is that near, or earlier entries glue them all",
                     entry.name.value
                 );
                 errors.push(entry.place.error(message).with_help(
@@ -198,4 +199,29 @@ pub(crate) fn bonded_start(
         }
     }
     Some(found)
+}
+
+/// What an entry glues and the step that it bears, in words.
+pub(crate) fn describe(plan: &BondPlan, number: usize, start: &BondedStart) -> String {
+    let mut words = match plan.when {
+        Gluing::Start(_) => {
+            let mut words = format!("{} bonds at the start", start.made[number]);
+            if !plan.walls.is_empty() {
+                words += &format!(", {} of them to walls", start.to_walls[number]);
+            }
+            words
+        }
+        Gluing::Contact { from, until } => {
+            let mut words = format!("pairs that touch from {} s", short(from));
+            if until.is_finite() {
+                words += &format!(" until {} s", short(until));
+            }
+            words
+        }
+    };
+    let critical = start.critical[number];
+    if critical.is_finite() {
+        words += &format!("; critical step {} s", short(critical));
+    }
+    words
 }

@@ -10,6 +10,7 @@ use super::meshes::describe;
 use super::motions;
 use super::passes::passes;
 use super::{Disk, FieldPlan, Memory, PairPlan, Plan};
+use mercury_engine::bonds::{BondPlan, BondedStart};
 use mercury_engine::boundaries::expected_number;
 use mercury_engine::boundaries::{FluxPart, Quantity, Rate, Total};
 use mercury_engine::contact::parameter::short;
@@ -426,6 +427,20 @@ fn membranes(text: &mut String, plan: &Plan) -> std::fmt::Result {
         for words in crate::membranes::plan::describe(membrane) {
             line(text, "", &words)?;
         }
+    }
+    bonds(text, plan)
+}
+
+/// Glue, where there is any.
+fn bonds(text: &mut String, plan: &Plan) -> std::fmt::Result {
+    let plans = &plan.physics().plans;
+    let Some(start) = plans.get::<BondedStart>() else {
+        return Ok(());
+    };
+    heading(text, "Bonds")?;
+    for (number, entry) in plans.all::<BondPlan>().iter().enumerate() {
+        let words = crate::bonds::plan::describe(entry, number, start);
+        line(text, &entry.name, &words)?;
     }
     Ok(())
 }

@@ -146,3 +146,24 @@ fn widths_of_fields_are_in_diameters_of_what_comes() {
         close(kernel.width, expected, 1e-12);
     }
 }
+
+/// Bonds of the start and their ends at walls are counted, glue at touches has its time.
+#[test]
+fn the_report_says_what_is_glued() {
+    let text = "time = { end = 0.1, step = 1e-6 }\ndomain = { min = [-1, -1, -1], max = [1, 1, 1] }\noutput = { interval = 0.01 }\n\
+        [materials.m]\ndensity = 2500.0\nnormal = { law = \"linear\", stiffness = 1e3, restitution = 0.7 }\n\
+        [[walls]]\nname = \"floor\"\nshape = \"plane\"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\nmaterial = \"m\"\n\
+        [[particles]]\nmaterial = \"m\"\nradius = 1e-3\nposition = [0, 0, 1e-3]\n\
+        [[particles]]\nmaterial = \"m\"\nradius = 1e-3\nposition = [0, 0, 3e-3]\n\
+        [[bonds]]\nlaw = \"beam\"\nyoungs_modulus = 1e7\nwalls = [\"floor\"]\n\
+        [[bonds]]\nname = \"later\"\nlaw = \"beam\"\nyoungs_modulus = 1e6\nwhen = \"contact\"\nfrom = 0.05\n";
+    let plan = planned_with(text, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+    let text = report(&plan, &memory(&plan), None);
+    for line in [
+        "\nBonds\n",
+        "  bond-1                  2 bonds at the start, 1 of them to walls; critical step ",
+        "  later                   pairs that touch from 0.05 s; critical step ",
+    ] {
+        assert!(text.contains(line), "no \"{line}\" in\n{text}");
+    }
+}
