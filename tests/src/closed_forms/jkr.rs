@@ -64,8 +64,17 @@ impl Jkr {
         1.5 * PI * self.work * self.radius
     }
 
-    /// Force \[N\] of spheres that have touched, at an overlap `delta` \[m\]; none beyond the longest gap.
-    pub fn force_at(&self, delta: f64) -> Option<f64> {
+    /// Energy \[J\] that a contact of radius `a` \[m\] can give back: ∫F (dδ/da) da from a = 0, term by term.
+    pub fn energy(&self, a: f64) -> f64 {
+        let (work, modulus, radius) = (self.work, self.modulus, self.radius);
+        let square = a * a;
+        8.0 / 15.0 * modulus * square * square * a / (radius * radius)
+            - 4.0 / 3.0 * (2.0 * PI * work * modulus * a).sqrt() * square * a / radius
+            + PI * work * square
+    }
+
+    /// Radius \[m\] of the contact of spheres that have touched, at an overlap `delta` \[m\]; none beyond the longest gap.
+    pub fn radius_at(&self, delta: f64) -> Option<f64> {
         let mut low = self.radius_at_end();
         if delta < self.overlap(low) {
             return None;
@@ -80,7 +89,12 @@ impl Jkr {
                 high = middle;
             }
         }
-        Some(self.force(0.5 * (low + high)))
+        Some(0.5 * (low + high))
+    }
+
+    /// Force \[N\] of spheres that have touched, at an overlap `delta` \[m\]; none beyond the longest gap.
+    pub fn force_at(&self, delta: f64) -> Option<f64> {
+        self.radius_at(delta).map(|a| self.force(a))
     }
 
     /// Energy \[J\] that a touch and a parting lose: -∫F dδ from the longest gap to the touch.
@@ -202,6 +216,9 @@ mod tests {
     #[test]
     fn energies_have_the_numbers_of_case_t28() {
         is_near(t28(5e-5).lost(), 6.133_923_178e-13);
+        let pair = t28(5e-5);
+        let [end, touch] = [pair.radius_at_end(), pair.radius_at_touch()].map(|a| pair.energy(a));
+        is_near(end - touch, pair.lost());
         let wall = t28(1e-4);
         is_near(wall.lost(), 1.545_651_786e-12);
         // W_s = 7.0922 (W⁵ R*⁴/E*²)^(1/3), to the five digits that are given.
