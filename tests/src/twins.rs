@@ -1,10 +1,11 @@
 //! Twins of a scene: one for the engine and one for the reference path.
 
 use glam::{DMat3, DVec3};
+use mercury_engine::contact::adhesion::dry::Dry;
 use mercury_engine::contact::registry::AnyPairLaw;
 use mercury_engine::contact::rolling::FrictionSpring;
 use mercury_engine::contact::{
-    self, AnyRolling, AnyTangential, Luding, NormalLaw as _, SpringRotation,
+    self, AnyAdhesion, AnyRolling, AnyTangential, Luding, NormalLaw as _, SpringRotation,
 };
 use mercury_engine::step::Engine;
 use mercury_engine::walls as fast;
@@ -12,8 +13,8 @@ use mercury_solver::plan::{Draft, NewParticle};
 
 use crate::reference::bodies::Body;
 use crate::reference::laws::{
-    ContactLaw, Conventions, CoulombLimits, LoadHistory, Normal, Resistance, ResistanceStiffness,
-    RollingLever, SlidingNormal, Tangential, TangentialHistory,
+    Branch, Cohesion, ContactLaw, Conventions, CoulombLimits, LoadHistory, Normal, Resistance,
+    ResistanceStiffness, RollingLever, SlidingNormal, Tangential, TangentialHistory,
 };
 use crate::reference::state::{Particle, PeriodicBox};
 use crate::reference::{Simulation, walls as plain};
@@ -95,8 +96,34 @@ pub fn reference_law(law: &AnyPairLaw) -> (ContactLaw, Conventions) {
         tangential,
         rolling,
         torsion,
+        cohesion: cohesion_of(&law.adhesion),
     };
     (law, conventions)
+}
+
+/// Dry cohesion with the parameters of a law of the engine.
+fn cohesion_of(law: &AnyAdhesion) -> Cohesion {
+    match law.dry() {
+        None | Some(Dry::None) => Cohesion::None,
+        Some(Dry::Jkr(law)) => Cohesion::Jkr {
+            work: law.work_of_adhesion,
+            modulus: law.effective_modulus,
+        },
+        Some(Dry::Pull(law)) => Cohesion::Linear {
+            branches: law.branches.map(|branch| Branch {
+                force: branch.force,
+                per_radius: branch.force_per_radius,
+                fall: branch.stiffness,
+                sign: branch.sign,
+            }),
+            after_touch: law.forms_on_contact,
+        },
+        Some(Dry::VanDerWaals(law)) => Cohesion::VanDerWaals {
+            hamaker: law.hamaker,
+            separation: law.separation,
+            range: law.range,
+        },
+    }
 }
 
 /// The particle of the reference path for one of a plan.

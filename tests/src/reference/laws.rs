@@ -1,20 +1,22 @@
 //! Forces and couples between two touching bodies.
 //!
-//! A contact law has up to four parts, evaluated in this order: the normal force; sliding friction,
-//! which is limited by the normal force; rolling and torsion resistance, which are couples. Each
-//! part is a pure function of the geometry, the relative motion and what the contact remembers.
+//! A contact law has up to five parts, evaluated in this order: the normal force; dry cohesion; sliding
+//! friction, which is limited by the normal force; rolling and torsion resistance, which are couples.
+//! Each part is a pure function of the geometry, the relative motion and what the contact remembers.
 
+mod cohesion;
 mod normal;
 mod resistance;
 mod tangential;
 
 use glam::DVec3;
 
+pub use cohesion::{Branch, Cohesion};
 pub use normal::{LinearDamping, Normal};
 pub use resistance::{Resistance, ResistanceStiffness};
 pub use tangential::{LoadHistory, Tangential};
 
-/// The four parts of a contact law, with the parameters of one pair of materials.
+/// The five parts of a contact law, with the parameters of one pair of materials.
 #[derive(Debug, Clone, Copy)]
 pub struct ContactLaw {
     /// Repulsion along the normal.
@@ -25,6 +27,8 @@ pub struct ContactLaw {
     pub rolling: Option<Resistance>,
     /// Resistance against spinning about the normal.
     pub torsion: Option<Resistance>,
+    /// Attraction without liquid.
+    pub cohesion: Cohesion,
 }
 
 impl ContactLaw {
@@ -35,6 +39,7 @@ impl ContactLaw {
             tangential: Tangential::None,
             rolling: None,
             torsion: None,
+            cohesion: Cohesion::None,
         }
     }
 }
@@ -107,7 +112,7 @@ pub struct Conventions {
 pub struct Kinematics {
     /// Unit normal n, from B to A.
     pub normal: DVec3,
-    /// Overlap δ > 0 \[m\].
+    /// Overlap δ \[m\]; negative across a gap.
     pub overlap: f64,
     /// From the centre of A to the contact point: −(R_A − δ/2) n \[m\].
     pub arm_a: DVec3,
@@ -169,6 +174,8 @@ pub struct History {
     pub torsion: DVec3,
     /// Largest overlap δ_m so far \[m\]; only with [`Normal::Plastic`].
     pub largest_overlap: f64,
+    /// Whether a touch holds the two together across a gap; only with [`Cohesion`].
+    pub touched: bool,
 }
 
 /// Result of a contact law.
@@ -194,11 +201,40 @@ pub fn contact_force(
     history: &mut History,
     spring_time: f64,
 ) -> ContactForce {
-    let (normal_force, normal_energy) = law.normal.evaluate(
-        kinematics,
-        conventions.clamp_tension,
-        &mut history.largest_overlap,
-    );
+    let neck = law.cohesion.neck_radius(kinematics);
+    if kinematics.overlap <= 0.0 && neck.is_none() {
+        // Springs end with the touch.
+        let (pull, energy) = law.cohesion.pull(kinematics);
+        *history = History {
+            touched: history.touched,
+            ..History::default()
+        };
+        return ContactForce {
+            force: -pull * kinematics.normal,
+            elastic_energy: energy,
+            ..ContactForce::default()
+        };
+    }
+    history.touched = true;
+    let mut kinematics = *kinematics;
+    let (normal_force, load, normal_energy) = match neck {
+        // Friction and rolling act on the area of the neck, a = √(R* δ) of Hertz' contact.
+        Some(a) => {
+            let joined = law.cohesion.joined(a, &law.normal, &kinematics);
+            kinematics.overlap = a * a / kinematics.effective_radius;
+            joined
+        }
+        None => {
+            let (force, energy) = law.normal.evaluate(
+                &kinematics,
+                conventions.clamp_tension,
+                &mut history.largest_overlap,
+            );
+            let (pull, of_pull) = law.cohesion.pull(&kinematics);
+            (force - pull, force, energy + of_pull)
+        }
+    };
+    let kinematics = &kinematics;
     let mut response = ContactForce {
         force: normal_force * kinematics.normal,
         normal_force,
@@ -207,13 +243,13 @@ pub fn contact_force(
     };
     let (tangential_force, energy) =
         law.tangential
-            .evaluate(kinematics, conventions, normal_force, history, spring_time);
+            .evaluate(kinematics, conventions, load, history, spring_time);
     response.tangential_force = tangential_force;
     response.force += tangential_force;
     response.elastic_energy += energy;
 
     // Rolling takes the magnitude of the normal force, also where damping makes it pull.
-    let pressure = normal_force.abs();
+    let pressure = load.abs();
     if pressure == 0.0 {
         return response;
     }

@@ -7,6 +7,7 @@
 //! * `mod.rs`: the time step (this page),
 //! * [`state`]: what is remembered between steps,
 //! * [`bodies`]: how a rigid body of several pebbles moves,
+//! * [`bonds`]: what glue does to a pair,
 //! * [`laws`]: what two touching bodies do to each other,
 //! * [`walls`]: where a sphere touches a wall, and how the wall moves there.
 //!
@@ -15,6 +16,7 @@
 //! what makes the damping lag by dt/2 and the elastic part exactly second order.
 
 pub mod bodies;
+pub mod bonds;
 pub mod laws;
 pub mod state;
 mod triangles;
@@ -30,6 +32,7 @@ use std::collections::BTreeMap;
 use glam::{DQuat, DVec3};
 
 use bodies::Body;
+use bonds::{Bond, Shortened};
 use laws::{ContactLaw, Conventions, History, Kinematics, SlidingNormal, contact_force};
 use state::{Contact, ContactKey, Energies, Particle, PeriodicBox};
 use walls::{Shape, Wall};
@@ -43,6 +46,10 @@ pub struct Simulation {
     pub particles: Vec<Particle>,
     /// Rigid bodies, whose pebbles are among the particles.
     pub bodies: Vec<Body>,
+    /// Glued pairs; [`Simulation::glue`] adds one.
+    pub bonds: Vec<Bond>,
+    /// Pairs whose contact does not count all of its overlap.
+    pub shortened: Vec<Shortened>,
     /// Whether the effective mass of contacts of bodies is that at the contact point.
     pub contact_point_mass: bool,
     /// The walls.
@@ -71,6 +78,8 @@ impl Simulation {
         Self {
             particles: Vec::new(),
             bodies: Vec::new(),
+            bonds: Vec::new(),
+            shortened: Vec::new(),
             contact_point_mass: false,
             walls: Vec::new(),
             pair_parameters: Box::new(move |_, _| law),
@@ -238,6 +247,7 @@ impl Simulation {
                 }
             }
         }
+        self.evaluate_bonds();
         self.gather();
     }
 
@@ -320,6 +330,9 @@ impl Simulation {
         spring_time: f64,
     ) {
         let law = (self.pair_parameters)(material_a, material_b);
+        if kinematics.overlap <= 0.0 && !law.cohesion.acts_apart(&kinematics, &history) {
+            return;
+        }
         let response = contact_force(
             &law,
             &self.conventions,
@@ -353,9 +366,10 @@ impl Simulation {
         );
     }
 
-    /// Geometry and relative motion of two particles, if they touch.
+    /// Geometry and relative motion of two particles, if they touch or are within the reach of cohesion.
     fn pair_kinematics(&self, a: usize, b: usize) -> Option<Kinematics> {
         let (row_a, row_b) = (a, b);
+        let uncounted = self.uncounted_overlap(a, b)?;
         let (a, b) = (&self.particles[a], &self.particles[b]);
         if let (Some((one, _)), Some((other, _))) = (a.body, b.body)
             && one == other
@@ -364,14 +378,19 @@ impl Simulation {
         }
         let branch = self.periodic_box.minimum_image(a.position - b.position);
         let distance = branch.length();
-        let overlap = a.radius + b.radius - distance;
-        if overlap <= 0.0 || (a.fixed && b.fixed) {
+        // A pair that was glued as it overlapped meets like one with smaller radii.
+        let reach = a.radius + b.radius - uncounted;
+        let overlap = reach - distance;
+        let effective_radius = a.radius * b.radius / reach;
+        let law = (self.pair_parameters)(a.material, b.material);
+        if overlap <= -law.cohesion.reach(effective_radius) || (a.fixed && b.fixed) {
             return None;
         }
         let normal = branch.try_normalize().unwrap_or(DVec3::X); // concentric: any direction will do
         // The contact point lies halfway through the overlap.
-        let arm_a = -(a.radius - 0.5 * overlap) * normal;
-        let arm_b = (b.radius - 0.5 * overlap) * normal;
+        let [radius_a, radius_b] = [a, b].map(|one| one.radius - 0.5 * uncounted);
+        let arm_a = -(radius_a - 0.5 * overlap) * normal;
+        let arm_b = (radius_b - 0.5 * overlap) * normal;
         let at = |arm_a: DVec3, arm_b: DVec3| {
             a.velocity + a.angular_velocity.cross(arm_a)
                 - (b.velocity + b.angular_velocity.cross(arm_b))
@@ -383,10 +402,10 @@ impl Simulation {
             let earlier = branch - (a.velocity - b.velocity) * self.lag();
             sliding_normal = earlier.try_normalize().unwrap_or(normal);
             sliding_distance = earlier.length();
-            let overlap = a.radius + b.radius - sliding_distance;
+            let overlap = reach - sliding_distance;
             sliding_velocity = at(
-                -(a.radius - 0.5 * overlap) * sliding_normal,
-                (b.radius - 0.5 * overlap) * sliding_normal,
+                -(radius_a - 0.5 * overlap) * sliding_normal,
+                (radius_b - 0.5 * overlap) * sliding_normal,
             );
         }
         Some(Kinematics {
@@ -401,7 +420,7 @@ impl Simulation {
             sliding_distance,
             pair: Some(a.velocity - b.velocity),
             effective_mass: 1.0 / (self.mobility(row_a, normal) + self.mobility(row_b, normal)),
-            effective_radius: 1.0 / (1.0 / a.radius + 1.0 / b.radius),
+            effective_radius,
         })
     }
 
@@ -429,7 +448,9 @@ impl Simulation {
         }
         let lag = self.lag();
         let earlier = a.position - a.velocity * lag;
-        let touches = wall.contacts(a.position, a.radius, self.time());
+        let law = (self.pair_parameters)(a.material, wall.material);
+        let reach = a.radius + law.cohesion.reach(a.radius);
+        let touches = wall.contacts(a.position, reach, self.time());
         let kinematics = touches.into_iter().map(|touch| {
             let overlap = a.radius - touch.distance;
             let arm_a = -(a.radius - 0.5 * overlap) * touch.normal;

@@ -5,7 +5,9 @@
 //! others; a collision turns a difference of the directions into one that is about 2 · path/radius, up to ten times, larger.
 //! Hence 1e-15 radii grow to 1e-12 in the mean and, in the unluckiest of thousands of pairs, six meetings, to 1e-9.
 
+mod bonds;
 mod clumps;
+mod dry_cohesion;
 mod laws;
 mod surroundings;
 
@@ -156,6 +158,40 @@ fn compare_paths(
         "{name}: forces differ by {start:e}, {first:e}"
     );
     let mut contacts = reference.contacts.len();
+    if std::env::var_os("TRACE").is_some() {
+        let mut last = 0.0;
+        for step in 0..200 {
+            let before = reference.contacts.clone();
+            advance(&mut engine, 1);
+            reference.advance();
+            let apart = position_difference(&engine, &reference);
+            if apart > 10.0 * last && apart > 1e-12 {
+                eprintln!("{step}: {last:e} -> {apart:e}");
+                for (key, c) in &reference.contacts {
+                    eprintln!(
+                        "  {key:?} overlap {:e} was {:?} touched {} force {}",
+                        c.kinematics.overlap,
+                        before.get(key).map(|c| c.kinematics.overlap),
+                        c.history.touched,
+                        c.response.force
+                    );
+                }
+                for (key, c) in &before {
+                    if !reference.contacts.contains_key(key) {
+                        eprintln!("  gone {key:?} {:e}", c.kinematics.overlap);
+                    }
+                }
+                for (id, p) in reference.particles.iter().enumerate() {
+                    let r = mercury_tests::scenes::particle(&engine, id as u32);
+                    let d = (r.position - p.position).length();
+                    if d > 1e-13 {
+                        eprintln!("   {id} off {d:e} vel {} {}", r.velocity, p.velocity);
+                    }
+                }
+            }
+            last = apart.max(1e-14);
+        }
+    }
     for _ in 0..(steps - 1) / 37 {
         advance(&mut engine, 37);
         reference.advance_by(37);

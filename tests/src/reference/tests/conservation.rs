@@ -21,6 +21,7 @@ fn everything(tangential: Tangential, normal: Normal) -> ContactLaw {
         tangential,
         rolling: Some(resistance),
         torsion: Some(resistance),
+        cohesion: Cohesion::None,
     }
 }
 

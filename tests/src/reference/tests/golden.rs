@@ -30,6 +30,7 @@ fn linear_and_sliding(history: TangentialHistory) -> Simulation {
         },
         rolling: None,
         torsion: None,
+        cohesion: Cohesion::None,
     };
     let mut simulation = Simulation::new(4e-4, law);
     simulation.conventions.sliding_normal = SlidingNormal::Step;
@@ -97,6 +98,7 @@ fn t9_hertz_mindlin_sphere_on_wall() {
         },
         rolling: None,
         torsion: None,
+        cohesion: Cohesion::None,
     };
     let mut simulation = Simulation::new(1e-5, law);
     simulation.conventions.sliding_normal = SlidingNormal::Step;
@@ -149,6 +151,7 @@ fn check_t10(conventions: Conventions, expected: [(DVec3, DVec3); 2]) {
         },
         rolling: Some(resistance(3e3, 0.2, 0.1)),
         torsion: Some(resistance(2e3, 0.1, 0.05)),
+        cohesion: Cohesion::None,
     };
     let mut simulation = Simulation::new(1e-4, law);
     simulation.conventions = Conventions {

@@ -29,6 +29,7 @@ fn pressed(overlap: f64, friction: f64, factor: f64, load_history: LoadHistory) 
         },
         rolling: None,
         torsion: None,
+        cohesion: Cohesion::None,
     };
     let mut simulation = Simulation::new(1.0, law);
     let floor = Shape::Plane {

@@ -51,6 +51,7 @@ fn on_slope(
         },
         rolling: Some(resistance(rolling)),
         torsion: Some(resistance(torsion)),
+        cohesion: Cohesion::None,
     };
     let mut simulation = Simulation::new(1e-6, law);
     simulation.conventions.rolling_lever = lever;
@@ -192,6 +193,7 @@ fn squeezed(axis: DVec3) -> (f64, [f64; 4]) {
         tangential: Tangential::None,
         rolling: Some(resistance),
         torsion: Some(resistance),
+        cohesion: Cohesion::None,
     };
     let mut simulation = Simulation::new(4e-4, law);
     simulation.conventions.rolling_lever = RollingLever::EffectiveDiameter;
@@ -246,6 +248,7 @@ fn tangential_rebound(particle: Particle, tangential_stiffness: f64) -> f64 {
         },
         rolling: None,
         torsion: None,
+        cohesion: Cohesion::None,
     };
     let duration = linear_contact_time(stiffness, 0.0, particle.mass);
     let steps = 20_000;

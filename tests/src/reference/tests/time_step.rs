@@ -32,6 +32,7 @@ fn with_friction(normal: Normal) -> ContactLaw {
         },
         rolling: Some(resistance),
         torsion: Some(resistance),
+        cohesion: Cohesion::None,
     }
 }
 

@@ -24,6 +24,7 @@ fn law() -> ContactLaw {
         },
         rolling: None,
         torsion: None,
+        cohesion: Cohesion::None,
     }
 }
 
