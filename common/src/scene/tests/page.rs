@@ -329,11 +329,7 @@ fn with_variants(text: &str) -> String {
         let mut end = (scene[end..].find("\n[")).map_or(scene.len(), |more| end + more);
         for variant in *of {
             let value = format!("\"{}\"", variant.name);
-            let names_it = |line: &str| {
-                let value_of = line.strip_prefix(word).map(str::trim_start);
-                value_of.is_some_and(|rest| rest.starts_with(&format!("= {value}")))
-            };
-            if is_absent(table, variant) || scene[begin..end].lines().any(names_it) {
+            if is_absent(table, variant) || scene[begin..end].contains(&value) {
                 continue;
             }
             let needed = table.keys.iter().copied().flatten();
