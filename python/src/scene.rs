@@ -103,10 +103,7 @@ impl Scene {
         }
     }
 
-    fn __reduce__<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyAny>, (PathBuf, String, Vec<String>))> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Parts)> {
         let SceneInput { path, text, set } = self.input.clone();
         let make = py.get_type::<Self>().getattr("_of")?;
         Ok((make, (path, text, set)))
@@ -136,6 +133,9 @@ impl Scene {
         format!("<Scene {}>", self.input.path.display())
     }
 }
+
+/// Parts of the pickle of a scene: its path, its text, and the changes by `set`.
+type Parts = (PathBuf, String, Vec<String>);
 
 /// A consistent scene.
 #[pyclass(frozen, module = "mercury_dem")]

@@ -7,7 +7,7 @@ use mercury_solver::run::{Run, RunOptions, SceneInput};
 
 /// Beads that settle in a box under a lid.
 fn scene(beads: usize) -> String {
-    let side = 0.002 * (beads as f64 / 2.0).cbrt();
+    let side = 0.002 * libm::cbrt(beads as f64 / 2.0);
     format!(
         r#"
 seed = 1

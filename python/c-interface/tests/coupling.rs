@@ -175,7 +175,7 @@ fn a_ball_outside_goes_as_one_inside() {
         .to_vec();
     assert!(errors[0] <= 1e-14, "{errors:?}");
     assert!(errors[1] <= 0.005 && errors[2] <= 0.01, "{errors:?}");
-    let order = (errors[2] / errors[1]).log2();
+    let order = libm::log2(errors[2] / errors[1]);
     println!("order {order:.3}");
     // The partner's own error is of second order, that of the beads, which see constant velocities within a window, of first.
     assert!(order >= 0.9, "{order}");

@@ -201,7 +201,7 @@ pub(crate) fn bonded_start(
     Some(found)
 }
 
-/// What an entry glues and the step that it bears, in words.
+/// Bonds that an entry glues, and the step that it bears, in words.
 pub(crate) fn describe(plan: &BondPlan, number: usize, start: &BondedStart) -> String {
     let mut words = match plan.when {
         Gluing::Start(_) => {

@@ -270,7 +270,7 @@ fn clusters_break_alike() {
                 law,
                 ratio: 0.8,
                 damping: 0.05,
-                strengths: [6e4, 5e4],
+                strengths: [1.5e5, 1.2e5],
                 contact,
             };
             let (mut engine, mut reference) = cluster(glue, 10 + k as u64, 0.5);

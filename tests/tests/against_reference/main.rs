@@ -158,40 +158,6 @@ fn compare_paths(
         "{name}: forces differ by {start:e}, {first:e}"
     );
     let mut contacts = reference.contacts.len();
-    if std::env::var_os("TRACE").is_some() {
-        let mut last = 0.0;
-        for step in 0..200 {
-            let before = reference.contacts.clone();
-            advance(&mut engine, 1);
-            reference.advance();
-            let apart = position_difference(&engine, &reference);
-            if apart > 10.0 * last && apart > 1e-12 {
-                eprintln!("{step}: {last:e} -> {apart:e}");
-                for (key, c) in &reference.contacts {
-                    eprintln!(
-                        "  {key:?} overlap {:e} was {:?} touched {} force {}",
-                        c.kinematics.overlap,
-                        before.get(key).map(|c| c.kinematics.overlap),
-                        c.history.touched,
-                        c.response.force
-                    );
-                }
-                for (key, c) in &before {
-                    if !reference.contacts.contains_key(key) {
-                        eprintln!("  gone {key:?} {:e}", c.kinematics.overlap);
-                    }
-                }
-                for (id, p) in reference.particles.iter().enumerate() {
-                    let r = mercury_tests::scenes::particle(&engine, id as u32);
-                    let d = (r.position - p.position).length();
-                    if d > 1e-13 {
-                        eprintln!("   {id} off {d:e} vel {} {}", r.velocity, p.velocity);
-                    }
-                }
-            }
-            last = apart.max(1e-14);
-        }
-    }
     for _ in 0..(steps - 1) / 37 {
         advance(&mut engine, 37);
         reference.advance_by(37);

@@ -1,4 +1,4 @@
-//! The same bytes with other threads and lanes, and after a stop.
+//! Bytes of bonds with other threads and lanes, and after a stop.
 
 use glam::{DVec3, dvec3};
 
