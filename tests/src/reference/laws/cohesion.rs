@@ -131,7 +131,7 @@ impl Cohesion {
         let dashpot = damping * (kinematics.effective_mass * 4.0 / 3.0 * modulus * a).sqrt();
         let force = neck.force(a) - dashpot * kinematics.normal_velocity();
         // Thornton 1991.
-        let load = (force + 2.0 * neck.pull_off()).max(0.0);
+        let load = force + 2.0 * neck.pull_off();
         (force, load, neck.energy(a))
     }
 
