@@ -12,7 +12,7 @@ use crate::parallel::{each, each_part};
 /// A grid of cells over the particles; rows are sorted by cell, brick by brick, in a brick line by line along its fastest axis.
 ///
 /// Particles touch others in the next line of the same layer, or in the next layer. With large layers, the next layer is far away
-/// in memory: the data would have left the cache before it is used again. So a grid of large layers consists of [bricks](Division) along a Hilbert
+/// in memory: the data would have left the cache before it is used again. So a grid of large layers consists of bricks (`bricks.rs`) along a Hilbert
 /// curve, and only of those that hold a particle. A grid of small layers is a single brick about all particles. Its axes are taken in
 /// ascending order of extent, so that the slowest axis is the longest and layers are small.
 ///
