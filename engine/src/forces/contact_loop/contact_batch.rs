@@ -52,8 +52,6 @@ pub(super) struct ContactBatch<'a> {
     /// The particles of every slot of the chunk.
     pub(super) a: [&'a Particle; ROOM],
     pub(super) b: [&'a Particle; ROOM],
-    /// Whether glued pairs are among them, whose reach is less than R_A + R_B.
-    pub(super) has_glued: bool,
     pub(super) numbers: &'a mut BatchColumns,
 }
 
@@ -152,7 +150,6 @@ impl<'a> ContactBatch<'a> {
         Self {
             a: [filler; ROOM],
             b: [filler; ROOM],
-            has_glued: false,
             numbers,
         }
     }
@@ -371,12 +368,8 @@ impl<'a> ContactBatch<'a> {
             L::from_lanes(|k| a(k).radius),
             L::from_lanes(|k| b(k).radius),
         ];
-        let geometric = if self.has_glued {
-            radii[0] + radii[1] - distance
-        } else {
-            overlap
-        };
-        let half = geometric * 0.5;
+        // Of glued pairs the overlap that counts is less; of all others it is this one, to the bit.
+        let half = (radii[0] + radii[1] - distance) * 0.5;
         let levers = [radii[0] - half, radii[1] - half];
         let centre_velocity: Vector<L> = columns(&self.numbers.velocity, base);
         let normal_velocity = centre_velocity.dot(normal);

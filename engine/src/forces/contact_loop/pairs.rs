@@ -65,7 +65,6 @@ where
             return;
         }
         let mut found = ContactBatch::new(filler, numbers);
-        found.has_glued = pass.context.offsets.is_some();
         let first_row = block.rows.start;
         let turns = PairLaw::<N, T, R, A>::TURNS;
         let lag = turns.then(|| pass.context.sliding_lag());
