@@ -1,13 +1,11 @@
 //! Walls: their positions at the present time, their shapes, and the loads that servos receive.
 
-use std::sync::Arc;
-
 use glam::{DQuat, DVec3};
 
 use super::{Core, Engine, RunError};
 use crate::forces::Observation;
 use crate::state::WallIndex;
-use crate::walls::{SectionBox, Shape, WallError, area};
+use crate::walls::{Drive, SectionBox, Shape, WallError, area};
 
 impl Engine {
     /// Gives walls the surfaces that parts set.
@@ -51,10 +49,10 @@ impl Core {
         changed.map_err(|error| self.wall_error(wall, error))
     }
 
-    /// Drives a wall whose motion the scene leaves to another program: [`crate::walls::WallNow::drive_to`], from now until `until` (s).
+    /// Drives a wall whose motion the scene leaves to another program, as [`Core::next_drive`] says.
     ///
     /// # Errors
-    /// If there is no such wall, its motion is that of the scene, or a number is not finite.
+    /// As of that.
     pub fn drive_wall(
         &mut self,
         wall: WallIndex,
@@ -62,34 +60,28 @@ impl Core {
         to: (DVec3, DQuat),
         velocities: [DVec3; 2],
     ) -> Result<(), RunError> {
-        let window = [self.time(), until];
-        let planned = Arc::clone(&self.physics);
-        let of_plan = planned.walls.get(wall.index());
-        let of_plan = of_plan.zip(self.domain.walls.get_mut(wall.index()));
-        let driven = match of_plan {
-            Some((of_plan, now)) => now.drive_to(of_plan, window, to, velocities),
-            None => Err(WallError::NotExternal),
-        };
-        driven.map_err(|error| self.wall_error(wall, error))
+        let drive = self.next_drive(wall, until, to, velocities)?;
+        self.domain.walls[wall.index()].set_drive(drive);
+        Ok(())
     }
 
-    /// Whether [`Core::drive_wall`] would take it.
+    /// The motion of a wall from now until `until` (s): [`crate::walls::WallNow::next_drive`].
     ///
     /// # Errors
-    /// As that.
-    pub fn check_drive(
+    /// If there is no such wall, its motion is that of the scene, or a number is not finite.
+    pub fn next_drive(
         &self,
         wall: WallIndex,
+        until: f64,
         to: (DVec3, DQuat),
         velocities: [DVec3; 2],
-    ) -> Result<(), RunError> {
-        let now = self.walls().get(wall.index()).cloned();
+    ) -> Result<Drive, RunError> {
         let of_plan = self.physics.walls.get(wall.index());
-        let driven = match now.zip(of_plan) {
-            Some((mut now, of_plan)) => now.drive_to(of_plan, [0.0; 2], to, velocities),
+        let drive = match of_plan.zip(self.walls().get(wall.index())) {
+            Some((of_plan, now)) => now.next_drive(of_plan, [self.time(), until], to, velocities),
             None => Err(WallError::NotExternal),
         };
-        driven.map_err(|error| self.wall_error(wall, error))
+        drive.map_err(|error| self.wall_error(wall, error))
     }
 
     /// Exchanges the surface of another wall for one of the same kind: [`crate::walls::WallNow::exchange`].

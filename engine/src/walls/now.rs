@@ -299,20 +299,19 @@ impl WallNow {
         self.drive.as_ref()
     }
 
-    /// Drives it in the next window (s): with velocities of its reference point (m/s) and about it (rad/s) to a place of this point (m) and a turn since the start.
+    /// Its motion in the next window (s): with velocities of its reference point (m/s) and about it (rad/s) to a place of this point (m) and a turn since
+    /// the start.
     ///
     /// # Errors
     /// If the scene does not leave its motion to another program, or a number is not finite.
-    pub fn drive_to(
-        &mut self,
+    pub fn next_drive(
+        &self,
         wall: &Wall,
         window: [f64; 2],
         (place, turn): (DVec3, DQuat),
         velocities: [DVec3; 2],
-    ) -> Result<(), WallError> {
-        let Some(drive) = &mut self.drive else {
-            return Err(WallError::NotExternal);
-        };
+    ) -> Result<Drive, WallError> {
+        let drive = self.drive.as_ref().ok_or(WallError::NotExternal)?;
         finite_vector("place", place)?;
         finite_vector("velocity", velocities[0])?;
         finite_vector("angular_velocity", velocities[1])?;
@@ -321,8 +320,12 @@ impl WallNow {
             return Err(WallError::NoTurn { length });
         }
         let target = pose_at(wall.reference, place, turn / length);
-        *drive = drive.next(window, target, wall.reference, velocities);
-        Ok(())
+        Ok(drive.next(window, target, wall.reference, velocities))
+    }
+
+    /// Drives it so, from the next step on.
+    pub fn set_drive(&mut self, drive: Drive) {
+        self.drive = Some(drive);
     }
 
     /// Goes on with a window at `time` (s) with steps of `dt` (s), the rest of the wall being restored.

@@ -168,8 +168,9 @@ impl Run {
         self.check_wall(wall)?;
         // Its numbers are checked now, so that the error comes from here.
         let (to, velocities) = drive.numbers();
+        let index = WallIndex::new(wall as u16);
         self.engine
-            .check_drive(WallIndex::new(wall as u16), to, velocities)?;
+            .next_drive(index, f64::INFINITY, to, velocities)?;
         self.drives.retain(|(other, _)| *other != wall);
         self.drives.push((wall, drive));
         Ok(())
