@@ -265,7 +265,6 @@ pub(crate) fn execute(
                 )
                 .collect(),
             begun: vec![false; study.runs.len()],
-            table: StudyTable::default(),
             shares: vec![0.0; study.runs.len()],
             taken_up: vec![None; study.runs.len()],
             found: 0,
@@ -445,8 +444,6 @@ struct Board {
     states: Vec<State>,
     /// Whether each run was begun here.
     begun: Vec<bool>,
-    /// The table as it was last written.
-    table: StudyTable,
     /// Share of each run that is done, from 0 to 1.
     shares: Vec<f64>,
     /// The finished share of each run when this process first read it.
@@ -494,11 +491,9 @@ impl Work<'_> {
             board.shares[number] = 1.0;
             board.taken_up[number].get_or_insert(if was_there { 1.0 } else { 0.0 });
             board.found += usize::from(was_there);
-            // The table can be read while the other runs go on; if it cannot be written, this is reported at the end. More seeds may follow from it.
-            if (!was_there || self.study.seeds.is_some())
-                && let Ok(table) = write_table(self.study, &board.states, self.prefix, self.earlier)
-            {
-                board.table = table;
+            // The table can be read while the other runs go on; if it cannot be written, this is reported at the end.
+            if !was_there {
+                let _ = write_table(self.study, &board.states, self.prefix, self.earlier);
             }
         }
     }
@@ -506,7 +501,8 @@ impl Work<'_> {
     /// Begins the next run that is needed.
     fn next_run(&self) -> Option<usize> {
         let mut board = self.board();
-        let next = self.study.next_run(&board.begun, &board.table)?;
+        let table = || StudyTable::of(self.study, &board.states, self.prefix, self.earlier);
+        let next = self.study.next_run(&board.begun, table)?;
         board.begun[next] = true;
         if board.states[next] == State::Spare {
             board.states[next] = State::Waiting;

@@ -4,6 +4,8 @@
 //! random numbers (common random numbers). The interval of a mean is that of Student's distribution over the seeds; seeds are added one at a time until
 //! it is short enough (Chow & Robbins, Annals of Mathematical Statistics 36 (1965) 457).
 
+use std::collections::{HashMap, HashSet};
+
 use mercury_common::readable::significant;
 use mercury_common::scene::nearest;
 use mercury_common::statistics::student_t_975;
@@ -147,6 +149,12 @@ impl Outcome {
     }
 }
 
+/// Values of a result by seed.
+fn values(outcomes: &[Outcome], name: &str) -> Vec<f64> {
+    let values = outcomes.iter().filter_map(|outcome| outcome.value(name));
+    values.collect()
+}
+
 /// A mean over seeds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Mean {
@@ -228,25 +236,26 @@ impl Study {
         }
     }
 
-    /// The next run to begin, if one is needed. `begun`: of each run, whether it has begun; `table`: of those that are finished.
+    /// The next run to begin, if one is needed. `begun`: of each run, whether it has begun; `table`: of those that are finished, made only where more
+    /// seeds may follow from it.
     #[must_use]
-    pub fn next_run(&self, begun: &[bool], table: &StudyTable) -> Option<usize> {
+    pub fn next_run(&self, begun: &[bool], table: impl FnOnce() -> StudyTable) -> Option<usize> {
         let of_point = self.runs_of_point();
         let certain = self.certain_runs_of_point();
         let first = (0..begun.len()).find(|&run| run % of_point < certain && !begun[run]);
         if first.is_some() || certain == of_point {
             return first;
         }
-        let open = self
-            .outcomes(table)
-            .into_iter()
-            .enumerate()
-            .filter_map(|(point, finished)| {
-                let own = &begun[point * of_point..(point + 1) * of_point];
-                let next = own.iter().position(|begun| !begun)?;
-                let is_known = self.seeds.as_ref()?.counted(&finished).is_some();
-                (!is_known).then_some((next, point * of_point + next))
-            });
+        let open =
+            self.outcomes(&table())
+                .into_iter()
+                .enumerate()
+                .filter_map(|(point, finished)| {
+                    let own = &begun[point * of_point..(point + 1) * of_point];
+                    let next = own.iter().position(|begun| !begun)?;
+                    let is_known = self.seeds.as_ref()?.counted(&finished).is_some();
+                    (!is_known).then_some((next, point * of_point + next))
+                });
         // The point that has the fewest, and of these the first.
         open.min().map(|(_, run)| run)
     }
@@ -255,7 +264,7 @@ impl Study {
     fn outcomes(&self, table: &StudyTable) -> Vec<Vec<Outcome>> {
         let place = |name: &str| table.columns.iter().position(|column| column == name);
         let (name, status) = (place("run"), place("status"));
-        let rows: std::collections::HashMap<&str, &Vec<String>> = (table.rows.iter())
+        let rows: HashMap<&str, &Vec<String>> = (table.rows.iter())
             .filter_map(|row| Some((row[name?].as_str(), row)))
             .collect();
         let results: Vec<_> = (self.results.iter())
@@ -311,12 +320,12 @@ impl Study {
             return counted;
         };
         let points = self.points(table);
-        for (runs, outcomes) in self.runs.chunks(self.runs_of_point()).zip(points) {
-            let beyond = &runs[outcomes.len()..];
-            counted
-                .rows
-                .retain(|row| beyond.iter().all(|run| run.name != row[place]));
-        }
+        let runs = self.runs.chunks(self.runs_of_point()).zip(points);
+        let beyond: HashSet<&str> = runs
+            .flat_map(|(runs, outcomes)| &runs[outcomes.len()..])
+            .map(|run| run.name.as_str())
+            .collect();
+        (counted.rows).retain(|row| !beyond.contains(row[place].as_str()));
         counted
     }
 
@@ -331,10 +340,7 @@ impl Study {
         for (run, outcomes) in self.runs.chunks(self.runs_of_point()).zip(&points) {
             let mut row = self.cells_of_point(&run[0], outcomes.len());
             for result in &self.results {
-                let values: Vec<f64> = outcomes
-                    .iter()
-                    .filter_map(|o| o.value(&result.name))
-                    .collect();
+                let values = values(outcomes, &result.name);
                 let within: Vec<f64> = outcomes
                     .iter()
                     .filter_map(|o| o.error(&result.name))
@@ -359,16 +365,13 @@ impl Study {
                 None => String::new(),
             };
             for result in &self.results {
-                let values: Vec<f64> = outcomes
-                    .iter()
-                    .filter_map(|o| o.value(&result.name))
-                    .collect();
+                let values = values(outcomes, &result.name);
                 let warning =
                     warning(&values).map(|words| format!("{}{}: {words}", at(), result.name));
                 means.problems.extend(warning);
             }
             for (name, wanted) in &seeds.errors {
-                let values: Vec<f64> = outcomes.iter().filter_map(|o| o.value(name)).collect();
+                let values = values(outcomes, name);
                 let mean = Mean::of(&values);
                 if values.len() == seeds.most as usize && mean.error > wanted.at(mean.value) {
                     let [error, aim] =
@@ -406,13 +409,8 @@ impl Study {
             let count = first.len().min(outcomes.len());
             let mut row = self.cells_of_point(&run[0], count);
             for result in &self.results {
-                let values = |outcomes: &[Outcome]| -> Vec<f64> {
-                    outcomes[..count]
-                        .iter()
-                        .filter_map(|o| o.value(&result.name))
-                        .collect()
-                };
-                let (ours, theirs) = (values(outcomes), values(first));
+                let [ours, theirs] =
+                    [outcomes, first].map(|outcomes| values(&outcomes[..count], &result.name));
                 let pairs = || ours.iter().zip(&theirs);
                 let difference: Vec<f64> = pairs().map(|(a, b)| a - b).collect();
                 let (difference, a, b) =
@@ -559,7 +557,7 @@ mod tests {
             (vec![false; study.runs.len()], Vec::new(), Vec::new());
         loop {
             while running.len() < jobs {
-                let Some(next) = study.next_run(&begun, &table(study, &finished)) else {
+                let Some(next) = study.next_run(&begun, || table(study, &finished)) else {
                     break;
                 };
                 begun[next] = true;
@@ -702,10 +700,10 @@ mod tests {
         let mut table = table(&study, &[(0, 1.0), (1, 2.0), (2, 4.0)]);
         let mut begun = vec![false; 9];
         begun[..3].fill(true);
-        assert_eq!(study.next_run(&begun, &table), Some(3));
+        assert_eq!(study.next_run(&begun, || table.clone()), Some(3));
         table.rows[2][1] = "failed".to_owned();
         table.rows[2][2].clear();
-        assert_eq!(study.next_run(&begun, &table), None);
+        assert_eq!(study.next_run(&begun, || table.clone()), None);
         assert_eq!(study.points(&table)[0].len(), 2);
     }
 
