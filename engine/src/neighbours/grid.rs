@@ -85,7 +85,8 @@ impl Grid {
         // A dilute gas in a huge domain does not need a cell for each void.
         let most = 4 * particles + 64;
         // Without particles there is no length scale: one cell.
-        let mut edge = if edge > 0.0 { edge } else { f64::INFINITY };
+        let least = if edge > 0.0 { edge } else { f64::INFINITY };
+        let mut edge = least;
         let count = |length: f64, edge: f64| (length / edge).floor().clamp(1.0, 1e6) as usize;
         let counts = loop {
             let counts = extent.to_array().map(|length| count(length, edge));
@@ -98,7 +99,7 @@ impl Grid {
         order.sort_by_key(|&axis| counts[axis]);
         let slowest = counts[order[2]];
         let (mut grid, cell_of) = if particles as f64 / slowest as f64 > LAYER {
-            Self::of_bricks(particles, &position, edge, domain, parallel)
+            Self::of_bricks(particles, &position, least, domain, parallel)
         } else {
             let mut inverse_edge = DVec3::ZERO;
             for axis in 0..3 {
@@ -484,6 +485,33 @@ mod tests {
     use mercury_common::random::Stream;
 
     use super::*;
+
+    /// One particle far outside of the domain, and a gas that hardly fills it: bricks are those that hold a particle, cells are not many more than
+    /// particles, and a search near each finds it.
+    #[test]
+    fn few_bricks_hold_all_particles_however_far_apart() {
+        let mut stream = Stream::new(6, "grid", 0);
+        for (size, far, edge) in [(1.0, 1e6, 0.05), (300.0, 0.0, 0.05), (1.0, 3.0, 0.2)] {
+            let domain = Cell::new(DVec3::ZERO, DVec3::splat(size), [false; 3]);
+            let mut places: Vec<DVec3> = (0..3000)
+                .map(|_| DVec3::from([0; 3].map(|_| size * stream.uniform())))
+                .collect();
+            places[7] += DVec3::splat(far);
+            let (mut grid, cell_of) =
+                Grid::of_bricks(places.len(), &|k| places[k], edge, &domain, false);
+            grid.start = vec![0; grid.first_cell(grid.at.len()) + 1];
+            let order = grid.put_into_cells(&cell_of, 1);
+            assert!(
+                grid.start.len() <= 4 * places.len() + 65,
+                "{}",
+                grid.start.len()
+            );
+            assert!(grid.at.len() <= places.len());
+            for (row, &k) in order.iter().enumerate() {
+                assert!(grid.any_near(places[k as usize], 0.0, |other| other == row));
+            }
+        }
+    }
 
     /// However many parts there are, also more than cells, and with all particles in one corner.
     #[test]
