@@ -7,10 +7,14 @@ mod coupling;
 mod exit_report;
 mod failed_state;
 mod insertions;
+mod keeping;
 mod long_steps;
+mod looks;
 mod memory;
 mod open;
+mod options;
 mod pictures;
+mod progress;
 mod report;
 mod rest_criterion;
 mod servos;
@@ -21,14 +25,11 @@ mod tests;
 mod time_left;
 mod trial;
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use mercury_common::readable::duration;
-use mercury_common::run_tables::RESULTS;
 use mercury_common::whole_file::write_whole;
 
 pub use budget::Budget;
@@ -36,14 +37,17 @@ pub use claim::{Claim, ClaimError};
 pub use coupling::{CouplingError, Saved, WallDrive};
 pub use memory::{check_fit, memory, plan_within};
 pub use open::{OpenError, OpenRun, SceneInput};
+pub use options::{Checkpoints, RunFailure, RunOptions, useful_threads};
+pub use progress::Progress;
 pub use report::Report;
 pub use tables::Rows;
 pub use trial::{Trial, trial};
 
 use checkpoint::{Checkpoint, Known};
-use coupling::WallLoads;
 use long_steps::{LongStep, long_steps, next_long_step};
+use looks::{rows_until, write_results};
 use pictures::draw_pictures;
+use progress::ahead_of;
 use report::{Looped, log_body, log_head, report};
 use rest_criterion::Rest;
 use time_left::Cost;
@@ -52,185 +56,14 @@ use crate::output::summary::Status;
 use crate::output::{
     Due, Exchanged, FrameCopy, OutputError, Positions, Schedule, ToWrite, Writer, folder,
 };
-use crate::plan::{Ahead, Here, POSITIONS, Plan, Workload, checkpoint_paths};
+use crate::plan::{Plan, Workload, checkpoint_paths};
 use crate::results::{Aims, NamedResult};
-use mercury_engine::forces::{Observation, Watch, block_size};
-use mercury_engine::lanes::Width;
-use mercury_engine::membrane::MembranePlan;
-use mercury_engine::state::{Encoder, FIXED, PEBBLE};
-use mercury_engine::step::{Engine, Part, RunError, StartOptions};
-use mercury_engine::task::{OutputFile, RunEvent, Task, TaskProgress};
-
-/// Fewer particles, pebbles and vertices of sheets than these are stepped by one thread: two threads took as long for 1,000 beads, and 0.7 of the time for 2,000
-/// (`benches/busy.py`).
-const ALONE_BELOW: usize = 1_500;
+use mercury_engine::forces::{Observation, Watch};
+use mercury_engine::step::{Engine, RunError};
+use mercury_engine::task::{OutputFile, RunEvent, Task};
 
 /// Beginning of the warning of a run that was to come to rest and did not.
 const NOT_AT_REST: &str = "not at rest";
-
-/// From so many on a checkpoint takes tens of megabytes.
-const MANY_ROWS: usize = 100_000;
-
-/// Options of a run beside its plan.
-#[derive(Debug, Clone, Default)]
-pub struct RunOptions {
-    /// The folder of the files; ready for a run ([`folder::prepare`]).
-    pub folder: PathBuf,
-    /// Threads that step, at most; the results do not depend on them.
-    pub threads: usize,
-    /// Steps of few particles are made by one of them.
-    pub fewer_where_faster: bool,
-    /// Contacts that are evaluated side by side; the results do not depend on it. `None`: the fastest.
-    pub width: Option<Width>,
-    /// How the run was called, for `run.log`.
-    pub command_line: String,
-    /// Content of `plan.toml`.
-    pub plan_document: Option<String>,
-    /// Text of the scene, in TOML or JSON, of which the run keeps a copy.
-    pub scene_text: Option<String>,
-    /// Set to end the run after the present step.
-    pub stop: Arc<AtomicBool>,
-    /// Set to leave [`Run::advance`] after the present step, until it is called again.
-    pub pause: Arc<AtomicBool>,
-    /// The last step of each piece is observed, so that contacts and loads on walls can be read between pieces.
-    pub pieces_observed: bool,
-    /// The loads on walls are summed up in every step, for [`Run::wall_load`].
-    pub wall_loads: bool,
-    /// The observer of long work; its flag for stops should be the one above.
-    pub task_progress: Arc<TaskProgress>,
-    /// The wall-clock time after which the run stops by itself.
-    pub time_limit: Option<Duration>,
-    /// Checkpoints; `None`: none are written.
-    pub checkpoints: Option<Checkpoints>,
-    /// Notes for the log.
-    pub notes: Vec<String>,
-    /// Numbers for the summary of a run that reaches its end.
-    pub results: Vec<NamedResult>,
-    /// Results that end the run when they are known.
-    pub until: Option<Aims>,
-}
-
-/// When a run writes checkpoints; in addition it writes one when it is stopped, and where the plan requests one.
-#[derive(Debug, Clone, Default)]
-pub struct Checkpoints {
-    /// Interval by the clock.
-    pub every: Option<Duration>,
-    /// At the end, for a later run that starts from there.
-    pub at_end: bool,
-    /// Set to write one now.
-    pub now: Arc<AtomicBool>,
-    /// The statement of the scene: [`Statement::entries`](mercury_common::scene::Statement::entries).
-    pub scene: BTreeMap<String, String>,
-}
-
-/// Why a run failed.
-#[derive(Debug, thiserror::Error)]
-pub enum RunFailure {
-    /// The simulation cannot go on.
-    #[error(transparent)]
-    Engine(#[from] RunError),
-    /// The outputs cannot be written.
-    #[error(transparent)]
-    Output(#[from] OutputError),
-    /// A request of a program that drives the run makes no sense.
-    #[error(transparent)]
-    Coupling(#[from] CouplingError),
-}
-
-impl RunFailure {
-    /// Whether there is none: the run was stopped before its first step, and has written nothing.
-    #[must_use]
-    pub fn is_stop(&self) -> bool {
-        matches!(self, Self::Engine(RunError::GivenUp))
-    }
-}
-
-impl RunOptions {
-    /// Whether one thread makes the steps, as there are too few particles, pebbles and vertices for others to gain anything.
-    fn steps_alone(&self, engine: &Engine) -> bool {
-        let vertices = engine.surfaces().iter().map(|sheet| sheet.positions.len());
-        let count = engine.particles.len() + vertices.sum::<usize>();
-        self.fewer_where_faster && self.threads > 1 && count < ALONE_BELOW
-    }
-
-    fn start(&self, schedule: &Schedule) -> StartOptions {
-        let mut parts: Vec<Box<dyn Part>> = Vec::new();
-        if self.wall_loads {
-            parts.push(Box::new(WallLoads::default()));
-        }
-        StartOptions::threads(self.threads)
-            .parts(parts)
-            .records(schedule.everything().needs_records() || self.pieces_observed)
-            .width(self.width)
-            .task_progress(Arc::clone(&self.task_progress))
-    }
-}
-
-/// Where a run is.
-pub struct Progress<'a> {
-    /// The engine, in the middle of a step's kicks.
-    pub engine: &'a Engine,
-    /// Particles times steps made so far.
-    pub particle_steps: u64,
-    /// Time of the steps, s: since the first one that was made here, without the insertion of a great many.
-    pub seconds: f64,
-    /// Expected time of the remaining steps, s.
-    pub left: f64,
-}
-
-/// Work that is ahead of a run.
-fn ahead_of(workload: &Workload, engine: &Engine) -> Ahead {
-    let insertions = engine.boundaries().insertions();
-    let brought: Vec<_> = insertions
-        .map(|state| (state.inserted.number, state.is_finished()))
-        .collect();
-    workload.ahead(Here {
-        step: engine.steps(),
-        grains: engine.particles.grains() as f64,
-        brought: &brought,
-    })
-}
-
-impl Progress<'_> {
-    /// The share of the planned steps that is made.
-    #[must_use]
-    pub fn share(&self) -> f64 {
-        let steps = self.engine.physics().steps.max(1);
-        self.engine.steps() as f64 / steps as f64
-    }
-
-    /// Translational kinetic energy of the particles and bodies that are not fixed, J.
-    #[must_use]
-    pub fn kinetic_energy(&self) -> f64 {
-        let particles = &self.engine.particles;
-        let is_counted = |&row: &usize| particles.records[row].flags & (FIXED | PEBBLE) == 0;
-        let rows = (0..particles.len()).filter(is_counted);
-        let of_particles: f64 = rows
-            .map(|row| {
-                0.5 * particles.masses[row] * particles.records[row].velocity.length_squared()
-            })
-            .sum();
-        let bodies = particles.bodies().iter().filter(|body| !body.is_fixed());
-        let of_bodies = bodies.map(|body| 0.5 * body.mass * body.velocity.length_squared());
-        of_particles + of_bodies.sum::<f64>()
-    }
-}
-
-/// The number of threads, of those of the machine, that a run of this plan can keep busy.
-#[must_use]
-pub fn useful_threads(plan: &Plan, available: usize) -> usize {
-    if !plan.physics().insertions.is_empty() {
-        return available.max(1);
-    }
-    let pebbles = plan.physics().bodies.iter();
-    let pebbles: usize = pebbles
-        .map(|body| body.clump(&plan.physics().clumps).pebbles.len())
-        .sum();
-    let sheets = plan.physics().plans.all::<MembranePlan>().iter();
-    let vertices: usize = sheets.map(|sheet| sheet.surface.vertices.len()).sum();
-    let rows = (plan.physics().particles.len() + pebbles).max(vertices);
-    rows.div_ceil(block_size(rows)).clamp(1, available.max(1))
-}
 
 /// Runs a plan to its end and writes its files; `observe` is called from time to time.
 ///
@@ -274,34 +107,6 @@ pub fn run_from(
         let _ = write_whole(&options.folder.join("run.log"), log.as_bytes());
     }
     result
-}
-
-/// Writes the table of looks as a whole: a run that goes on has made its looks again.
-fn write_results(folder: &Path, prefix: &str, aims: &Aims) -> Result<(), OutputError> {
-    let path = folder.join(format!("{prefix}.{}", RESULTS.file));
-    write_whole(&path, &aims.table()).map_err(OutputError::from)
-}
-
-/// Times (s) of the rows that a run has written by a step, the start included.
-fn rows_until(plan: &Plan, step: u64) -> impl Iterator<Item = f64> {
-    let dt = plan.physics().time_step;
-    let mut past = Schedule::behind(plan.outputs().files(), dt, 0);
-    let mut last = 0;
-    let steps = std::iter::from_fn(move || {
-        loop {
-            last = past.next_step().max(last + 1);
-            if last > step {
-                return None;
-            }
-            if past.due(last).frame {
-                return Some(last);
-            }
-            let _ = past.is_checkpoint_due(last);
-        }
-    });
-    std::iter::once(0)
-        .chain(steps)
-        .map(move |step| step as f64 * dt)
 }
 
 /// Particle-steps between two checks: some tenths of a second.
@@ -558,18 +363,6 @@ impl Run {
         Ok(run)
     }
 
-    /// Allocates the memory of checkpoints before the first step, where there is so much of it that the system takes longer to
-    /// provide it than it takes to fill it, and the steps would have to wait.
-    fn prepare_checkpoints(&self) {
-        let many = self.engine.particles.len() > MANY_ROWS;
-        if let Some(checkpoints) = self.options.checkpoints.as_ref().filter(|_| many)
-            && checkpoints.every.is_some()
-        {
-            self.writer
-                .lend_memory(checkpoint::encode(self, &checkpoints.scene));
-        }
-    }
-
     /// The engine, in the middle of a step's kicks.
     #[must_use]
     pub fn engine(&self) -> &Engine {
@@ -668,7 +461,7 @@ impl Run {
         let since = Instant::now();
         let engine = &mut self.engine;
         let step = engine.steps();
-        // Steps without output are made at once, but not so many that a request to stop has to wait, or one to pause a person.
+        // Steps without output are made at once, but not so many that a request to stop, or to pause, has to wait.
         let at_once = match self.options.pieces_observed {
             true => STEPS_AT_ONCE / 8,
             false => STEPS_AT_ONCE,
@@ -787,98 +580,6 @@ impl Run {
             observation: seen,
             ..moment
         }))
-    }
-
-    /// Looks at the results that end the run, if they are due at the row of now: where they are known, the next step is the last. False if
-    /// the writer has given up.
-    fn look_at_results(&mut self) -> bool {
-        let time = self.engine.time();
-        let Some(aims) = &mut self.aims else {
-            return true;
-        };
-        if !aims.count_row(time) {
-            return true;
-        }
-        // Its answer comes when all rows are written.
-        if self.writer.positions().is_none() {
-            return false;
-        }
-        let (folder, prefix) = (&self.options.folder, self.plan.outputs().prefix());
-        for found in aims.look(folder, prefix, time) {
-            let event = RunEvent::Result(found.clone());
-            self.options.task_progress.report(event);
-        }
-        // It is written again at the end, and an error reported.
-        let _ = write_results(folder, prefix, aims);
-        true
-    }
-
-    /// Writes a checkpoint if one is due at the end of this step. False if the writer has given up.
-    fn keep_checkpoints(&mut self, step: u64) -> bool {
-        let is_due = self.schedule.is_checkpoint_due(step);
-        let Some(checkpoints) = &self.options.checkpoints else {
-            return true;
-        };
-        let is_asked = checkpoints.now.swap(false, Ordering::Relaxed);
-        let waited = self.last_checkpoint.elapsed();
-        let is_time = checkpoints.every.is_some_and(|every| waited >= every);
-        let is_wanted = match self.ended {
-            None => is_due || is_asked || is_time,
-            Some(Ending::Stopped(_)) => true,
-            Some(_) => checkpoints.at_end,
-        };
-        if !is_wanted {
-            return true;
-        }
-        let Some((path, state)) = self.next_checkpoint() else {
-            return true;
-        };
-        if matches!(
-            self.ended,
-            Some(Ending::Planned | Ending::AtRest | Ending::Worn | Ending::Known)
-        ) {
-            // It is written last: its presence means that everything is done. The outputs have less now than they will have then.
-            let mut state = state;
-            let Some((positions, outputs)) = self.writer.reported() else {
-                return false;
-            };
-            state.section(POSITIONS, &positions);
-            self.at_end = Some((self.to_write(path, state), outputs));
-            return true;
-        }
-        self.writer.write_checkpoint(self.to_write(path, state))
-    }
-
-    /// Writes a checkpoint of now, whatever the schedule; a run without [`RunOptions::checkpoints`] writes none. False if the writer has
-    /// given up: [`Self::finish`] returns the reason.
-    pub fn write_checkpoint(&mut self) -> bool {
-        let Some((path, state)) = self.next_checkpoint() else {
-            return true;
-        };
-        self.writer.write_checkpoint(self.to_write(path, state))
-    }
-
-    /// The state of now, and the file for it; `None` for a run without checkpoints.
-    fn next_checkpoint(&mut self) -> Option<(PathBuf, Encoder)> {
-        let since = Instant::now();
-        let state = checkpoint::encode(self, &self.options.checkpoints.as_ref()?.scene);
-        self.checkpoints_made.0 += 1;
-        self.checkpoints_made.1 += since.elapsed();
-        let files = checkpoint_paths(&self.options.folder, self.plan.outputs().prefix());
-        let path = files.into_iter().nth(self.next_file)?;
-        self.next_file = 1 - self.next_file;
-        self.last_checkpoint = Instant::now();
-        Some((path, state))
-    }
-
-    /// A checkpoint of now.
-    fn to_write(&self, path: PathBuf, state: Encoder) -> ToWrite {
-        ToWrite {
-            path,
-            step: self.engine.steps(),
-            time: self.engine.time(),
-            state,
-        }
     }
 
     /// Ends the run and writes its last files: pictures, `summary.json`, `run.log`, and a checkpoint. A run that has not come to
