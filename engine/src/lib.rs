@@ -25,6 +25,7 @@ pub mod physics;
 pub mod spray;
 pub mod state;
 pub mod step;
+pub mod sums;
 pub mod surface;
 pub mod task;
 pub mod tracks;

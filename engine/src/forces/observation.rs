@@ -174,7 +174,7 @@ pub struct Observation {
     pub wall_stiffness: Vec<WallStiffness>,
     /// Largest overlap over the smaller radius.
     pub largest_overlap: f64,
-    /// Audited steps: the loads of each contact.
+    /// Audited steps: the loads of each contact. They stay with the block.
     pub exchanges: Vec<Exchange>,
     /// Records, if requested.
     pub records: Vec<ContactRecord>,
@@ -205,7 +205,6 @@ impl Observation {
         self.dissipated_by_liquid += other.dissipated_by_liquid;
         self.dissipated_by_adhesion += other.dissipated_by_adhesion;
         self.stored.add(&other.stored, 1.0);
-        self.exchanges.extend_from_slice(&other.exchanges);
         self.largest_overlap = self.largest_overlap.max(other.largest_overlap);
         for (mine, theirs) in self.walls.iter_mut().zip(&other.walls) {
             mine.0.add(theirs.0.force, theirs.0.torque);

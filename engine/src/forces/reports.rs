@@ -1,11 +1,15 @@
 //! Reports of force evaluations: notes that blocks of contacts take for parts of the step.
 
+use glam::DVec3;
+
 use super::{
     Alarms, ContactForces, ContactRecord, FeatureKey, FeatureLoad, FeatureLoads, Observation, Rub,
     SavedLoads, StepContext,
 };
 use crate::state::Load;
+use crate::sums::exact_sums;
 use crate::surface::SurfaceLoad;
+use crate::walls::WallStiffness;
 
 /// Reports of one block of contacts.
 #[derive(Debug, Default)]
@@ -47,6 +51,23 @@ impl dyn ContactForces + '_ {
             }
         }
         sum
+    }
+
+    /// Force on a wall (N) and stiffness of its contacts in the last observation, the exact sums over all blocks.
+    #[must_use]
+    pub fn exact_load(&self, wall: usize) -> (DVec3, WallStiffness) {
+        let blocks = self.reports().into_iter().filter_map(|reports| {
+            let Observation {
+                walls,
+                wall_stiffness,
+                ..
+            } = &reports.observation;
+            let [x, y, z] = walls.get(wall)?.0.force.to_array();
+            let WallStiffness { stiffness, damping } = *wall_stiffness.get(wall)?;
+            Some([x, y, z, stiffness, damping])
+        });
+        let [x, y, z, stiffness, damping] = exact_sums(blocks);
+        (DVec3::new(x, y, z), WallStiffness { stiffness, damping })
     }
 
     /// The records of contacts of the last observation; they are removed from here.

@@ -43,12 +43,20 @@ impl Engine {
         self.call(|part, core| part.after_forces(core, sums.as_ref()));
     }
 
-    /// Sums up what the contacts did, once for servos, which follow it, and for parts that need it in every step.
+    /// Sums up what the contacts did, once for servos, which follow it, and for parts that need it in every step. Loads that a servo follows
+    /// are exact sums over blocks.
     fn sums(&mut self) -> Option<Observation> {
         if !self.constants.needs.sums && !self.constants.has_servos {
             return None;
         }
-        let sums = (self.contacts).observation(self.physics.walls.len(), false);
+        let mut sums = (self.contacts).observation(self.physics.walls.len(), false);
+        for (wall, now) in self.walls().iter().enumerate() {
+            if !now.servos.is_empty() {
+                let (force, stiffness) = self.contacts.exact_load(wall);
+                sums.walls[wall].0.force = force;
+                sums.wall_stiffness[wall] = stiffness;
+            }
+        }
         let sums = self.with_parts(sums);
         if self.constants.has_servos {
             self.answer_loads(&sums);
