@@ -25,6 +25,7 @@ mod watching;
 
 use std::any::Any;
 
+use super::blocks::Source;
 use super::{
     ContactEvent, ContactForces, ContactSection, Finish, HistoryLayout, MotionBound, NearWall,
     Reports, SavedContacts, SlotPlace, StepContext, block_size,
@@ -55,7 +56,7 @@ pub struct ContactLoop<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: Adhesio
     block_size: usize,
     blocks: Vec<Block<Histories<N, T, R, A>>>,
     /// For each block the earlier blocks that reach into it, ascending.
-    sources: Vec<Vec<usize>>,
+    sources: Vec<Vec<Source>>,
     /// Contacts of the vertices of each sheet with walls, in pieces that threads share.
     of_sheets: Vec<VertexBlocks<Histories<N, T, R, A>>>,
     /// Loads on features of mesh walls from blocks that have been replaced since.
@@ -104,9 +105,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
     /// Notes which block reaches into which, once the targets of all blocks are known.
     fn link(&mut self) {
         self.sources = vec![Vec::new(); self.blocks.len()];
-        for (index, block) in self.blocks.iter_mut().enumerate() {
-            for &target in &block.targets {
-                self.sources[target].push(index);
+        for (index, block) in self.blocks.iter().enumerate() {
+            for (target, to) in block.outbox.targets.iter().enumerate() {
+                let block = index;
+                self.sources[to.block].push(Source { block, target });
             }
         }
     }
@@ -198,7 +200,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         } = particles;
         let pass = Pass::new(
             (&self.laws, self.materials),
-            (&self.memory, self.block_size),
+            &self.memory,
             (ids, bodies.as_ref(), films.as_deref()),
             context,
         );

@@ -17,6 +17,7 @@ use super::block::Block;
 use super::contact_batch::BatchColumns;
 use super::pass::{Pass, Rows};
 use crate::contact::{AdhesionLaw, Histories, NormalLaw, RollingLaw, TangentialLaw};
+use crate::forces::blocks::Source;
 use crate::forces::{Finish, MotionBound};
 use crate::state::{Load, Particle};
 
@@ -36,7 +37,7 @@ struct Station<'a, H> {
     records: RwLock<&'a mut [Particle]>,
     loads: Mutex<&'a mut [Load]>,
     /// The earlier blocks that reach into it, ascending.
-    sources: &'a [usize],
+    sources: &'a [Source],
     /// Blocks that read its records, itself among them, and are not computed yet.
     readers: AtomicUsize,
     finished: AtomicBool,
@@ -55,7 +56,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
     pub(super) fn shared(
         &self,
         blocks: &mut [Block<Histories<N, T, R, A>>],
-        sources: &[Vec<usize>],
+        sources: &[Vec<Source>],
         mut records: &mut [Particle],
         mut loads: &mut [Load],
         finish: &Finish<'_>,
@@ -122,23 +123,17 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let mut loads = locked!(station.loads.lock());
         {
             let own = locked!(station.records.read());
-            let read = |&target: &usize| (target - index, locked!(stations[target].records.read()));
-            let reached: Vec<_> = block.targets.iter().map(read).collect();
-            let last = reached.last().map_or(0, |&(ahead, _)| ahead);
-            let mut from_here: Vec<&[Particle]> = vec![&[]; last + 1];
-            from_here[0] = &own;
-            for (ahead, records) in &reached {
-                from_here[*ahead] = records;
-            }
-            self.compute(
-                &mut block,
-                &Rows::apart(from_here, self.block_size),
-                &mut loads,
-                numbers,
-            );
+            let targets = block.outbox.targets.iter();
+            let reached =
+                targets.map(|to| (to.rows.start, locked!(stations[to.block].records.read())));
+            let reached: Vec<_> = reached.collect();
+            let records = reached.iter().map(|(start, records)| (*start, &***records));
+            let rows = Rows::apart(&own, records.collect());
+            self.compute(&mut block, &rows, &mut loads, numbers);
         }
         // A thread that reads a count of zero sees everything that the readers wrote before they decremented it.
-        for &read in std::iter::once(&index).chain(&block.targets) {
+        let targets = block.outbox.targets.iter().map(|target| target.block);
+        for read in std::iter::once(index).chain(targets) {
             stations[read].readers.fetch_sub(1, Ordering::Release);
         }
     }
@@ -168,9 +163,9 @@ fn finish_if_ready<H>(stations: &[Station<'_, H>], index: usize, finish: &Finish
         return false;
     }
     let mut loads = locked!(station.loads.lock());
-    for &source in station.sources {
-        let block = locked!(stations[source].block.read());
-        block.outbox.deliver(index - source - 1, &mut loads);
+    for source in station.sources {
+        let block = locked!(stations[source.block].block.read());
+        block.outbox.deliver(source.target, &mut loads);
     }
     let mut records = locked!(station.records.write());
     *locked!(station.fastest.lock()) = finish(index, &mut records, &loads);
