@@ -22,6 +22,7 @@ pub mod memory;
 pub mod neighbours;
 mod parallel;
 pub mod physics;
+pub mod ranks;
 pub mod spray;
 pub mod state;
 pub mod step;

@@ -72,6 +72,25 @@ impl Exact {
         }
     }
 
+    /// The words of the sum: those of several sums, added one by one, are the words of their sum.
+    #[must_use]
+    pub fn words(&self) -> [i64; WORDS] {
+        let specials = self.specials.map(|count| count as i64);
+        let mut words = [0; WORDS];
+        words[..DIGITS].copy_from_slice(&self.digits);
+        words[DIGITS..].copy_from_slice(&specials);
+        words
+    }
+
+    /// The sum with these words.
+    #[must_use]
+    pub fn of_words(words: &[i64; WORDS]) -> Self {
+        let specials = [0, 1, 2].map(|kind| words[DIGITS + kind] as u64);
+        let mut digits = [0; DIGITS];
+        digits.copy_from_slice(&words[..DIGITS]);
+        Self { digits, specials }
+    }
+
     /// Adds another sum.
     pub fn merge(&mut self, other: &Self) {
         for (own, more) in self.digits.iter_mut().zip(&other.digits) {
@@ -127,16 +146,25 @@ fn magnitude(digits: &[u32; DIGITS]) -> f64 {
     libm::scalbn(rounded, (lowest * DIGIT) as i32 + UNIT)
 }
 
+/// Words of a sum, by which sums of several processes are added.
+pub const WORDS: usize = DIGITS + 3;
+
 /// The exact sums over blocks, place by place, each rounded once.
 #[must_use]
 pub fn exact_sums<const N: usize>(blocks: impl IntoIterator<Item = [f64; N]>) -> [f64; N] {
+    exact(blocks).map(|sum| sum.value())
+}
+
+/// The exact sums over blocks, place by place, not rounded yet.
+#[must_use]
+pub fn exact<const N: usize>(blocks: impl IntoIterator<Item = [f64; N]>) -> [Exact; N] {
     let mut sums: [Exact; N] = std::array::from_fn(|_| Exact::default());
     for block in blocks {
         for (sum, number) in sums.iter_mut().zip(block) {
             sum.add(number);
         }
     }
-    sums.map(|sum| sum.value())
+    sums
 }
 
 #[cfg(test)]

@@ -3,11 +3,11 @@
 use super::passage::{Gate, Grain, Look, Passages};
 use super::{Crossed, Tally};
 use crate::cell::Cell;
-use crate::state::Particles;
+use crate::state::{Particles, Plain};
 
 /// A grain that crosses a flux plane or leaves. It holds all that is counted, so that the grain itself may be gone.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Event {
+pub struct Event {
     /// End of the drift in which it happened, s.
     pub(super) time: f64,
     pub(super) grain: Grain,
@@ -16,6 +16,41 @@ pub(super) struct Event {
 }
 
 impl Event {
+    /// Whether the grain leaves.
+    #[must_use]
+    pub fn is_exit(&self) -> bool {
+        !matches!(self.gate, Gate::Plane { .. })
+    }
+
+    /// Encodes what one rank has found.
+    #[must_use]
+    pub fn encode(events: &[Self]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        events.iter().for_each(|event| event.put(&mut bytes));
+        bytes
+    }
+
+    /// The events of all ranks in the order in which one process finds them: rows are in the order of ranks.
+    #[must_use]
+    pub fn of_ranks(all: &[Vec<u8>]) -> Vec<Self> {
+        let mut events = Vec::new();
+        for bytes in all {
+            let mut bytes = &bytes[..];
+            while let Ok(event) = Self::take(&mut bytes) {
+                events.push(event);
+            }
+        }
+        events.sort_by_key(|event| {
+            let plane = match event.gate {
+                Gate::Plane { index, .. } => index,
+                _ => 0,
+            };
+            let is_body = matches!(event.grain, Grain::Body(_));
+            (event.is_exit(), plane, is_body)
+        });
+        events
+    }
+
     /// A grain at a gate at this time (s).
     pub(super) fn of(
         time: f64,
@@ -31,6 +66,13 @@ impl Event {
         }
     }
 }
+
+crate::state::plain!(Event {
+    time,
+    grain,
+    gate,
+    look
+});
 
 /// What was counted so far.
 #[derive(Debug, Clone)]

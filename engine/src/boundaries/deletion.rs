@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::passage::{Gate, Grain};
+use super::passage::{Gate, Grain, OwnGrains};
 use super::{BoundaryContext, DeletionPlan, Region};
 use crate::cell::{Cell, NO_SHIFT};
 use crate::state::{FIXED, PEBBLE, Particles};
@@ -79,10 +79,15 @@ impl Deletion {
     }
 
     /// The particles and bodies that have left, with their way: particles by ascending rows, then bodies.
-    pub(super) fn find(&self, particles: &Particles, cell: &Cell) -> Vec<(Grain, Gate)> {
+    pub(super) fn find(
+        &self,
+        particles: &Particles,
+        cell: &Cell,
+        own: &OwnGrains,
+    ) -> Vec<(Grain, Gate)> {
         let exit = |row: u32| {
             let record = &particles.records[row as usize];
-            if record.flags & (FIXED | PEBBLE) != 0 {
+            if record.flags & (FIXED | PEBBLE) != 0 || !own.has(Grain::Row(row)) {
                 return None;
             }
             Some((Grain::Row(row), self.exit(record.position, cell)?))
@@ -91,7 +96,8 @@ impl Deletion {
             Some(near) => near.iter().filter_map(|&row| exit(row)).collect(),
             None => (0..particles.len() as u32).filter_map(exit).collect(),
         };
-        for (index, body) in particles.bodies().iter().enumerate() {
+        let bodies = particles.bodies().iter().enumerate();
+        for (index, body) in bodies.filter(|_| own.bodies) {
             if !body.is_fixed()
                 && let Some(exit) = self.exit(body.position, cell)
             {
@@ -99,6 +105,11 @@ impl Deletion {
             }
         }
         gone
+    }
+
+    /// Whether any particle or body may leave before the next list.
+    pub(super) fn is_watching(&self, particles: &Particles) -> bool {
+        self.near.as_ref().is_none_or(|near| !near.is_empty()) || particles.bodies.is_some()
     }
 
     /// The way by which a centre has left, if it has: the first region that holds it, else the first face that it is beyond.

@@ -11,7 +11,7 @@
 use glam::DVec3;
 
 use super::counts::Event;
-use super::passage::{Grain, Look};
+use super::passage::{Grain, Look, OwnGrains};
 use super::{FluxPart, FluxPlan, Gate};
 use crate::cell::{Cell, NO_SHIFT};
 use crate::state::{FIXED, PEBBLE, Particles};
@@ -161,9 +161,11 @@ impl Fluxes {
         particles: &Particles,
         cell: &Cell,
         time: f64,
+        own: &OwnGrains,
         events: &mut Vec<Event>,
     ) {
-        for watched in &mut self.watched {
+        let watched = self.watched.iter_mut();
+        for watched in watched.filter(|watched| own.has(watched.grain)) {
             let plane = &self.planes[watched.plane as usize];
             let position = watched.grain.position(particles) + cell.shift(watched.image);
             let ahead = plane.ahead(position) >= 0.0;
@@ -185,6 +187,11 @@ impl Fluxes {
                 });
             }
         }
+    }
+
+    /// Whether any grain is near a plane.
+    pub(super) fn are_watching(&self) -> bool {
+        !self.watched.is_empty()
     }
 
     /// Continues with the present particles.

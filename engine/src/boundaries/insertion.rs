@@ -160,6 +160,20 @@ impl Insertion {
         self.state = state;
     }
 
+    /// Whether it looks for places at this time.
+    pub(super) fn is_due(&self, insertion: &InsertionPlan, time: f64, time_step: f64) -> bool {
+        let slack = 1e-6 * time_step;
+        let is_complete = match &self.quota {
+            Some(quota) => self.state.inserted.number >= quota.len(),
+            None => insertion.total_reached(&self.state.inserted),
+        };
+        !self.state.is_finished()
+            && (insertion.from - slack..insertion.until - slack).contains(&time)
+            && self.state.wait.clone().step()
+            && !is_complete
+            && !insertion.rate_reached(&self.state.inserted, time - slack)
+    }
+
     /// Inserts what is due and fits; returns whether anything was inserted.
     pub(super) fn insert(
         &mut self,

@@ -40,7 +40,8 @@ pub use domain_volume::volume_within;
 pub use expected::{expected_number, mean_volume};
 pub use flux::Crossed;
 pub use insertion::{InsertionState, Limit, Pending};
-pub use passage::{Gate, Passage};
+pub use counts::Event;
+pub use passage::{Gate, OwnGrains, Passage};
 pub use placed_sizes::PlacedSizes;
 pub use placement::{Space, may_hold, overlaps_wall};
 pub use plans::{CountedRegion, DeletionPlan, FluxPart, FluxPlan, Ingredient, InsertionPlan, Rate};
@@ -54,7 +55,7 @@ pub use mercury_common::scene::{Quantity, Total};
 
 use std::sync::Arc;
 
-use counts::{Counts, Event};
+use counts::Counts;
 use deletion::Deletion;
 use flux::Fluxes;
 use insertion::{Insertion, InsertionContext};
@@ -147,10 +148,39 @@ impl Boundaries {
         self.task_progress = task_progress;
     }
 
-    /// Counts, removes and inserts particles at this time (s); returns whether rows changed. Inserted ones are appended. `insertions` are
-    /// those of [`Boundaries::new`], `setting` is the present one. `leaving` is called before anything is removed.
+    /// Finds which of some grains have crossed a plane or left at this time (s).
+    pub fn find(
+        &mut self,
+        particles: &Particles,
+        setting: &BoundaryContext<'_>,
+        time: f64,
+        own: &OwnGrains,
+    ) -> Vec<Event> {
+        let (cell, mut events) = (setting.cell, Vec::new());
+        self.fluxes.find(particles, cell, time, own, &mut events);
+        let gone = self.deletion.find(particles, cell, own).into_iter();
+        events.extend(gone.map(|gone| Event::of(time, gone, particles, setting.dimensions)));
+        events
+    }
+
+    /// Whether any grain may cross a plane or leave before the next list.
+    #[must_use]
+    pub fn are_watching(&self, particles: &Particles) -> bool {
+        self.fluxes.are_watching() || self.deletion.is_watching(particles)
+    }
+
+    /// Whether an insertion looks for places at this time (s).
+    #[must_use]
+    pub fn are_inserting(&self, insertions: &[InsertionPlan], time: f64) -> bool {
+        let mut pairs = self.insertions.iter().zip(insertions);
+        pairs.any(|(insertion, of_plan)| insertion.is_due(of_plan, time, self.time_step))
+    }
+
+    /// Counts what was found at this time (s), removes what has left and inserts particles; returns whether rows changed. Inserted ones are
+    /// appended. `insertions` are those of [`Boundaries::new`], `setting` is the present one. `leaving` is called before anything is removed.
     pub fn exchange(
         &mut self,
+        events: &[Event],
         particles: &mut Particles,
         insertions: &[InsertionPlan],
         setting: &BoundaryContext<'_>,
@@ -159,12 +189,8 @@ impl Boundaries {
         leaving: &mut Leaving<'_>,
         brought: &mut Brought<'_>,
     ) -> bool {
-        let (cell, mut events) = (setting.cell, Vec::new());
-        self.fluxes.find(particles, cell, time, &mut events);
-        let crossed = events.len();
-        let gone = self.deletion.find(particles, cell).into_iter();
-        events.extend(gone.map(|gone| Event::of(time, gone, particles, setting.dimensions)));
-        self.counts.count(&events, cell);
+        self.counts.count(events, setting.cell);
+        let crossed = events.partition_point(|event| !event.is_exit());
         let mut changed = self.delete(particles, &events[crossed..], leaving);
         let around = InsertionContext {
             setting,

@@ -1,5 +1,7 @@
 //! Grains that cross a flux plane or leave the domain, one by one.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
 use super::counts::Event;
@@ -15,6 +17,24 @@ pub(super) enum Grain {
     Row(u32),
     /// The body of this index, with all its pebbles.
     Body(u32),
+}
+
+/// The grains of which this rank knows where they are.
+#[derive(Debug, Clone)]
+pub struct OwnGrains {
+    /// Particles of their own in these rows.
+    pub rows: Range<usize>,
+    /// All bodies.
+    pub bodies: bool,
+}
+
+impl OwnGrains {
+    pub(super) fn has(&self, grain: Grain) -> bool {
+        match grain {
+            Grain::Row(row) => self.rows.contains(&(row as usize)),
+            Grain::Body(_) => self.bodies,
+        }
+    }
 }
 
 impl Grain {
@@ -51,6 +71,34 @@ impl Grain {
         }
     }
 }
+
+impl Plain for Grain {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        match *self {
+            Self::Row(row) => (false, row).put(bytes),
+            Self::Body(body) => (true, body).put(bytes),
+        }
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        Ok(match Plain::take(bytes)? {
+            (false, row) => Self::Row(row),
+            (true, body) => Self::Body(body),
+        })
+    }
+}
+
+crate::state::plain!(Look {
+    id,
+    clump,
+    position,
+    velocity,
+    material,
+    mass,
+    volume,
+    diameter,
+    rotational
+});
 
 /// The data of a grain that boundaries count.
 #[derive(Debug, Clone, Copy)]

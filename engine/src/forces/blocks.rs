@@ -1,11 +1,22 @@
 //! Blocks of rows: the unit of parallel work.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
+use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 use crate::memory::GROWTH;
-use crate::state::Load;
+use crate::state::{Load, Plain};
+
+/// Rows in a block, where a test wants small ones; 0: by the number of particles.
+static FIXED: AtomicUsize = AtomicUsize::new(0);
+
+/// Gives all blocks of this process so many rows from now on, so that small scenes have many of them. It has to be called before an engine
+/// starts, and changes the last bits of its numbers.
+pub fn fix_block_size(rows: usize) {
+    FIXED.store(rows, Ordering::Relaxed);
+}
 
 /// Rows in a block for `count` particles: about count/16 or up to twice that, between 1000 and 4096, and an even number of blocks
 /// of the same size, so that two threads (and nearly so, more) get the same.
@@ -14,6 +25,10 @@ use crate::state::Load;
 /// on the number of threads, because it fixes the order of summation.
 #[must_use]
 pub fn block_size(count: usize) -> usize {
+    let fixed = FIXED.load(Ordering::Relaxed);
+    if fixed > 0 {
+        return fixed;
+    }
     let about = (count / 16).next_power_of_two().clamp(1024, 4096);
     let blocks = match count.div_ceil(about) {
         0 | 1 => 1,
@@ -59,10 +74,11 @@ pub(super) struct Source {
 }
 
 /// Packed, unlike [`Load`]: it is written once and read once, and there are about as many as particles.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
 struct Parked {
     /// Row within the receiving block.
-    row: u32,
+    row: u64,
     /// N
     force: DVec3,
     /// N m
@@ -104,7 +120,7 @@ impl Outbox {
         for target in &mut self.targets {
             if ahead < target.rows.end {
                 target.parked.push(Parked {
-                    row: (ahead - target.rows.start) as u32,
+                    row: (ahead - target.rows.start) as u64,
                     force,
                     torque,
                 });
@@ -118,6 +134,24 @@ impl Outbox {
     pub(super) fn deliver(&self, target: usize, loads: &mut [Load]) {
         for parked in &self.targets[target].parked {
             loads[parked.row as usize].add(parked.force, parked.torque);
+        }
+    }
+}
+
+impl Target {
+    /// Appends what is parked.
+    pub(super) fn put(&self, bytes: &mut Vec<u8>) {
+        (self.parked.len() as u32).put(bytes);
+        bytes.extend_from_slice(bytemuck::cast_slice(&self.parked));
+    }
+
+    /// Takes what another rank has parked, in place of what was there.
+    pub(super) fn take(&mut self, bytes: &mut &[u8]) {
+        self.parked.clear();
+        let count = u32::take(bytes).unwrap_or_default() as usize;
+        if let Some((front, rest)) = bytes.split_at_checked(count * size_of::<Parked>()) {
+            self.parked.extend(bytemuck::pod_collect_to_vec::<u8, Parked>(front));
+            *bytes = rest;
         }
     }
 }

@@ -1,13 +1,11 @@
 //! Reports of force evaluations: notes that blocks of contacts take for parts of the step.
 
-use glam::DVec3;
-
 use super::{
     Alarms, ContactForces, ContactRecord, FeatureKey, FeatureLoad, FeatureLoads, Observation, Rub,
     SavedLoads, StepContext,
 };
 use crate::state::Load;
-use crate::sums::exact_sums;
+use crate::sums::{Exact, exact};
 use crate::surface::SurfaceLoad;
 use crate::walls::WallStiffness;
 
@@ -53,10 +51,10 @@ impl dyn ContactForces + '_ {
         sum
     }
 
-    /// Force on a wall (N) and stiffness of its contacts in the last observation, the exact sums over all blocks.
+    /// Force on a wall (N), stiffness (N/m) and damping (N s/m) of its contacts in the last observation: the exact sums over the blocks of this rank.
     #[must_use]
-    pub fn exact_load(&self, wall: usize) -> (DVec3, WallStiffness) {
-        let blocks = self.reports().into_iter().filter_map(|reports| {
+    pub fn exact_load(&self, wall: usize) -> [Exact; 5] {
+        let blocks = self.own_reports().into_iter().filter_map(|reports| {
             let Observation {
                 walls,
                 wall_stiffness,
@@ -66,8 +64,7 @@ impl dyn ContactForces + '_ {
             let WallStiffness { stiffness, damping } = *wall_stiffness.get(wall)?;
             Some([x, y, z, stiffness, damping])
         });
-        let [x, y, z, stiffness, damping] = exact_sums(blocks);
-        (DVec3::new(x, y, z), WallStiffness { stiffness, damping })
+        exact(blocks)
     }
 
     /// The records of contacts of the last observation; they are removed from here.

@@ -1,5 +1,8 @@
 //! One pass over the contacts of all blocks, and what it works on.
 
+use std::ops::Range;
+
+use super::across::{parked_for_ranks, take_parked};
 use super::block::Block;
 use super::contact_batch::BatchColumns;
 use super::memory::Memory;
@@ -10,6 +13,7 @@ use crate::contact::{AdhesionLaw, Histories, NormalLaw, PairLaw, RollingLaw, Tan
 use crate::forces::blocks::Source;
 use crate::forces::{Finish, MotionBound, Observation, Partner, StepContext};
 use crate::lanes::Task;
+use crate::ranks::Across;
 use crate::state::{Bodies, Id, Load, Particle};
 use crate::surface::SurfacePoint;
 
@@ -56,28 +60,50 @@ impl<'a, N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'a,
 }
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
-    /// All blocks, one after the other, on this thread.
+    /// The blocks of this rank, one after the other, on this thread.
     pub(super) fn in_turn(
         &self,
-        blocks: &mut [Block<Histories<N, T, R, A>>],
+        (blocks, own): (&mut [Block<Histories<N, T, R, A>>], Range<usize>),
         sources: &[Vec<Source>],
         records: &mut [Particle],
         loads: &mut [Load],
         finish: &Finish<'_>,
+        across: Option<Across<'_>>,
         numbers: &mut BatchColumns,
     ) -> MotionBound {
         let mut fastest = MotionBound::default();
-        for (index, sources) in sources.iter().enumerate() {
+        let mut waiting = Vec::new();
+        for index in own.clone() {
+            let sources = &sources[index];
             let (earlier, rest) = blocks.split_at_mut(index);
             let block = &mut rest[0];
             let loads = &mut loads[block.rows.clone()];
             // Later blocks read neither the records nor the loads of earlier ones, so a block can be finished at once.
             let rows = Rows::together(&records[block.rows.start..]);
             self.compute(block, &rows, loads, numbers);
+            if waits(sources, &own) {
+                waiting.push(index);
+                continue;
+            }
             for source in sources {
                 earlier[source.block].outbox.deliver(source.target, loads);
             }
             fastest = fastest.merge(finish(index, &mut records[block.rows.clone()], loads));
+        }
+        if let Some(across) = across {
+            let parked = parked_for_ranks(&across, blocks[own].iter());
+            let came = (across.exchange)(parked);
+            for (rank, bytes) in came.iter().enumerate().take(across.rank) {
+                take_parked(blocks[across.cut[rank]..across.cut[rank + 1]].iter_mut(), bytes);
+            }
+        }
+        for index in waiting {
+            let rows = blocks[index].rows.clone();
+            let loads = &mut loads[rows.clone()];
+            for source in &sources[index] {
+                blocks[source.block].outbox.deliver(source.target, loads);
+            }
+            fastest = fastest.merge(finish(index, &mut records[rows], loads));
         }
         fastest
     }
@@ -124,6 +150,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
         self.walls(block, rows, loads);
     }
+}
+
+/// Whether blocks of earlier ranks reach into a block.
+pub(super) fn waits(sources: &[Source], own: &Range<usize>) -> bool {
+    sources.first().is_some_and(|first| first.block < own.start)
 }
 
 /// The records that one block reads: its own, and those of the later blocks that it reaches.

@@ -9,16 +9,20 @@
 //!
 //! Which thread does what, and when, changes no number: every sum is made in the order of the blocks.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError, RwLock};
 use std::time::{Duration, Instant};
 
+use super::across::{parked_for_ranks, take_parked};
 use super::block::Block;
 use super::contact_batch::BatchColumns;
-use super::pass::{Pass, Rows};
+use super::pass::{Pass, Rows, waits};
 use crate::contact::{AdhesionLaw, Histories, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::blocks::Source;
 use crate::forces::{Finish, MotionBound};
+use crate::parallel::each_part_by;
+use crate::ranks::Across;
 use crate::state::{Load, Particle};
 
 /// How long an idle thread checks whether one of its own blocks can be finished, before it leaves that to the calling thread; and
@@ -52,17 +56,18 @@ macro_rules! locked {
 }
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
-    /// All blocks, by the threads of `pool`.
+    /// The blocks of this rank, by the threads of `pool`.
     pub(super) fn shared(
         &self,
-        blocks: &mut [Block<Histories<N, T, R, A>>],
+        (blocks, own): (&mut [Block<Histories<N, T, R, A>>], Range<usize>),
         sources: &[Vec<Source>],
         mut records: &mut [Particle],
         mut loads: &mut [Load],
         finish: &Finish<'_>,
+        across: Option<Across<'_>>,
         pool: &rayon::ThreadPool,
     ) -> MotionBound {
-        let shares = Shares::new(blocks, pool.current_num_threads());
+        let shares = Shares::new(&blocks[own.clone()], pool.current_num_threads());
         let mut stations = Vec::with_capacity(blocks.len());
         for (block, sources) in blocks.iter_mut().zip(sources) {
             let (own_records, own_loads);
@@ -73,7 +78,13 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 records: RwLock::new(own_records),
                 loads: Mutex::new(own_loads),
                 sources,
-                readers: AtomicUsize::new(sources.len() + 1),
+                // Those of earlier ranks read it for themselves; what they have for it comes when all blocks are computed.
+                readers: AtomicUsize::new(
+                    sources.partition_point(|source| source.block < own.end)
+                        - sources.partition_point(|source| source.block < own.start)
+                        + 1
+                        + usize::from(waits(sources, &own)),
+                ),
                 finished: AtomicBool::new(false),
                 fastest: Mutex::new(MotionBound::default()),
             });
@@ -88,6 +99,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 mine.retain(|&index| !finish_if_ready(&stations, index, finish));
             };
             while let Some(index) = shares.take(thread) {
+                let index = own.start + index;
                 self.compute_shared(&stations, index, &mut numbers);
                 mine.push(index);
                 finish_ready(&mut mine);
@@ -100,10 +112,18 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             patience
         };
         by_all_threads(pool, &work);
-        for index in 0..stations.len() {
+        for index in own.clone() {
             if !stations[index].finished.load(Ordering::Relaxed) {
                 finish_if_ready(&stations, index, finish);
             }
+        }
+        if let Some(mut across) = across {
+            exchange_parked(&stations, own.clone(), &mut across);
+            let waiting = own.filter(|&index| waits(stations[index].sources, &across.own()));
+            each_part_by(Some(pool), waiting, |index| {
+                stations[index].readers.fetch_sub(1, Ordering::Release);
+                finish_if_ready(&stations, index, finish);
+            });
         }
         let fastest = stations
             .into_iter()
@@ -136,6 +156,24 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         for read in std::iter::once(index).chain(targets) {
             stations[read].readers.fetch_sub(1, Ordering::Release);
         }
+    }
+}
+
+/// Exchanges what blocks have parked for blocks of other ranks.
+fn exchange_parked<H>(stations: &[Station<'_, H>], own: Range<usize>, across: &mut Across<'_>) {
+    let parked = {
+        let own: Vec<_> = (stations[own].iter())
+            .map(|station| locked!(station.block.read()))
+            .collect();
+        parked_for_ranks(across, own.iter().map(|block| &***block))
+    };
+    let came = (across.exchange)(parked);
+    for (rank, bytes) in came.iter().enumerate().take(across.rank) {
+        let shells = &stations[across.cut[rank]..across.cut[rank + 1]];
+        let mut shells: Vec<_> = (shells.iter())
+            .map(|station| locked!(station.block.write()))
+            .collect();
+        take_parked(shells.iter_mut().map(|block| &mut ***block), bytes);
     }
 }
 
