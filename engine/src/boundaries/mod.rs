@@ -36,11 +36,11 @@ mod wait;
 
 pub use blocked::{Blocked, PLACES as PLACES_AMONG_WALLS, blocked, places};
 pub use context::BoundaryContext;
+pub use counts::Event;
 pub use domain_volume::volume_within;
 pub use expected::{expected_number, mean_volume};
 pub use flux::Crossed;
 pub use insertion::{InsertionState, Limit, Pending};
-pub use counts::Event;
 pub use passage::{Gate, OwnGrains, Passage};
 pub use placed_sizes::PlacedSizes;
 pub use placement::{Space, may_hold, overlaps_wall};

@@ -150,7 +150,8 @@ impl Target {
         self.parked.clear();
         let count = u32::take(bytes).unwrap_or_default() as usize;
         if let Some((front, rest)) = bytes.split_at_checked(count * size_of::<Parked>()) {
-            self.parked.extend(bytemuck::pod_collect_to_vec::<u8, Parked>(front));
+            self.parked
+                .extend(bytemuck::pod_collect_to_vec::<u8, Parked>(front));
             *bytes = rest;
         }
     }

@@ -299,7 +299,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
 
     fn count(&self) -> [usize; 2] {
         let slots = self.own_blocks().iter().flat_map(|block| &block.slots);
-        let listed = (self.own_blocks().iter()).map(|block| block.slots.len()).sum();
+        let listed = (self.own_blocks().iter())
+            .map(|block| block.slots.len())
+            .sum();
         let held = slots.filter(|slot| slot.state & WITH_HISTORY != 0);
         [listed, held.count()]
     }

@@ -94,7 +94,8 @@ impl Part for GuardPart {
         for kind in ORDER {
             let of_kind = found.iter().filter(|found| found.index() == kind);
             let worse = |worst: &'_ Finding, other: &'_ Finding| other.part() > worst.part();
-            let worst = of_kind.reduce(|worst, other| if worse(worst, other) { other } else { worst });
+            let worst =
+                of_kind.reduce(|worst, other| if worse(worst, other) { other } else { worst });
             if let Some(worst) = worst {
                 self.count(core, *worst);
             }

@@ -8,7 +8,7 @@ use glam::{DQuat, DVec3};
 use super::Ranks;
 use crate::state::{Load, Particle, Particles};
 
-/// Messages and bytes that a rank has sent.
+/// Messages and bytes that were sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Traffic {
     /// In steps: records and shares of contacts.
@@ -56,6 +56,8 @@ pub struct Share {
     has_ended: bool,
     /// What it has sent.
     pub traffic: Traffic,
+    /// What all ranks had sent at the last look.
+    pub total: Traffic,
 }
 
 impl Share {
@@ -72,6 +74,7 @@ impl Share {
             is_complete: true,
             has_ended: false,
             traffic: Traffic::default(),
+            total: Traffic::default(),
         }
     }
 
@@ -135,7 +138,9 @@ impl Share {
 
     /// The rank of a row.
     fn rank_of(&self, row: usize) -> usize {
-        self.cut.partition_point(|first| *first <= row / self.block_size) - 1
+        self.cut
+            .partition_point(|first| *first <= row / self.block_size)
+            - 1
     }
 
     /// Sends bytes to each rank and returns what each sends here.
@@ -148,7 +153,10 @@ impl Share {
         self.traffic.bytes_of_lists += bytes_in(&to);
         let came = self.ranks.exchange(to, &others);
         let mut all = vec![Vec::new(); count];
-        others.iter().zip(came).for_each(|(&rank, bytes)| all[rank] = bytes);
+        others
+            .iter()
+            .zip(came)
+            .for_each(|(&rank, bytes)| all[rank] = bytes);
         all
     }
 
@@ -182,7 +190,8 @@ impl Share {
         }
         let pack = |(rank, rows): &(usize, Vec<u32>)| {
             let mut bytes = Vec::with_capacity(rows.len() * MOTION);
-            rows.iter().for_each(|&row| put_motion(&records[row as usize], &mut bytes));
+            rows.iter()
+                .for_each(|&row| put_motion(&records[row as usize], &mut bytes));
             (*rank, bytes)
         };
         let to: Vec<_> = self.sent.iter().map(pack).collect();
@@ -203,26 +212,45 @@ impl Share {
             return work(None);
         }
         let rank = self.place().0;
-        let Self { ranks, cut, read, sent, traffic, .. } = self;
+        let Self {
+            ranks,
+            cut,
+            read,
+            sent,
+            traffic,
+            ..
+        } = self;
         let mut exchange = |mut out: Vec<Vec<u8>>| {
-            let to = read.iter().map(|(rank, _)| (*rank, std::mem::take(&mut out[*rank])));
+            let to = read
+                .iter()
+                .map(|(rank, _)| (*rank, std::mem::take(&mut out[*rank])));
             let to: Vec<_> = to.collect();
             traffic.messages += to.len() as u64;
             traffic.bytes += bytes_in(&to);
             let from: Vec<usize> = sent.iter().map(|(rank, _)| *rank).collect();
             let came = ranks.exchange(to, &from);
             let mut all = vec![Vec::new(); cut.len() - 1];
-            from.iter().zip(came).for_each(|(&rank, bytes)| all[rank] = bytes);
+            from.iter()
+                .zip(came)
+                .for_each(|(&rank, bytes)| all[rank] = bytes);
             all
         };
-        work(Some(Across { rank, cut, exchange: &mut exchange }))
+        work(Some(Across {
+            rank,
+            cut,
+            exchange: &mut exchange,
+        }))
     }
 
     /// The way to all ranks, while lists are built.
     pub fn with_all<T>(&mut self, work: impl FnOnce(Across<'_>) -> T) -> T {
         let (rank, cut) = (self.place().0, self.cut.clone());
         let mut exchange = |out| self.exchange_all(out);
-        work(Across { rank, cut: &cut, exchange: &mut exchange })
+        work(Across {
+            rank,
+            cut: &cut,
+            exchange: &mut exchange,
+        })
     }
 
     /// Brings all rows up to date on every rank, as the order of rows, insertions and removals need them: positions, velocities, orientations.
@@ -246,6 +274,22 @@ impl Share {
         self.traffic.bytes_of_looks += bytes.len() as u64;
         let all = self.ranks.to_first(bytes);
         self.take_rows(&all, particles, true);
+        let Traffic {
+            messages,
+            bytes,
+            bytes_of_lists,
+            bytes_of_looks,
+        } = self.traffic;
+        let own = [messages, bytes, bytes_of_lists, bytes_of_looks];
+        let mut sums = own.map(|number| number as i64);
+        self.ranks.add(&mut sums);
+        let [messages, bytes, bytes_of_lists, bytes_of_looks] = sums.map(|sum| sum as u64);
+        self.total = Traffic {
+            messages,
+            bytes,
+            bytes_of_lists,
+            bytes_of_looks,
+        };
     }
 
     fn take_rows(&self, all: &[Vec<u8>], particles: &mut Particles, with_loads: bool) {
@@ -278,6 +322,13 @@ impl Share {
         }
         self.traffic.messages += 1;
         self.traffic.bytes += sent;
+    }
+}
+
+impl std::fmt::Debug for Share {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (rank, count) = self.place();
+        write!(f, "rank {rank} of {count}")
     }
 }
 
@@ -320,7 +371,9 @@ fn take_motion(motion: &[u8; MOTION], record: &mut Particle) {
 fn pack_rows(particles: &Particles, rows: Range<usize>, with_loads: bool) -> Vec<u8> {
     let mut bytes = Vec::new();
     let records = &particles.records[rows.clone()];
-    records.iter().for_each(|record| put_motion(record, &mut bytes));
+    records
+        .iter()
+        .for_each(|record| put_motion(record, &mut bytes));
     if let Some(orientations) = &particles.orientations {
         for orientation in &orientations[rows.clone()] {
             bytes.extend_from_slice(bytes_of(orientation));

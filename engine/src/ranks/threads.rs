@@ -81,13 +81,17 @@ impl Ranks for Threads {
         for rank in 0..self.to.len() {
             self.send(rank, own.clone());
         }
-        (0..self.from.len()).map(|rank| self.receive(rank)).collect()
+        (0..self.from.len())
+            .map(|rank| self.receive(rank))
+            .collect()
     }
 
     fn to_first(&mut self, own: Vec<u8>) -> Vec<Vec<u8>> {
         self.send(0, own);
         match self.number {
-            0 => (0..self.from.len()).map(|rank| self.receive(rank)).collect(),
+            0 => (0..self.from.len())
+                .map(|rank| self.receive(rank))
+                .collect(),
             _ => Vec::new(),
         }
     }

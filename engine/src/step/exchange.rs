@@ -78,7 +78,9 @@ impl Core {
             bodies: self.is_first() || !self.is_divided(),
         };
         let (time, physics) = (self.time(), &self.physics);
-        let Domain { cell, boundaries, .. } = &mut self.domain;
+        let Domain {
+            cell, boundaries, ..
+        } = &mut self.domain;
         let mut events = boundaries.find(&self.particles, &physics.setting(cell), time, &own);
         let Some(share) = self.ranks.as_mut().filter(|share| share.is_divided()) else {
             return events;

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::motion::{KickDrift, turn_orientations};
 use super::calls::Call;
+use super::motion::{KickDrift, turn_orientations};
 use super::{Core, Engine, RunError};
 use crate::bodies::BodyStep;
 use crate::forces::{MotionBound, block_size};

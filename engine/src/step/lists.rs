@@ -210,7 +210,12 @@ impl Core {
         if valid {
             let part = self.fastest() * dt / limit;
             let own = self.own_rows();
-            let Self { lists, particles, ranks, .. } = self;
+            let Self {
+                lists,
+                particles,
+                ranks,
+                ..
+            } = self;
             valid = lists.validity.advance(part, || {
                 let skins = (limit, &lists.extra_skin[..]);
                 let (used, lasts) = used(particles, own.clone(), skins, dt, in_pool());

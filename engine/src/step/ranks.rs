@@ -30,10 +30,11 @@ impl Core {
         self.ranks.as_ref().is_none_or(Share::is_first)
     }
 
-    /// Messages and bytes that this rank has sent; `None` where there are no others.
+    /// The number of ranks, and the messages and bytes that all of them had sent at the last look; `None` where there is one alone.
     #[must_use]
-    pub fn traffic(&self) -> Option<Traffic> {
-        self.ranks.as_ref().map(|share| share.traffic)
+    pub fn traffic(&self) -> Option<(usize, Traffic)> {
+        let share = self.ranks.as_ref()?;
+        Some((share.place().1, share.total))
     }
 
     /// Brings all rows up to date, on every rank.
@@ -130,9 +131,12 @@ impl Engine {
             messages.put(&mut bytes);
             let all = share.ranks().all(bytes);
             let of_rank = |bytes: &Vec<u8>| <Vec<Vec<u8>>>::take(&mut &bytes[..]);
-            let all: Vec<Vec<Vec<u8>>> = all.iter().filter_map(|bytes| of_rank(bytes).ok()).collect();
+            let all: Vec<Vec<Vec<u8>>> =
+                all.iter().filter_map(|bytes| of_rank(bytes).ok()).collect();
             for (number, part) in parts.iter_mut().enumerate() {
-                let of_part = all.iter().filter_map(|of_rank| of_rank.get(number).cloned());
+                let of_part = all
+                    .iter()
+                    .filter_map(|of_rank| of_rank.get(number).cloned());
                 let of_part: Vec<Vec<u8>> = of_part.collect();
                 if of_part.iter().any(|message| !message.is_empty()) {
                     part.from_ranks(core, &of_part)?;
@@ -180,7 +184,9 @@ impl Engine {
         if !self.is_divided() {
             return;
         }
-        let Core { ranks, particles, .. } = &mut self.core;
+        let Core {
+            ranks, particles, ..
+        } = &mut self.core;
         if let Some(share) = ranks {
             share.collect(particles);
         }
@@ -192,7 +198,11 @@ impl Engine {
 
     /// Brings to the first rank the contacts of all blocks, or what they have observed.
     fn collect_from(&mut self, contacts: bool) {
-        let Core { ranks, contacts: all, .. } = &mut self.core;
+        let Core {
+            ranks,
+            contacts: all,
+            ..
+        } = &mut self.core;
         let Some(share) = ranks else {
             return;
         };
@@ -217,7 +227,10 @@ impl Engine {
     }
 
     /// On the first rank: lets the others begin.
-    pub(super) fn lead_beginning(options: &mut StartOptions, beginning: impl FnOnce() -> Beginning) {
+    pub(super) fn lead_beginning(
+        options: &mut StartOptions,
+        beginning: impl FnOnce() -> Beginning,
+    ) {
         if let Some(share) = options.ranks.as_mut().filter(|share| share.is_first()) {
             let mut bytes = Vec::new();
             beginning().put(&mut bytes);
@@ -270,10 +283,11 @@ impl Engine {
 
     /// The loads on all pebbles, on every rank.
     pub(super) fn complete_pebbles(&mut self) {
-        let Core { ranks, particles, .. } = &mut self.core;
+        let Core {
+            ranks, particles, ..
+        } = &mut self.core;
         if let Some(share) = ranks {
             share.complete_pebbles(particles);
         }
     }
 }
-

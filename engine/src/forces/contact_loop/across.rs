@@ -51,11 +51,18 @@ pub(super) fn send_pairs<H: History>(
     block_size: usize,
     leaving: Vec<PairHistory<H>>,
 ) -> Vec<PairHistory<H>> {
-    let leaving = leaving.into_iter().map(|(row, partner, history)| (row, (partner, history)));
-    let out = by_rank(across, block_size, leaving, |row, (partner, history), bytes| {
-        (row, partner).put(bytes);
-        put_history(&history, &mut Vec::new(), bytes);
-    });
+    let leaving = leaving
+        .into_iter()
+        .map(|(row, partner, history)| (row, (partner, history)));
+    let out = by_rank(
+        across,
+        block_size,
+        leaving,
+        |row, (partner, history), bytes| {
+            (row, partner).put(bytes);
+            put_history(&history, &mut Vec::new(), bytes);
+        },
+    );
     let mut came = Vec::new();
     for bytes in (across.exchange)(out) {
         let mut bytes = &bytes[..];
@@ -76,11 +83,16 @@ pub(super) fn send_from_walls<H: History>(
     leaving: Vec<CarriedFromWall<H>>,
 ) -> Vec<CarriedFromWall<H>> {
     let leaving = leaving.into_iter().map(|carried| (carried.0.0, carried));
-    let out = by_rank(across, block_size, leaving, |row, ((_, wall, image), slot), bytes| {
-        (row, (wall.number(), image)).put(bytes);
-        (slot.feature, slot.state).put(bytes);
-        put_history(&slot.history, &mut Vec::new(), bytes);
-    });
+    let out = by_rank(
+        across,
+        block_size,
+        leaving,
+        |row, ((_, wall, image), slot), bytes| {
+            (row, (wall.number(), image)).put(bytes);
+            (slot.feature, slot.state).put(bytes);
+            put_history(&slot.history, &mut Vec::new(), bytes);
+        },
+    );
     let mut came = Vec::new();
     for bytes in (across.exchange)(out) {
         let mut bytes = &bytes[..];
@@ -88,7 +100,12 @@ pub(super) fn send_from_walls<H: History>(
             && let Ok((feature, state)) = Plain::take(&mut bytes)
             && let Some(history) = take_history(&mut bytes)
         {
-            let slot = WallSlot { feature, state, history, friction: None };
+            let slot = WallSlot {
+                feature,
+                state,
+                history,
+                friction: None,
+            };
             came.push(((row, WallIndex::new(wall), image), slot));
         }
     }

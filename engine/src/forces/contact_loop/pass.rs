@@ -94,7 +94,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             let parked = parked_for_ranks(&across, blocks[own].iter());
             let came = (across.exchange)(parked);
             for (rank, bytes) in came.iter().enumerate().take(across.rank) {
-                take_parked(blocks[across.cut[rank]..across.cut[rank + 1]].iter_mut(), bytes);
+                take_parked(
+                    blocks[across.cut[rank]..across.cut[rank + 1]].iter_mut(),
+                    bytes,
+                );
             }
         }
         for index in waiting {
