@@ -269,6 +269,82 @@ fn other_features_are_refused() {
     }
 }
 
+/// The middle one of three ranks, to which shares of contacts come in reversed order.
+struct Reversed(Threads);
+
+/// Bytes of a share: row, force, torque.
+const SHARE: usize = 56;
+
+impl Ranks for Reversed {
+    fn place(&self) -> (usize, usize) {
+        self.0.place()
+    }
+
+    fn exchange(&mut self, to: Vec<(usize, Vec<u8>)>, from: &[usize]) -> Vec<Vec<u8>> {
+        let mut came = self.0.exchange(to, from);
+        // Records come from later ranks, and with new lists something comes from both.
+        if from == [0] {
+            let mut rest = &mut came[0][..];
+            while let Some((count, shares)) = rest.split_first_chunk_mut::<4>() {
+                let count = u32::from_le_bytes(*count) as usize;
+                let (shares, others) = shares.split_at_mut(count * SHARE);
+                let reversed: Vec<u8> = shares.chunks(SHARE).rev().flatten().copied().collect();
+                shares.copy_from_slice(&reversed);
+                rest = others;
+            }
+        }
+        came
+    }
+
+    fn all(&mut self, own: Vec<u8>) -> Vec<Vec<u8>> {
+        self.0.all(own)
+    }
+
+    fn to_first(&mut self, own: Vec<u8>) -> Vec<Vec<u8>> {
+        self.0.to_first(own)
+    }
+
+    fn from_first(&mut self, own: Vec<u8>) -> Vec<u8> {
+        self.0.from_first(own)
+    }
+
+    fn largest(&mut self, numbers: &mut [f64]) {
+        self.0.largest(numbers);
+    }
+
+    fn add(&mut self, numbers: &mut [i64]) {
+        self.0.add(numbers);
+    }
+}
+
+/// The comparison would see a wrong order of sums: shares that one of three ranks adds in reversed order give other bytes.
+#[test]
+fn another_order_of_shares_gives_other_bytes() {
+    let plan = scene("bench/dense-2k.toml", &[]);
+    let run = |is_reversed: bool| {
+        let mut team = Threads::team(3).into_iter();
+        let [first, middle, last] = std::array::from_fn(|_| team.next().unwrap());
+        let middle: Box<dyn Ranks> = match is_reversed {
+            true => Box::new(Reversed(middle)),
+            false => Box::new(middle),
+        };
+        let follow = |rank: Box<dyn Ranks>| {
+            let plan = Arc::clone(&plan);
+            move || Engine::follow(plan, options(1, Some(Share::new(rank)))).unwrap()
+        };
+        thread::scope(|scope| {
+            scope.spawn(follow(middle));
+            scope.spawn(follow(Box::new(last)));
+            let first = options(1, Some(Share::new(Box::new(first))));
+            let mut engine = Engine::start(Arc::clone(&plan), first).unwrap();
+            let mut seen = Seen::default();
+            advance(&mut engine, &mut seen, &PIECES).unwrap();
+            seen
+        })
+    };
+    assert!(run(false).states.last() != run(true).states.last());
+}
+
 /// Messages go where they are meant to.
 #[test]
 fn threads_exchange_bytes() {
