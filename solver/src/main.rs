@@ -13,6 +13,7 @@ use command::problems;
 use command::run::How;
 use mercury_common::cli::{self, Failure, Outcome, say};
 use mercury_common::within::Within;
+use mercury_engine::forces::fix_block_size;
 use mercury_engine::lanes::Width;
 use mercury_solver::output::folder::Earlier;
 use mercury_solver::plan::schema;
@@ -157,6 +158,10 @@ struct Arguments {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["check", "inspect", "sweep", "seeds"])]
     progress: Option<PathBuf>,
 
+    /// Rows in a block, for tests: small scenes have many blocks then
+    #[arg(long, value_name = "N", hide = true, value_parser = clap::value_parser!(u16).range(1..))]
+    rows_per_block: Option<u16>,
+
     /// No progress and no report, only errors
     #[arg(long)]
     quiet: bool,
@@ -244,6 +249,7 @@ impl Arguments {
             time_limit: self.time_limit,
             checkpoint_every: self.checkpoint_every.0,
             quiet: self.quiet,
+            ranks: Arc::default(),
         }
     }
 }
@@ -272,6 +278,9 @@ fn execute(arguments: &Arguments) -> Outcome {
             true => problems::say_object(&contents.as_json()),
             false => say(&contents.to_string()),
         };
+    }
+    if let Some(rows) = arguments.rows_per_block {
+        fix_block_size(usize::from(rows));
     }
     // The argument is required without --completions, --inspect and --schema.
     let path = arguments.scene.as_deref().unwrap_or(Path::new(""));

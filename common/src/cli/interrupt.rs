@@ -53,7 +53,7 @@ pub fn end_at_once(code: i32) -> ! {
     signal_hook::low_level::exit(code)
 }
 
-/// A flag that Ctrl-C and the end of the session set; the second time they end the program at once, with code 130 and without what is
+/// A flag that Ctrl-C, the end of the session and SIGUSR2 set; the second time they end the program at once, with code 130 and without what is
 /// [`Temporary`].
 ///
 /// # Errors
@@ -62,6 +62,9 @@ pub fn stop_on_request() -> Result<Arc<AtomicBool>, Failure> {
     let failed = |error: std::io::Error| Failure::run(format!("signals cannot be caught: {error}"));
     let stop = Arc::new(AtomicBool::new(false));
     let noted = Arc::clone(&stop);
+    // Launchers of several processes forward SIGUSR2 to all of them, and end them soon after the other two.
+    #[cfg(unix)]
+    flag::register(signal_hook::consts::SIGUSR2, Arc::clone(&stop)).map_err(failed)?;
     let mut signals = Signals::new([SIGINT, SIGTERM]).map_err(failed)?;
     // A thread may do what a signal's handler may not, as removing files.
     let listener = std::thread::Builder::new().name("signals".to_owned());

@@ -108,6 +108,33 @@ pub(super) struct Powers {
     pub(super) servos: f64,
 }
 
+impl Powers {
+    pub(super) fn to_array(self) -> [f64; 6] {
+        let Self {
+            normal,
+            tangential,
+            rolling,
+            liquid,
+            walls,
+            servos,
+        } = self;
+        [normal, tangential, rolling, liquid, walls, servos]
+    }
+
+    pub(super) fn from_array(
+        [normal, tangential, rolling, liquid, walls, servos]: [f64; 6],
+    ) -> Self {
+        Self {
+            normal,
+            tangential,
+            rolling,
+            liquid,
+            walls,
+            servos,
+        }
+    }
+}
+
 impl Sums {
     /// Takes in the time of `dt` (s) since the last forces, over which powers count by the trapezoidal rule. What springs store
     /// more than then is not lost.

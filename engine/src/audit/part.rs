@@ -10,6 +10,7 @@ use crate::memory::GROWTH;
 use crate::physics::Setup;
 use crate::state::{Body, FIXED, Load, Pieces, Plain, PrescribedBody, Row};
 use crate::step::{Core, Engine, Exchanged, Part, SizeEstimate};
+use crate::sums::exact_sums;
 use crate::walls::{RigidVelocity, ServoState, WallNow};
 
 /// How a body or a wall moves at the time of the forces.
@@ -134,61 +135,20 @@ impl Auditor {
         let fields: Vec<_> = (0..core.domain.walls.len())
             .map(|wall| core.wall_fields(wall, dt))
             .collect();
-        let mut powers = Powers::default();
-        for exchange in &observation.exchanges {
-            let Exchange {
-                normal,
-                levers,
-                force,
-                lossy,
-                tangential,
-                adhesive,
-                couple,
-                adhesive_couple,
-                ..
-            } = *exchange;
-            let a = core.moving(Row::new(exchange.row as usize), 0.5 * dt);
-            let mut velocity = a.velocity + a.spin.cross(-normal * levers[0]);
-            let mut spin = a.spin;
-            let b = match exchange.partner {
-                Partner::Particle { row, .. } => {
-                    let b = core.moving(Row::new(row as usize), 0.5 * dt);
-                    Moving {
-                        velocity: b.velocity + b.spin.cross(normal * levers[1]),
-                        ..b
-                    }
-                }
-                Partner::Wall { .. } if exchange.sheet.is_some() => {
-                    core.moving_sheet(exchange, 0.5 * dt)
-                }
-                Partner::Wall { wall, .. } => {
-                    let [before, after] = &fields[wall.index()];
-                    let b = Moving {
-                        velocity: 0.5 * (before.at(exchange.point) + after.at(exchange.point)),
-                        spin: 0.5 * (before.angular_velocity + after.angular_velocity),
-                    };
-                    let power = force.dot(b.velocity) + couple.dot(b.spin);
-                    powers.walls += power;
-                    if !core.domain.walls[wall.index()].servos.is_empty() {
-                        powers.servos += power;
-                    }
-                    b
-                }
-            };
-            velocity -= b.velocity;
-            spin -= b.spin;
-            powers.normal -= (normal * lossy).dot(velocity);
-            powers.tangential -= tangential.dot(velocity);
-            powers.liquid -= adhesive.dot(velocity) + adhesive_couple.dot(spin);
-            powers.rolling -= (couple - adhesive_couple).dot(spin);
-        }
+        let reports = core.contacts.reports();
+        let exchanges = || {
+            let blocks = reports.iter();
+            blocks.map(|reports| &reports.observation.exchanges[..])
+        };
+        let blocks = exchanges().map(|exchanges| powers(core, &fields, exchanges, dt).to_array());
+        let powers = Powers::from_array(exact_sums(blocks));
         self.note_vanished_walls(core);
         self.sums.take_in(observation, powers, dt);
         if dt > 0.0 {
             self.dissipated_adhesion += observation.dissipated_by_adhesion;
         }
         self.contacts.clear();
-        let contacts = observation.exchanges.iter().map(AuditedContact::of);
+        let contacts = exchanges().flatten().map(AuditedContact::of);
         self.contacts.extend(contacts);
     }
 
@@ -214,6 +174,59 @@ impl Auditor {
             }
         }
     }
+}
+
+/// Powers of the contacts of a block, W; `fields`: velocities of each wall, `dt` (s) ends with these forces.
+fn powers(core: &Core, fields: &[[RigidVelocity; 2]], exchanges: &[Exchange], dt: f64) -> Powers {
+    let mut powers = Powers::default();
+    for exchange in exchanges {
+        let Exchange {
+            normal,
+            levers,
+            force,
+            lossy,
+            tangential,
+            adhesive,
+            couple,
+            adhesive_couple,
+            ..
+        } = *exchange;
+        let a = core.moving(Row::new(exchange.row as usize), 0.5 * dt);
+        let mut velocity = a.velocity + a.spin.cross(-normal * levers[0]);
+        let mut spin = a.spin;
+        let b = match exchange.partner {
+            Partner::Particle { row, .. } => {
+                let b = core.moving(Row::new(row as usize), 0.5 * dt);
+                Moving {
+                    velocity: b.velocity + b.spin.cross(normal * levers[1]),
+                    ..b
+                }
+            }
+            Partner::Wall { .. } if exchange.sheet.is_some() => {
+                core.moving_sheet(exchange, 0.5 * dt)
+            }
+            Partner::Wall { wall, .. } => {
+                let [before, after] = &fields[wall.index()];
+                let b = Moving {
+                    velocity: 0.5 * (before.at(exchange.point) + after.at(exchange.point)),
+                    spin: 0.5 * (before.angular_velocity + after.angular_velocity),
+                };
+                let power = force.dot(b.velocity) + couple.dot(b.spin);
+                powers.walls += power;
+                if !core.domain.walls[wall.index()].servos.is_empty() {
+                    powers.servos += power;
+                }
+                b
+            }
+        };
+        velocity -= b.velocity;
+        spin -= b.spin;
+        powers.normal -= (normal * lossy).dot(velocity);
+        powers.tangential -= tangential.dot(velocity);
+        powers.liquid -= adhesive.dot(velocity) + adhesive_couple.dot(spin);
+        powers.rolling -= (couple - adhesive_couple).dot(spin);
+    }
+    powers
 }
 
 impl Core {

@@ -2,19 +2,10 @@
 
 use glam::DVec3;
 
-use super::passage::Grain;
+use super::passage::{Gate, Grain, OwnGrains};
 use super::{BoundaryContext, DeletionPlan, Region};
 use crate::cell::{Cell, NO_SHIFT};
 use crate::state::{FIXED, PEBBLE, Particles};
-
-/// The way by which a particle left.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Exit {
-    /// Removal in the deletion region of this index.
-    Region(usize),
-    /// Through this face of the domain: -x, +x, -y, +y, -z, +z.
-    Face(usize),
-}
 
 /// Deletion regions and faces, and which particles may reach them soon.
 ///
@@ -88,10 +79,15 @@ impl Deletion {
     }
 
     /// The particles and bodies that have left, with their way: particles by ascending rows, then bodies.
-    pub(super) fn find(&self, particles: &Particles, cell: &Cell) -> Vec<(Grain, Exit)> {
+    pub(super) fn find(
+        &self,
+        particles: &Particles,
+        cell: &Cell,
+        own: &OwnGrains,
+    ) -> Vec<(Grain, Gate)> {
         let exit = |row: u32| {
             let record = &particles.records[row as usize];
-            if record.flags & (FIXED | PEBBLE) != 0 {
+            if record.flags & (FIXED | PEBBLE) != 0 || !own.has(Grain::Row(row)) {
                 return None;
             }
             Some((Grain::Row(row), self.exit(record.position, cell)?))
@@ -100,7 +96,8 @@ impl Deletion {
             Some(near) => near.iter().filter_map(|&row| exit(row)).collect(),
             None => (0..particles.len() as u32).filter_map(exit).collect(),
         };
-        for (index, body) in particles.bodies().iter().enumerate() {
+        let bodies = particles.bodies().iter().enumerate();
+        for (index, body) in bodies.filter(|_| own.bodies) {
             if !body.is_fixed()
                 && let Some(exit) = self.exit(body.position, cell)
             {
@@ -110,8 +107,13 @@ impl Deletion {
         gone
     }
 
+    /// Whether any particle or body may leave before the next list.
+    pub(super) fn is_watching(&self, particles: &Particles) -> bool {
+        self.near.as_ref().is_none_or(|near| !near.is_empty()) || particles.bodies.is_some()
+    }
+
     /// The way by which a centre has left, if it has: the first region that holds it, else the first face that it is beyond.
-    fn exit(&self, position: DVec3, cell: &Cell) -> Option<Exit> {
+    fn exit(&self, position: DVec3, cell: &Cell) -> Option<Gate> {
         if !self.regions.is_empty() {
             let inside = cell.wrap(position);
             if let Some(index) = self
@@ -119,15 +121,15 @@ impl Deletion {
                 .iter()
                 .position(|region| region.contains(inside))
             {
-                return Some(Exit::Region(index));
+                return Some(Gate::Region(index as u32));
             }
         }
         let (low, high) = cell.corners();
         (0..3).filter(|&axis| self.open[axis]).find_map(|axis| {
             if position[axis] < low[axis] {
-                Some(Exit::Face(2 * axis))
+                Some(Gate::Face(2 * axis as u32))
             } else if position[axis] > high[axis] {
-                Some(Exit::Face(2 * axis + 1))
+                Some(Gate::Face(2 * axis as u32 + 1))
             } else {
                 None
             }
@@ -135,19 +137,11 @@ impl Deletion {
     }
 }
 
-/// Removes the particles and bodies that leave. Returns the rows that stay, in order.
-pub(super) fn remove(particles: &mut Particles, gone: &[(Grain, Exit)]) -> Vec<u32> {
+/// Removes these rows. Returns those that stay, in order.
+pub(super) fn remove(particles: &mut Particles, leavers: &[(u32, bool)]) -> Vec<u32> {
     let mut leaves = vec![false; particles.len()];
-    for &(leaver, _) in gone {
-        match (leaver, &particles.bodies) {
-            (Grain::Row(row), _) => leaves[row as usize] = true,
-            (Grain::Body(index), Some(bodies)) => {
-                for pebble in &bodies.pebbles[bodies.all[index as usize].pebbles()] {
-                    leaves[pebble.row.index()] = true;
-                }
-            }
-            (Grain::Body(_), None) => {}
-        }
+    for &(row, _) in leavers {
+        leaves[row as usize] = true;
     }
     let stay: Vec<u32> = (0..particles.len() as u32)
         .filter(|&row| !leaves[row as usize])

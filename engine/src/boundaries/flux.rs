@@ -10,7 +10,8 @@
 
 use glam::DVec3;
 
-use super::passage::{Grain, Look, Passages};
+use super::counts::Event;
+use super::passage::{Grain, Look, OwnGrains};
 use super::{FluxPart, FluxPlan, Gate};
 use crate::cell::{Cell, NO_SHIFT};
 use crate::state::{FIXED, PEBBLE, Particles};
@@ -55,7 +56,7 @@ impl Crossed {
         }
     }
 
-    fn count(&mut self, what: &Look, ahead: bool) {
+    pub(super) fn count(&mut self, what: &Look, ahead: bool) {
         let sign = if ahead { 1.0 } else { -1.0 };
         self.mass += sign * what.mass;
         self.volume += sign * what.volume;
@@ -93,7 +94,7 @@ struct Watched {
     ahead: bool,
 }
 
-/// The planes of a run, the particles and bodies near them, and what crossed.
+/// The planes of a run, and the particles and bodies near them.
 #[derive(Debug, Clone)]
 pub(super) struct Fluxes {
     planes: Vec<FluxPlan>,
@@ -102,13 +103,10 @@ pub(super) struct Fluxes {
     /// is across.
     codes: Vec<Vec<u32>>,
     watched: Vec<Watched>,
-    /// Plane by plane, each material by material.
-    crossed: Vec<Crossed>,
-    materials: usize,
 }
 
 impl Fluxes {
-    pub(super) fn new(planes: &[FluxPlan], materials: usize, dimensions: u8, cell: &Cell) -> Self {
+    pub(super) fn new(planes: &[FluxPlan], dimensions: u8, cell: &Cell) -> Self {
         let planes: Vec<FluxPlan> = planes.iter().map(FluxPlan::straight).collect();
         let codes = planes.iter().map(|plane| {
             let is_across = |code: &u32| {
@@ -122,9 +120,7 @@ impl Fluxes {
             codes: codes.collect(),
             dimensions,
             watched: Vec::new(),
-            crossed: vec![Crossed::default(); planes.len() * materials],
             planes,
-            materials,
         }
     }
 
@@ -158,15 +154,18 @@ impl Fluxes {
         }
     }
 
-    /// Counts the particles and bodies that crossed in the step that ends at `time` (s). Rows must be those of the last list.
-    pub(super) fn count(
+    /// Appends the particles and bodies that crossed in the step that ends at `time` (s), plane by plane: particles in the order of their rows, then
+    /// bodies. Rows must be those of the last list.
+    pub(super) fn find(
         &mut self,
         particles: &Particles,
         cell: &Cell,
         time: f64,
-        passages: &mut Passages,
+        own: &OwnGrains,
+        events: &mut Vec<Event>,
     ) {
-        for watched in &mut self.watched {
+        let watched = self.watched.iter_mut();
+        for watched in watched.filter(|watched| own.has(watched.grain)) {
             let plane = &self.planes[watched.plane as usize];
             let position = watched.grain.position(particles) + cell.shift(watched.image);
             let ahead = plane.ahead(position) >= 0.0;
@@ -174,33 +173,29 @@ impl Fluxes {
                 continue;
             }
             watched.ahead = ahead;
-            let what = watched.grain.look(particles, self.dimensions);
-            if plane.is_crossed_at(position, what.velocity, cell) {
-                let place = watched.plane as usize * self.materials + what.material.index();
-                self.crossed[place].count(&what, ahead);
+            let look = watched.grain.look(particles, self.dimensions);
+            if plane.is_crossed_at(position, look.velocity, cell) {
                 let gate = Gate::Plane {
                     index: watched.plane,
                     forward: ahead,
                 };
-                passages.add(time, gate, &what, cell);
+                events.push(Event {
+                    time,
+                    grain: watched.grain,
+                    gate,
+                    look,
+                });
             }
         }
     }
 
-    /// Plane by plane, each material by material.
-    pub(super) fn crossed(&self) -> &[Crossed] {
-        &self.crossed
+    /// Whether any grain is near a plane.
+    pub(super) fn are_watching(&self) -> bool {
+        !self.watched.is_empty()
     }
 
-    /// Takes the counts, and resets them.
-    pub(super) fn take(&mut self) -> Vec<Crossed> {
-        let nothing = vec![Crossed::default(); self.crossed.len()];
-        std::mem::replace(&mut self.crossed, nothing)
-    }
-
-    /// Continues from earlier counts, with the present particles.
-    pub(super) fn restore(&mut self, crossed: &[Crossed], particles: &Particles, cell: &Cell) {
-        self.crossed = crossed.to_vec();
+    /// Continues with the present particles.
+    pub(super) fn restore(&mut self, particles: &Particles, cell: &Cell) {
         if !self.planes.is_empty() {
             self.listed(particles, cell, f64::INFINITY);
         }

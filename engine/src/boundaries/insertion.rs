@@ -5,6 +5,7 @@ use mercury_common::random::Stream;
 
 use super::behind::{is_behind_a_wall, is_in_wake};
 use super::occupied::Occupied;
+use super::passage::Look;
 use super::placed_sizes::PlacedSizes;
 use super::placement::{Extent, PlacementRegion, of_sphere, overlaps_wall};
 use super::quota::Quota;
@@ -157,6 +158,20 @@ impl Insertion {
         self.velocities = self.velocities.clone().at(velocities);
         self.orientations = self.orientations.clone().at(orientations);
         self.state = state;
+    }
+
+    /// Whether it looks for places at this time.
+    pub(super) fn is_due(&self, insertion: &InsertionPlan, time: f64, time_step: f64) -> bool {
+        let slack = 1e-6 * time_step;
+        let is_complete = match &self.quota {
+            Some(quota) => self.state.inserted.number >= quota.len(),
+            None => insertion.total_reached(&self.state.inserted),
+        };
+        !self.state.is_finished()
+            && (insertion.from - slack..insertion.until - slack).contains(&time)
+            && self.state.wait.clone().step()
+            && !is_complete
+            && !insertion.rate_reached(&self.state.inserted, time - slack)
     }
 
     /// Inserts what is due and fits; returns whether anything was inserted.
@@ -343,22 +358,21 @@ impl Insertion {
         self.state.brought.resize(known, Tally::default());
         let of_ingredient = &mut self.state.brought[index];
         let first = particles.len();
-        match new {
+        let look = match new {
             New::Particle(new) => {
                 let new = NewParticle { velocity, ..new };
                 let (record, mass, prescribed) = new.build(setting.materials, setting.dimensions);
                 particles.push(record, mass, prescribed);
-                inserted.count(&record, mass, setting.dimensions);
-                of_ingredient.count(&record, mass, setting.dimensions);
+                Look::of_particle(particles.ids[first], &record, mass, setting.dimensions)
             }
             New::Body(new) => {
                 let new = NewBody { velocity, ..new };
                 new.add_to(particles, setting.clumps);
-                let body = new.body(setting.clumps);
-                inserted.count_body(&body);
-                of_ingredient.count_body(&body);
+                Look::of_body(&new.body(setting.clumps))
             }
-        }
+        };
+        inserted.count(&look);
+        of_ingredient.count(&look);
         let properties = &insertion.mixture[index].properties;
         if !properties.is_empty() {
             let rows: Vec<usize> = (first..particles.len()).collect();

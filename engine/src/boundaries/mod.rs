@@ -13,6 +13,7 @@
 mod behind;
 mod blocked;
 mod context;
+mod counts;
 mod deletion;
 mod domain_volume;
 mod expected;
@@ -35,11 +36,12 @@ mod wait;
 
 pub use blocked::{Blocked, PLACES as PLACES_AMONG_WALLS, blocked, places};
 pub use context::BoundaryContext;
+pub use counts::Event;
 pub use domain_volume::volume_within;
 pub use expected::{expected_number, mean_volume};
 pub use flux::Crossed;
 pub use insertion::{InsertionState, Limit, Pending};
-pub use passage::{Gate, Passage};
+pub use passage::{Gate, OwnGrains, Passage};
 pub use placed_sizes::PlacedSizes;
 pub use placement::{Space, may_hold, overlaps_wall};
 pub use plans::{CountedRegion, DeletionPlan, FluxPart, FluxPlan, Ingredient, InsertionPlan, Rate};
@@ -53,11 +55,11 @@ pub use mercury_common::scene::{Quantity, Total};
 
 use std::sync::Arc;
 
-use deletion::{Deletion, Exit};
+use counts::Counts;
+use deletion::Deletion;
 use flux::Fluxes;
 use insertion::{Insertion, InsertionContext};
 use occupied::Occupied;
-use passage::{Grain, Passages};
 use row_map::RowMap;
 
 use crate::cell::Cell;
@@ -103,11 +105,9 @@ pub struct Boundaries {
     insertions: Vec<Insertion>,
     occupied: Occupied,
     deletion: Deletion,
-    deleted: Vec<Tally>,
-    faces: [Tally; 6],
+    counts: Counts,
     /// Particles, and pebbles of bodies, that left through a face in the present step, as they were then.
     left_by_face: Vec<(Id, Particle)>,
-    passages: Passages,
     rows: RowMap,
     /// The largest distance of a particle from its listed position, m.
     margin: f64,
@@ -127,17 +127,15 @@ impl Boundaries {
     ) -> Self {
         let materials = setting.materials.len();
         Self {
-            fluxes: Fluxes::new(fluxes, materials, setting.dimensions, setting.cell),
+            fluxes: Fluxes::new(fluxes, setting.dimensions, setting.cell),
             insertions: insertions
                 .iter()
                 .map(|insertion| Insertion::new(insertion, setting))
                 .collect(),
             occupied: Occupied::default(),
             deletion: Deletion::new(deletions, setting),
-            deleted: vec![Tally::default(); deletions.len()],
-            faces: [Tally::default(); 6],
+            counts: Counts::new(deletions.len(), fluxes.len(), materials),
             left_by_face: Vec::new(),
-            passages: Passages::default(),
             rows: RowMap::default(),
             margin: 0.0,
             time_step: setting.time_step,
@@ -150,10 +148,39 @@ impl Boundaries {
         self.task_progress = task_progress;
     }
 
-    /// Counts, removes and inserts particles at this time (s); returns whether rows changed. Inserted ones are appended. `insertions` are
-    /// those of [`Boundaries::new`], `setting` is the present one. `leaving` is called before anything is removed.
+    /// Finds which of some grains have crossed a plane or left at this time (s).
+    pub fn find(
+        &mut self,
+        particles: &Particles,
+        setting: &BoundaryContext<'_>,
+        time: f64,
+        own: &OwnGrains,
+    ) -> Vec<Event> {
+        let (cell, mut events) = (setting.cell, Vec::new());
+        self.fluxes.find(particles, cell, time, own, &mut events);
+        let gone = self.deletion.find(particles, cell, own).into_iter();
+        events.extend(gone.map(|gone| Event::of(time, gone, particles, setting.dimensions)));
+        events
+    }
+
+    /// Whether any grain may cross a plane or leave before the next list.
+    #[must_use]
+    pub fn are_watching(&self, particles: &Particles) -> bool {
+        self.fluxes.are_watching() || self.deletion.is_watching(particles)
+    }
+
+    /// Whether an insertion looks for places at this time (s).
+    #[must_use]
+    pub fn are_inserting(&self, insertions: &[InsertionPlan], time: f64) -> bool {
+        let mut pairs = self.insertions.iter().zip(insertions);
+        pairs.any(|(insertion, of_plan)| insertion.is_due(of_plan, time, self.time_step))
+    }
+
+    /// Counts what was found at this time (s), removes what has left and inserts particles; returns whether rows changed. Inserted ones are
+    /// appended. `insertions` are those of [`Boundaries::new`], `setting` is the present one. `leaving` is called before anything is removed.
     pub fn exchange(
         &mut self,
+        events: &[Event],
         particles: &mut Particles,
         insertions: &[InsertionPlan],
         setting: &BoundaryContext<'_>,
@@ -162,9 +189,9 @@ impl Boundaries {
         leaving: &mut Leaving<'_>,
         brought: &mut Brought<'_>,
     ) -> bool {
-        self.fluxes
-            .count(particles, setting.cell, time, &mut self.passages);
-        let mut changed = self.delete(particles, setting, time, leaving);
+        self.counts.count(events, setting.cell);
+        let crossed = events.partition_point(|event| !event.is_exit());
+        let mut changed = self.delete(particles, &events[crossed..], leaving);
         let around = InsertionContext {
             setting,
             walls,
@@ -187,72 +214,31 @@ impl Boundaries {
         changed
     }
 
-    /// Removes the particles that have left; returns whether there were any.
+    /// Removes what has left; returns whether that was anything.
     fn delete(
         &mut self,
         particles: &mut Particles,
-        setting: &BoundaryContext<'_>,
-        time: f64,
+        gone: &[Event],
         leaving: &mut Leaving<'_>,
     ) -> bool {
-        let BoundaryContext {
-            cell, dimensions, ..
-        } = *setting;
         self.left_by_face.clear();
-        let gone = self.deletion.find(particles, cell);
         if gone.is_empty() {
             return false;
         }
-        for &(leaver, exit) in &gone {
-            let gate = match exit {
-                Exit::Region(index) => Gate::Region(index as u32),
-                Exit::Face(face) => Gate::Face(face as u32),
-            };
-            let grain = leaver.look(particles, dimensions);
-            self.passages.add(time, gate, &grain, cell);
-            let tally = match exit {
-                Exit::Region(index) => &mut self.deleted[index],
-                Exit::Face(face) => &mut self.faces[face],
-            };
-            match leaver {
-                Grain::Row(row) => {
-                    let row = row as usize;
-                    if matches!(exit, Exit::Face(_)) {
-                        let left = (particles.ids[row], particles.records[row]);
-                        self.left_by_face.push(left);
-                    }
-                    tally.count(&particles.records[row], particles.masses[row], dimensions);
-                }
-                Grain::Body(index) => {
-                    let body = &particles.bodies()[index as usize];
-                    let bodies = particles.bodies.iter();
-                    let pebbles = bodies.flat_map(|bodies| &bodies.pebbles[body.pebbles()]);
-                    if matches!(exit, Exit::Face(_)) {
-                        let rows = pebbles.map(|pebble| pebble.row.index());
-                        let left = rows.map(|row| (particles.ids[row], particles.records[row]));
-                        self.left_by_face.extend(left);
-                    }
-                    tally.count_body(body);
-                }
-            }
-        }
-        let rows_of = |&(leaver, exit): &(Grain, Exit)| {
-            let by_face = matches!(exit, Exit::Face(_));
-            let rows = match leaver {
-                Grain::Row(row) => vec![row],
-                Grain::Body(index) => {
-                    let body = &particles.bodies()[index as usize];
-                    let bodies = particles.bodies.iter();
-                    let pebbles = bodies.flat_map(|bodies| &bodies.pebbles[body.pebbles()]);
-                    pebbles.map(|pebble| pebble.row.index() as u32).collect()
-                }
-            };
-            rows.into_iter().map(move |row| (row, by_face))
+        let rows_of = |event: &Event| {
+            let by_face = matches!(event.gate, Gate::Face(_));
+            let rows = event.grain.rows(particles).into_iter();
+            rows.map(move |row| (row, by_face))
         };
         let leavers: Vec<(u32, bool)> = gone.iter().flat_map(rows_of).collect();
+        let by_face = leavers.iter().filter(|(_, by_face)| *by_face);
+        self.left_by_face.extend(by_face.map(|&(row, _)| {
+            let row = row as usize;
+            (particles.ids[row], particles.records[row])
+        }));
         leaving(particles, &leavers);
         let rows = particles.len();
-        let stay = deletion::remove(particles, &gone);
+        let stay = deletion::remove(particles, &leavers);
         self.rows.keep(&stay, rows);
         // The candidate list is built anew in this step, with cells of its own.
         self.occupied.forget();
@@ -267,23 +253,23 @@ impl Boundaries {
 
     /// From now on, passages are listed grain by grain, and must be [taken](Self::take_passages) from time to time.
     pub fn list_passages(&mut self) {
-        self.passages.are_listed = true;
+        self.counts.passages.are_listed = true;
     }
 
     /// The grains that crossed a plane or left since the last call, in the order of time, boundary and id.
     pub fn take_passages(&mut self) -> Vec<Passage> {
-        self.passages.take()
+        self.counts.passages.take()
     }
 
     /// Passages in the order in which they came, for a checkpoint.
     #[must_use]
     pub fn passages(&self) -> &[Passage] {
-        self.passages.all()
+        self.counts.passages.all()
     }
 
     /// Goes on from those of a checkpoint.
     pub fn restore_passages(&mut self, passages: Vec<Passage>) {
-        self.passages.restore(passages);
+        self.counts.passages.restore(passages);
     }
 
     /// A list of `rows` rows was built, with all rows in place.
@@ -354,10 +340,10 @@ impl Boundaries {
     pub fn state(&self) -> BoundaryState {
         BoundaryState {
             insertions: self.insertions.iter().map(Insertion::state).collect(),
-            deletions: self.deleted.clone(),
-            faces: self.faces,
+            deletions: self.counts.regions.clone(),
+            faces: self.counts.faces,
             margin: self.margin,
-            crossed: self.fluxes.crossed().to_vec(),
+            crossed: self.counts.crossed.clone(),
         }
     }
 
@@ -391,15 +377,14 @@ impl Boundaries {
         for (insertion, state) in self.insertions.iter_mut().zip(&state.insertions) {
             insertion.restore(state.clone());
         }
-        for (tally, kept) in self.deleted.iter_mut().zip(&state.deletions) {
-            *tally = *kept;
-        }
-        self.faces = state.faces;
+        self.counts.regions.clone_from(&state.deletions);
+        self.counts.faces = state.faces;
+        self.counts.crossed.clone_from(&state.crossed);
         self.occupied.forget();
         self.rows = RowMap::of_list(particles.len());
         self.margin = state.margin;
         self.deletion.forget_near();
-        self.fluxes.restore(&state.crossed, particles, cell);
+        self.fluxes.restore(particles, cell);
         Ok(())
     }
 
@@ -411,19 +396,19 @@ impl Boundaries {
     /// The particles removed by each deletion region, in the order of the plan.
     #[must_use]
     pub fn deletions(&self) -> &[Tally] {
-        &self.deleted
+        &self.counts.regions
     }
 
     /// Amounts that crossed the flux planes since the last call: plane by plane, in the order of the plan, each material by
     /// material.
     pub fn take_crossed(&mut self) -> Vec<Crossed> {
-        self.fluxes.take()
+        self.counts.take_crossed()
     }
 
     /// The particles that left through the faces of the domain, in the order -x, +x, -y, +y, -z, +z.
     #[must_use]
     pub fn faces(&self) -> &[Tally; 6] {
-        &self.faces
+        &self.counts.faces
     }
 
     /// The sum over all inserted particles.
@@ -435,7 +420,7 @@ impl Boundaries {
     /// The sum over all removed particles.
     #[must_use]
     pub fn removed(&self) -> Tally {
-        sum(self.deleted.iter().chain(&self.faces))
+        sum(self.counts.regions.iter().chain(&self.counts.faces))
     }
 
     /// Whether particles may still be inserted: the run does not end when the present ones are at rest.

@@ -1,9 +1,14 @@
 //! Grains that cross a flux plane or leave the domain, one by one.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
+use super::counts::Event;
 use crate::cell::Cell;
-use crate::state::{Id, MaterialIndex, Particles, Plain, volume};
+use crate::state::{
+    Body, Id, MaterialIndex, Particle, Particles, Plain, inverse_inertia_factor, volume,
+};
 
 /// A particle or a body, as boundaries see it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -12,6 +17,24 @@ pub(super) enum Grain {
     Row(u32),
     /// The body of this index, with all its pebbles.
     Body(u32),
+}
+
+/// The grains of which this rank knows where they are.
+#[derive(Debug, Clone)]
+pub struct OwnGrains {
+    /// Particles of their own in these rows.
+    pub rows: Range<usize>,
+    /// All bodies.
+    pub bodies: bool,
+}
+
+impl OwnGrains {
+    pub(super) fn has(&self, grain: Grain) -> bool {
+        match grain {
+            Grain::Row(row) => self.rows.contains(&(row as usize)),
+            Grain::Body(_) => self.bodies,
+        }
+    }
 }
 
 impl Grain {
@@ -28,36 +51,57 @@ impl Grain {
         match self {
             Self::Row(row) => {
                 let row = row as usize;
-                let record = &particles.records[row];
-                Look {
-                    id: particles.ids[row],
-                    clump: None,
-                    position: record.position,
-                    velocity: record.velocity,
-                    material: record.material,
-                    mass: particles.masses[row],
-                    volume: volume(record.radius, dimensions),
-                    diameter: 2.0 * record.radius,
-                }
+                let (id, mass) = (particles.ids[row], particles.masses[row]);
+                Look::of_particle(id, &particles.records[row], mass, dimensions)
             }
-            Self::Body(index) => {
-                let body = &particles.bodies()[index as usize];
-                Look {
-                    id: body.id,
-                    clump: Some(body.clump),
-                    position: body.position,
-                    velocity: body.velocity,
-                    material: body.material,
-                    mass: body.mass,
-                    volume: body.volume,
-                    diameter: libm::cbrt(6.0 * body.volume / std::f64::consts::PI),
-                }
+            Self::Body(index) => Look::of_body(&particles.bodies()[index as usize]),
+        }
+    }
+
+    /// Its rows.
+    pub(super) fn rows(self, particles: &Particles) -> Vec<u32> {
+        match (self, &particles.bodies) {
+            (Self::Row(row), _) => vec![row],
+            (Self::Body(index), Some(bodies)) => {
+                let pebbles = bodies.all[index as usize].pebbles();
+                let pebbles = bodies.pebbles[pebbles].iter();
+                pebbles.map(|pebble| pebble.row.number()).collect()
             }
+            (Self::Body(_), None) => Vec::new(),
         }
     }
 }
 
-/// The data of a grain that a passage needs.
+impl Plain for Grain {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        match *self {
+            Self::Row(row) => (false, row).put(bytes),
+            Self::Body(body) => (true, body).put(bytes),
+        }
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        Ok(match Plain::take(bytes)? {
+            (false, row) => Self::Row(row),
+            (true, body) => Self::Body(body),
+        })
+    }
+}
+
+crate::state::plain!(Look {
+    id,
+    clump,
+    position,
+    velocity,
+    material,
+    mass,
+    volume,
+    diameter,
+    rotational
+});
+
+/// The data of a grain that boundaries count.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Look {
     pub(super) id: Id,
     /// Index of its clump in the plan.
@@ -69,6 +113,39 @@ pub(super) struct Look {
     pub(super) volume: f64,
     /// Diameter; of a body that of a sphere of its volume, m.
     pub(super) diameter: f64,
+    /// Energy of rotation, J.
+    pub(super) rotational: f64,
+}
+
+impl Look {
+    pub(super) fn of_particle(id: Id, record: &Particle, mass: f64, dimensions: u8) -> Self {
+        let inertia = mass * record.radius * record.radius / inverse_inertia_factor(dimensions);
+        Self {
+            id,
+            clump: None,
+            position: record.position,
+            velocity: record.velocity,
+            material: record.material,
+            mass,
+            volume: volume(record.radius, dimensions),
+            diameter: 2.0 * record.radius,
+            rotational: 0.5 * inertia * record.angular_velocity.length_squared(),
+        }
+    }
+
+    pub(super) fn of_body(body: &Body) -> Self {
+        Self {
+            id: body.id,
+            clump: Some(body.clump),
+            position: body.position,
+            velocity: body.velocity,
+            material: body.material,
+            mass: body.mass,
+            volume: body.volume,
+            diameter: libm::cbrt(6.0 * body.volume / std::f64::consts::PI),
+            rotational: body.rotational_energy(),
+        }
+    }
 }
 
 /// The boundary that a grain passed.
@@ -151,8 +228,14 @@ pub(super) struct Passages {
 }
 
 impl Passages {
-    /// Notes a grain that passes at this time (s).
-    pub(super) fn add(&mut self, time: f64, gate: Gate, grain: &Look, cell: &Cell) {
+    /// Notes a grain that passes.
+    pub(super) fn add(&mut self, event: &Event, cell: &Cell) {
+        let Event {
+            time,
+            gate,
+            look: grain,
+            ..
+        } = *event;
         if self.are_listed {
             self.all.push(Passage {
                 time,

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::state::{Body, Particle, inverse_inertia_factor, volume};
+use super::passage::Look;
 
 /// Sums over the particles that came in or went out somewhere. Velocities are those at the time of the event, which in the
 /// leapfrog order of a time step (kick, drift, boundaries, kick) is half a step before that of the positions.
@@ -25,27 +25,15 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Counts a particle of the given mass (kg).
-    pub fn count(&mut self, record: &Particle, mass: f64, dimensions: u8) {
-        let inertia = mass * record.radius * record.radius / inverse_inertia_factor(dimensions);
+    /// Counts a particle, or a body once for all its pebbles.
+    pub(super) fn count(&mut self, grain: &Look) {
         self.number += 1;
-        self.mass += mass;
-        self.volume += volume(record.radius, dimensions);
-        self.momentum += mass * record.velocity;
-        self.mass_moment += mass * record.position;
-        self.kinetic += 0.5 * mass * record.velocity.length_squared();
-        self.rotational += 0.5 * inertia * record.angular_velocity.length_squared();
-    }
-
-    /// Counts a body, once for all its pebbles.
-    pub fn count_body(&mut self, body: &Body) {
-        self.number += 1;
-        self.mass += body.mass;
-        self.volume += body.volume;
-        self.momentum += body.mass * body.velocity;
-        self.mass_moment += body.mass * body.position;
-        self.kinetic += 0.5 * body.mass * body.velocity.length_squared();
-        self.rotational += body.rotational_energy();
+        self.mass += grain.mass;
+        self.volume += grain.volume;
+        self.momentum += grain.mass * grain.velocity;
+        self.mass_moment += grain.mass * grain.position;
+        self.kinetic += 0.5 * grain.mass * grain.velocity.length_squared();
+        self.rotational += grain.rotational;
     }
 
     /// Adds the counts of another one.

@@ -1,5 +1,6 @@
 //! The contact loop: every listed pair and every particle near a wall, once, with the laws compiled in.
 
+mod across;
 mod alarming;
 mod block;
 mod carry_histories;
@@ -24,7 +25,9 @@ mod walls;
 mod watching;
 
 use std::any::Any;
+use std::ops::Range;
 
+use super::blocks::Source;
 use super::{
     ContactEvent, ContactForces, ContactSection, Finish, HistoryLayout, MotionBound, NearWall,
     Reports, SavedContacts, SlotPlace, StepContext, block_size,
@@ -35,6 +38,7 @@ use crate::contact::{
 };
 use crate::neighbours::CandidateList;
 use crate::parallel::each_part;
+use crate::ranks::Across;
 use crate::state::{Load, Particle, Particles, Pieces, Row, WallIndex};
 use block::Block;
 use contact_batch::BatchColumns;
@@ -54,8 +58,10 @@ pub struct ContactLoop<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: Adhesio
     memory: Memory,
     block_size: usize,
     blocks: Vec<Block<Histories<N, T, R, A>>>,
+    /// The blocks that are computed here; the others are those of other ranks.
+    own: Range<usize>,
     /// For each block the earlier blocks that reach into it, ascending.
-    sources: Vec<Vec<usize>>,
+    sources: Vec<Vec<Source>>,
     /// Contacts of the vertices of each sheet with walls, in pieces that threads share.
     of_sheets: Vec<VertexBlocks<Histories<N, T, R, A>>>,
     /// Loads on features of mesh walls from blocks that have been replaced since.
@@ -76,6 +82,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
             materials,
             block_size: block_size(0),
             blocks: Vec::new(),
+            own: 0..0,
             sources: Vec::new(),
             of_sheets: Vec::new(),
             earlier: Reports::default(),
@@ -99,14 +106,16 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
                 Block::empty(rows)
             })
             .collect();
+        self.own = 0..count;
     }
 
     /// Notes which block reaches into which, once the targets of all blocks are known.
     fn link(&mut self) {
         self.sources = vec![Vec::new(); self.blocks.len()];
-        for (index, block) in self.blocks.iter_mut().enumerate() {
-            for &target in &block.targets {
-                self.sources[target].push(index);
+        for (index, block) in self.blocks.iter().enumerate() {
+            for (target, to) in block.outbox.targets.iter().enumerate() {
+                let block = index;
+                self.sources[to.block].push(Source { block, target });
             }
         }
     }
@@ -146,13 +155,17 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         list: &CandidateList,
         near_walls: &[NearWall],
         new_row: &[Option<Row>],
+        mut across: Option<Across<'_>>,
         parallel: bool,
     ) {
         let rows = list.start.len() - 1;
-        let carried = self.carried(new_row, rows, parallel);
-        let from_walls = self.carried_from_walls(new_row, parallel);
+        let carried = self.carried(new_row, rows, across.as_mut(), parallel);
+        let from_walls = self.carried_from_walls(new_row, rows, across.as_mut(), parallel);
         let near_meshes = self.carried_near_meshes(new_row, parallel);
         self.cut(rows);
+        if let Some(across) = &across {
+            self.own = across.own();
+        }
         let block_size = self.block_size;
         let fill = |block: &mut Block<_>| {
             block.fill(list, &carried, near_walls, &from_walls);
@@ -163,8 +176,48 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
             block.take_over(&near_meshes);
             block.note_targets(block_size);
         };
-        each_part(parallel, &mut self.blocks, fill);
-        self.link();
+        each_part(parallel, &mut self.blocks[self.own.clone()], fill);
+        match across {
+            Some(across) => self.keep_own_blocks(across),
+            None => self.link(),
+        }
+    }
+
+    fn keep_own(&mut self, across: Across<'_>) {
+        self.keep_own_blocks(across);
+    }
+
+    fn read_rows(&self) -> Vec<u32> {
+        self.rows_of_others()
+    }
+
+    fn put_own(&self, contacts: bool, bytes: &mut Vec<u8>) {
+        match contacts {
+            true => self.put_own_contacts(bytes),
+            false => self.put_own_observations(bytes),
+        }
+    }
+
+    fn take_others(
+        &mut self,
+        contacts: bool,
+        blocks: Range<usize>,
+        bytes: &mut &[u8],
+    ) -> Result<(), String> {
+        match contacts {
+            true => self.take_contacts(bytes),
+            false => self.take_observations(blocks, bytes),
+        }
+    }
+
+    fn forget_others(&mut self) {
+        self.empty_shells();
+    }
+
+    fn own_reports(&self) -> Vec<&Reports> {
+        let blocks = self.own_blocks().iter();
+        let blocks = blocks.chain(self.of_sheets.iter().flatten());
+        blocks.map(|block| &block.reports).collect()
     }
 
     fn adopt_vertices(&mut self, near_walls: &[Vec<NearWall>]) {
@@ -187,6 +240,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         context: &StepContext<'_>,
         pool: Option<&rayon::ThreadPool>,
         finish: &Finish<'_>,
+        across: Option<Across<'_>>,
     ) -> MotionBound {
         let Particles {
             records,
@@ -198,25 +252,28 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         } = particles;
         let pass = Pass::new(
             (&self.laws, self.materials),
-            (&self.memory, self.block_size),
+            &self.memory,
             (ids, bodies.as_ref(), films.as_deref()),
             context,
         );
+        let own = self.own.clone();
         let fastest = match pool {
-            Some(pool) if self.blocks.len() > 1 => pass.shared(
-                &mut self.blocks,
+            Some(pool) if own.len() > 1 => pass.shared(
+                (&mut self.blocks, own),
                 &self.sources,
                 records,
                 loads,
                 finish,
+                across,
                 pool,
             ),
             _ => pass.in_turn(
-                &mut self.blocks,
+                (&mut self.blocks, own),
                 &self.sources,
                 records,
                 loads,
                 finish,
+                across,
                 &mut self.numbers,
             ),
         };
@@ -241,8 +298,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
     }
 
     fn count(&self) -> [usize; 2] {
-        let slots = self.blocks.iter().flat_map(|block| &block.slots);
-        let listed = self.blocks.iter().map(|block| block.slots.len()).sum();
+        let slots = self.own_blocks().iter().flat_map(|block| &block.slots);
+        let listed = (self.own_blocks().iter())
+            .map(|block| block.slots.len())
+            .sum();
         let held = slots.filter(|slot| slot.state & WITH_HISTORY != 0);
         [listed, held.count()]
     }

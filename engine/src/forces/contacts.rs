@@ -1,10 +1,12 @@
 //! Interface of a contact loop to the step, whatever its laws.
 
 use std::any::Any;
+use std::ops::Range;
 
 use super::{Finish, MotionBound, NearWall, Reports, SavedSlots, SlotPlace, StepContext};
 use crate::contact::{FrictionNow, HistoryNumber};
 use crate::neighbours::CandidateList;
+use crate::ranks::Across;
 use crate::state::{Load, Particle, Particles, Pieces, Plain, Row, WallIndex};
 
 /// A contact loop with its slots. What is derived from these functions stands beside what it yields: events and memories
@@ -18,14 +20,41 @@ pub trait ContactForces: Send {
 
     /// Takes a new candidate list. Histories of pairs that touch or adhere are carried over: `new_row[old]` says where each
     /// row of the last list went, `None` for rows that were removed. `parallel`: with the threads of the pool from within which
-    /// it is called.
+    /// it is called. `across`: the way to other ranks, which keep the contacts of their rows.
     fn adopt(
         &mut self,
         list: &CandidateList,
         near_walls: &[NearWall],
         new_row: &[Option<Row>],
+        across: Option<Across<'_>>,
         parallel: bool,
     );
+
+    /// Keeps the contacts of the rows of this rank alone.
+    fn keep_own(&mut self, across: Across<'_>);
+
+    /// Rows of later ranks that contacts of this one read, ascending.
+    fn read_rows(&self) -> Vec<u32>;
+
+    /// Appends the contacts of this rank, or what it observed of them in the last evaluation that was observed.
+    fn put_own(&self, contacts: bool, bytes: &mut Vec<u8>);
+
+    /// Takes what another rank, of these blocks, has appended.
+    ///
+    /// # Errors
+    /// If the bytes are not of this program.
+    fn take_others(
+        &mut self,
+        contacts: bool,
+        blocks: Range<usize>,
+        bytes: &mut &[u8],
+    ) -> Result<(), String>;
+
+    /// Forgets the contacts of other ranks, which were taken for a checkpoint.
+    fn forget_others(&mut self);
+
+    /// Reports of the blocks that are computed here, and of the vertices of sheets.
+    fn own_reports(&self) -> Vec<&Reports>;
 
     /// Takes note of which vertices of each sheet are near which walls; contacts that last keep what they remember.
     fn adopt_vertices(&mut self, near_walls: &[Vec<NearWall>]);
@@ -34,13 +63,15 @@ pub trait ContactForces: Send {
     fn rename_images(&mut self, new_name: &dyn Fn(u32, WallIndex, u32) -> u32);
 
     /// Computes all loads on `particles`; with a pool, in parallel. `finish` is called for each block of rows as soon as its
-    /// loads are complete, while it is still in the cache; the answers are merged.
+    /// loads are complete, while it is still in the cache; the answers are merged. `across`: the way to other ranks, which have shares for rows
+    /// of this one.
     fn compute(
         &mut self,
         particles: &mut Particles,
         context: &StepContext<'_>,
         pool: Option<&rayon::ThreadPool>,
         finish: &Finish<'_>,
+        across: Option<Across<'_>>,
     ) -> MotionBound;
 
     /// Computes the loads of walls on the vertices of a sheet, which count as spheres without spin. Loads on walls and energies are part of the

@@ -21,7 +21,7 @@ mod rubs;
 mod saved;
 
 pub use alarms::{Alarm, AlarmKind, Alarms, Other, Subject};
-pub use blocks::{block_size, parked_bytes};
+pub use blocks::{block_size, fix_block_size, parked_bytes};
 pub use compiled::{contact_loop, dispatching_loop};
 pub use contact_loop::ContactLoop;
 pub use contacts::{ContactCounts, ContactForces, ContactSection, HistoryLayout, SavedContacts};

@@ -1,5 +1,7 @@
 //! Which particles are near which walls: found with the candidate list, so that a step tests only these.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::contact_loop::held_depth;
@@ -25,7 +27,7 @@ pub struct NearWall {
 /// row by walls and images. `grid`: the cells by which the particles are sorted.
 ///
 /// Walls of finite extent are also met by images; an infinite wall is met once, and a mesh that continues periodically by the
-/// image between its faces.
+/// image between its faces. `rows`: those that are of interest.
 ///
 /// Each wall looks for blocks of cells that it may be near, and only the particles in them are tested: of many walls most are near
 /// few particles.
@@ -37,6 +39,7 @@ pub fn find_near_walls(
     walls: &[WallNow],
     cell: &Cell,
     margin: &Margin,
+    rows: &Range<usize>,
     parallel: bool,
 ) -> Vec<NearWall> {
     if walls.is_empty() {
@@ -70,7 +73,8 @@ pub fn find_near_walls(
         let mut found = Vec::new();
         for &(index, code, block) in near {
             let wall = &walls[index as usize];
-            found.extend(boxes.rows(block).filter_map(|row| {
+            let of_block = boxes.rows(block).filter(|row| rows.contains(row));
+            found.extend(of_block.filter_map(|row| {
                 let (image, features) = tests.test(wall, (row, 0.0), code)?;
                 Some(NearWall {
                     row: row as u32,

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::state::{Load, WallIndex};
+use crate::state::{Load, Plain, WallIndex};
 use crate::surface::SurfacePoint;
 use crate::walls::WallStiffness;
 
@@ -174,10 +174,64 @@ pub struct Observation {
     pub wall_stiffness: Vec<WallStiffness>,
     /// Largest overlap over the smaller radius.
     pub largest_overlap: f64,
-    /// Audited steps: the loads of each contact.
+    /// Audited steps: the loads of each contact. They stay with the block.
     pub exchanges: Vec<Exchange>,
     /// Records, if requested.
     pub records: Vec<ContactRecord>,
+}
+
+crate::state::plain!(ContactRecord {
+    row,
+    partner,
+    feature,
+    point,
+    normal,
+    overlap,
+    force,
+    tangential,
+    couple,
+    tangential_overlap,
+    bridge_volume,
+    bridge_normal,
+    bridge_shear,
+    adhesion,
+    history
+});
+
+// Exchanges stay with the block.
+crate::state::plain!(Observation {
+    particle_contacts,
+    wall_contacts,
+    elastic_energy,
+    dissipated_by_liquid,
+    dissipated_by_adhesion,
+    stored,
+    walls,
+    wall_stiffness,
+    largest_overlap,
+    records;
+    exchanges
+});
+
+impl Plain for Partner {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        let (is_wall, number, image) = match *self {
+            Self::Particle { row, image } => (false, row, image),
+            Self::Wall { wall, image } => (true, u32::from(wall.number()), image),
+        };
+        (is_wall, (number, image)).put(bytes);
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        let (is_wall, (row, image)) = Plain::take(bytes)?;
+        Ok(match is_wall {
+            false => Self::Particle { row, image },
+            true => Self::Wall {
+                wall: WallIndex::new(row as u16),
+                image,
+            },
+        })
+    }
 }
 
 impl Observation {
@@ -205,7 +259,6 @@ impl Observation {
         self.dissipated_by_liquid += other.dissipated_by_liquid;
         self.dissipated_by_adhesion += other.dissipated_by_adhesion;
         self.stored.add(&other.stored, 1.0);
-        self.exchanges.extend_from_slice(&other.exchanges);
         self.largest_overlap = self.largest_overlap.max(other.largest_overlap);
         for (mine, theirs) in self.walls.iter_mut().zip(&other.walls) {
             mine.0.add(theirs.0.force, theirs.0.torque);

@@ -5,7 +5,9 @@ use super::{
     SavedLoads, StepContext,
 };
 use crate::state::Load;
+use crate::sums::{Exact, exact};
 use crate::surface::SurfaceLoad;
+use crate::walls::WallStiffness;
 
 /// Reports of one block of contacts.
 #[derive(Debug, Default)]
@@ -47,6 +49,22 @@ impl dyn ContactForces + '_ {
             }
         }
         sum
+    }
+
+    /// Force on a wall (N), stiffness (N/m) and damping (N s/m) of its contacts in the last observation: the exact sums over the blocks of this rank.
+    #[must_use]
+    pub fn exact_load(&self, wall: usize) -> [Exact; 5] {
+        let blocks = self.own_reports().into_iter().filter_map(|reports| {
+            let Observation {
+                walls,
+                wall_stiffness,
+                ..
+            } = &reports.observation;
+            let [x, y, z] = walls.get(wall)?.0.force.to_array();
+            let WallStiffness { stiffness, damping } = *wall_stiffness.get(wall)?;
+            Some([x, y, z, stiffness, damping])
+        });
+        exact(blocks)
     }
 
     /// The records of contacts of the last observation; they are removed from here.

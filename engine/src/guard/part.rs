@@ -12,6 +12,9 @@ use crate::spray::Sprays;
 use crate::state::{Pieces, Plain, WallIndex};
 use crate::step::{Core, Engine, Exchanged, Part, RunError};
 
+/// Kinds of findings in the order in which a step finds them: long ways before contacts.
+const ORDER: [usize; 5] = [3, 4, 0, 1, 2];
+
 /// Counts of the guard of a run.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct GuardPart {
@@ -23,6 +26,8 @@ pub(crate) struct GuardPart {
     stop: Option<Finding>,
     /// Nothing stops it any more: the last step is made to be looked at.
     off: bool,
+    /// What this rank has found in this step, where there are several.
+    found: Vec<Finding>,
     /// Overlap over the smaller radius beyond which a contact is named; `None` if the guard is off.
     overlap: Option<f64>,
 }
@@ -63,6 +68,39 @@ impl Part for GuardPart {
             context.overlap_limit = overlap;
             context.deep = overlap.min(SEEN);
         }
+    }
+
+    fn works_on_ranks(&self) -> bool {
+        true
+    }
+
+    fn to_ranks(&mut self) -> Vec<u8> {
+        let found = std::mem::take(&mut self.found);
+        if found.is_empty() {
+            return Vec::new();
+        }
+        let found = found.iter().map(|found| (found.index(), found.numbers()));
+        let mut bytes = Vec::new();
+        found.collect::<Vec<_>>().put(&mut bytes);
+        bytes
+    }
+
+    fn from_ranks(&mut self, core: &mut Core, messages: &[Vec<u8>]) -> Result<(), RunError> {
+        let of_rank = |bytes: &Vec<u8>| <Vec<(usize, Vec<f64>)>>::take(&mut &bytes[..]).ok();
+        let found = messages.iter().filter_map(of_rank).flatten();
+        let found = found.filter_map(|(kind, numbers)| Finding::from_numbers(kind, &numbers));
+        let found: Vec<Finding> = found.collect();
+        // One of each kind, in the order in which a step finds them.
+        for kind in ORDER {
+            let of_kind = found.iter().filter(|found| found.index() == kind);
+            let worse = |worst: &'_ Finding, other: &'_ Finding| other.part() > worst.part();
+            let worst =
+                of_kind.reduce(|worst, other| if worse(worst, other) { other } else { worst });
+            if let Some(worst) = worst {
+                self.count(core, *worst);
+            }
+        }
+        self.judge(core)
     }
 
     fn end_step(&mut self, core: &mut Core) -> Result<(), RunError> {
@@ -122,7 +160,8 @@ impl GuardPart {
             return;
         }
         let mut worst: Option<(usize, f64)> = None;
-        for (row, record) in core.particles.records.iter().enumerate() {
+        let own = core.own_rows();
+        for (row, record) in own.clone().zip(&core.particles.records[own]) {
             let part = record.velocity.length() * dt / record.radius;
             if part > guard.way && worst.is_none_or(|(_, most)| part > most) {
                 worst = Some((row, part));
@@ -183,6 +222,16 @@ impl GuardPart {
     fn note(&mut self, core: &Core, what: FindingKind) {
         let (step, time) = (core.steps(), core.time());
         let event = Finding { step, time, what };
+        if core.is_divided() {
+            self.found.push(event);
+        } else {
+            self.count(core, event);
+        }
+    }
+
+    /// Counts what was found.
+    fn count(&mut self, core: &Core, event: Finding) {
+        let what = event.what;
         let count = &mut self.counts[event.index()];
         count.steps += 1;
         if (count.worst).is_none_or(|worst| event.part() > worst.part()) {

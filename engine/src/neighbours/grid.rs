@@ -333,6 +333,16 @@ impl Grid {
         }
     }
 
+    /// The rows of such a part.
+    pub(super) fn rows_of_part(&self, brick: usize, layers: &Range<usize>) -> Range<usize> {
+        if layers.is_empty() {
+            return 0..0;
+        }
+        let [fast, lines, _] = self.cells_of_brick();
+        let last = self.line(brick, lines - 1, layers.end - 1) + fast - 1;
+        self.rows(self.line(brick, 0, layers.start), last)
+    }
+
     /// The bricks about a brick that come later, and itself, by their places along the fastest, the middle and the slowest axis: 0 before it,
     /// 1 beside it, 2 behind it.
     pub(super) fn around(&self, brick: usize) -> Around {

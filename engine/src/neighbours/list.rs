@@ -83,7 +83,7 @@ pub fn build(
     let common = Common::find(particles, extra, levels, margin, domain, parallel);
     let (grid, new_row) = common.order(particles, extra);
     Built {
-        list: common.list(particles, extra, &grid),
+        list: common.list(particles, extra, &grid, 0..particles.len()),
         new_row,
         grid,
     }
@@ -150,11 +150,17 @@ impl<'a> Common<'a> {
         (grid, new_row)
     }
 
-    /// Lists the pairs of sorted particles.
+    /// Lists the pairs of sorted particles whose lower row is one of `rows`, and perhaps of some beside these.
     #[must_use]
-    pub fn list(&self, particles: &Particles, extra: &[f64], grid: &Grid) -> CandidateList {
+    pub fn list(
+        &self,
+        particles: &Particles,
+        extra: &[f64],
+        grid: &Grid,
+        rows: Range<usize>,
+    ) -> CandidateList {
         let members = Members::new(&particles.records, extra, self);
-        let mut list = list(&members, grid, self.domain, self.parallel);
+        let mut list = list(&members, grid, self.domain, &rows, self.parallel);
         list.leave_out(&Exclusions::of(particles));
         list
     }
@@ -229,7 +235,13 @@ impl Members {
 ///
 /// The partners of a row in later cells lie in a few runs of rows: the rest of its own cell with the next one, and three
 /// neighbouring cells in each later one of the neighbouring lines of cells. That is for particles of the lowest level; the others are few.
-fn list(members: &Members, grid: &Grid, domain: &Cell, parallel: bool) -> CandidateList {
+fn list(
+    members: &Members,
+    grid: &Grid,
+    domain: &Cell,
+    rows: &Range<usize>,
+    parallel: bool,
+) -> CandidateList {
     let count = members.all.len();
     // Those of higher levels are near nothing here: NaN compares false.
     let spots = each(count, parallel, |row| Spot {
@@ -243,6 +255,13 @@ fn list(members: &Members, grid: &Grid, domain: &Cell, parallel: bool) -> Candid
     let through = OtherPairs::find(members, grid, domain, parallel);
     let parts = grid.parts();
     let of_part = |(brick, layers): &(usize, Range<usize>)| {
+        let of_part = grid.rows_of_part(*brick, layers);
+        if of_part.end <= rows.start || of_part.start >= rows.end {
+            return CandidateList {
+                start: vec![0; of_part.len()],
+                entries: Vec::new(),
+            };
+        }
         list_of_part(&spots, grid, *brick, layers.clone(), &through)
     };
     put_together(map_parts(parallel, &parts, of_part), parallel)

@@ -26,4 +26,4 @@ pub use levels::Levels;
 pub use list::{Built, Candidate, CandidateList, Common, build, build_bytes, list_bytes};
 pub use margin::Margin;
 pub use skin::Skin;
-pub use validity::Validity;
+pub use validity::{Validity, used};

@@ -1,5 +1,7 @@
 //! Validity of a candidate list over time.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use crate::parallel::RUN;
@@ -18,49 +20,53 @@ pub struct Validity {
 }
 
 impl Validity {
-    /// A step of `dt` (s) was made in which no particle used up more than `part` of its skin. Returns whether every particle is
-    /// surely within `limit` (m), and its `extra_skin` (m; empty for none), of where it was listed. `parallel`: with the threads of
-    /// the pool from within which it is called.
-    pub fn advance(
-        &mut self,
-        part: f64,
-        dt: f64,
-        limit: f64,
-        particles: &Particles,
-        extra_skin: &[f64],
-        parallel: bool,
-    ) -> bool {
+    /// A step was made in which no particle used up more than `part` of its skin. Returns whether every particle is surely within its
+    /// skin of where it was listed; otherwise `measure` is called, which returns [`used`] of all particles.
+    pub fn advance(&mut self, part: f64, measure: impl FnOnce() -> (f64, bool)) -> bool {
         self.steps += 1;
         // Round-off of the positions is far below this factor's margin.
         self.bound += part * (1.0 + 1e-9);
         if self.bound <= 1.0 {
             return true;
         }
-        let (used, lasts) = largest(particles.len(), parallel, |row| {
-            let own = limit + extra_skin.get(row).copied().unwrap_or_default();
-            let way = displacement(particles, row);
-            let next = particles.records[row].velocity.length() * dt;
-            (way / own, way + 2.0 * next <= 0.97 * own)
-        });
-        self.bound = used;
+        let lasts;
+        (self.bound, lasts) = measure();
         // Close to the limit a true measurement would be due in every step: rebuild instead.
         lasts
     }
 }
 
+/// The largest share that one of some rows has used up of its skin, which is `limit` (m) and its `extra_skin` (m; empty for none); and
+/// whether all last for two more steps of `dt` (s). `parallel`: with the threads of the pool from within which it is called.
+#[must_use]
+pub fn used(
+    particles: &Particles,
+    rows: Range<usize>,
+    (limit, extra_skin): (f64, &[f64]),
+    dt: f64,
+    parallel: bool,
+) -> (f64, bool) {
+    largest(rows, parallel, |row| {
+        let own = limit + extra_skin.get(row).copied().unwrap_or_default();
+        let way = displacement(particles, row);
+        let next = particles.records[row].velocity.length() * dt;
+        (way / own, way + 2.0 * next <= 0.97 * own)
+    })
+}
+
 /// The largest of the numbers of all rows, and whether all conditions hold.
 fn largest(
-    count: usize,
+    rows: Range<usize>,
     parallel: bool,
     of_row: impl Fn(usize) -> (f64, bool) + Sync + Send,
 ) -> (f64, bool) {
     let none = (0.0, true);
     let both = |a: (f64, bool), b: (f64, bool)| (a.0.max(b.0), a.1 & b.1);
     if parallel {
-        let rows = (0..count).into_par_iter().with_min_len(RUN);
+        let rows = rows.into_par_iter().with_min_len(RUN);
         rows.map(of_row).reduce(|| none, both)
     } else {
-        (0..count).map(of_row).fold(none, both)
+        rows.map(of_row).fold(none, both)
     }
 }
 
@@ -118,7 +124,9 @@ mod tests {
                     let said = if row % 3 == 0 { own(row).min(limit) } else { own(row) };
                     part = part.max(speed * dt / said);
                 }
-                let valid = validity.advance(part, dt, limit, &particles, extra, parallel);
+                let valid = validity.advance(part, || {
+                    used(&particles, 0..ones.len(), (limit, extra), dt, parallel)
+                });
                 let used = (0..ones.len()).map(|row| displacement(&particles, row) / own(row));
                 let used = used.fold(0.0, f64::max);
                 if !valid {

@@ -338,6 +338,13 @@ impl Pieces {
         self.spare.pop_front().unwrap_or_default()
     }
 
+    /// All of them, one after the other.
+    #[must_use]
+    pub fn into_bytes(self) -> Vec<u8> {
+        let pieces = self.filled.iter().map(|piece| &piece.bytes[..]);
+        pieces.collect::<Vec<_>>().concat()
+    }
+
     /// Appends a piece.
     pub fn push(&mut self, bytes: Vec<u8>) {
         let is_large = true;

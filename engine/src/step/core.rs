@@ -8,6 +8,7 @@ use crate::contact::HistoryNumber;
 use crate::forces::{ContactForces, MotionBound, Needs};
 use crate::lanes::Width;
 use crate::physics::{Physics, Setup, Watched};
+use crate::ranks::Share;
 use crate::state::Particles;
 use crate::surface::Surface;
 use crate::task::TaskProgress;
@@ -30,6 +31,8 @@ pub struct Core {
     pub contacts: Box<dyn ContactForces>,
     pub(super) constants: Constants,
     pub(super) threads: Threads,
+    /// The share of this rank, where there are several.
+    pub(super) ranks: Option<Share>,
 }
 
 /// Domain, walls and sheets, and the particles that enter or leave.

@@ -61,6 +61,15 @@ pub enum RunError {
         /// Which spray, and its limit.
         error: TooMany,
     },
+    /// A part of the step does not work where several ranks compute a scene.
+    #[error(
+        "`{what}` does not work on several ranks yet\n\
+         help: run this scene in one process, with --threads"
+    )]
+    OnRanks {
+        /// Its name.
+        what: String,
+    },
     /// A section of the state does not fit the plan, or no run can have written it.
     #[error(
         "the state does not fit this plan: section `{section}`: {reason}\n\

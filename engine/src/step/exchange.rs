@@ -1,7 +1,7 @@
 //! Exchange of particles: those that come, leave and pass.
 
 use super::{Arrival, Core, Domain, Engine, Exchanged, Leaving, RunError};
-use crate::boundaries::{Crossed, Passage};
+use crate::boundaries::{Crossed, Event, OwnGrains, Passage};
 use crate::contact::Bridge;
 use crate::liquid::BridgeSite;
 use crate::state::Particles;
@@ -12,6 +12,7 @@ impl Engine {
     /// # Errors
     /// If that was given up; the state is none then.
     pub(super) fn exchange_particles(&mut self) -> Result<(), RunError> {
+        let events = self.core.find_passing();
         let Self { core, parts, .. } = self;
         let time = core.time();
         let Core {
@@ -50,6 +51,7 @@ impl Engine {
             });
         };
         let changed = boundaries.exchange(
+            &events,
             particles,
             &physics.insertions,
             &physics.setting(cell),
@@ -69,6 +71,30 @@ impl Engine {
 }
 
 impl Core {
+    /// The grains that cross a plane or leave in this step, of all ranks. If any leaves or may come, all rows are brought up to date.
+    fn find_passing(&mut self) -> Vec<Event> {
+        let own = OwnGrains {
+            rows: self.own_rows(),
+            bodies: self.is_first() || !self.is_divided(),
+        };
+        let (time, physics) = (self.time(), &self.physics);
+        let Domain {
+            cell, boundaries, ..
+        } = &mut self.domain;
+        let mut events = boundaries.find(&self.particles, &physics.setting(cell), time, &own);
+        let Some(share) = self.ranks.as_mut().filter(|share| share.is_divided()) else {
+            return events;
+        };
+        if boundaries.are_watching(&self.particles) {
+            events = Event::of_ranks(&share.ranks().all(Event::encode(&events)));
+        }
+        if events.iter().any(Event::is_exit) || boundaries.are_inserting(&physics.insertions, time)
+        {
+            self.complete_rows();
+        }
+        events
+    }
+
     /// Whether each insertion that waits for space has a place for its next particle now, in the order of the plan.
     #[must_use]
     pub fn have_places(&self) -> Vec<bool> {

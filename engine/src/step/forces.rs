@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use glam::DQuat;
+use glam::{DQuat, DVec3};
 
 use super::motion::turn_orientations;
 use super::{Core, Domain, Engine};
@@ -12,7 +12,7 @@ use crate::lanes::Width;
 use crate::physics::Physics;
 use crate::state::{Load, Particle, Particles};
 use crate::surface::Surface;
-use crate::walls::WallNow;
+use crate::walls::{WallNow, WallStiffness};
 
 impl Engine {
     /// Evaluates all forces; springs are stretched by `spring_time` seconds of motion. `fuse`: and kicks twice and drifts, which
@@ -43,12 +43,22 @@ impl Engine {
         self.call(|part, core| part.after_forces(core, sums.as_ref()));
     }
 
-    /// Sums up what the contacts did, once for servos, which follow it, and for parts that need it in every step.
+    /// Sums up what the contacts did, once for servos, which follow it, and for parts that need it in every step. Loads that a servo follows
+    /// are exact sums over blocks.
     fn sums(&mut self) -> Option<Observation> {
         if !self.constants.needs.sums && !self.constants.has_servos {
             return None;
         }
-        let sums = (self.contacts).observation(self.physics.walls.len(), false);
+        let mut sums = (self.contacts).observation(self.physics.walls.len(), false);
+        for wall in 0..self.physics.walls.len() {
+            if !self.domain.walls[wall].servos.is_empty() {
+                let load = self.contacts.exact_load(wall);
+                let load = self.core.add_exactly(load).map(|sum| sum.value());
+                let [x, y, z, stiffness, damping] = load;
+                sums.walls[wall].0.force = DVec3::new(x, y, z);
+                sums.wall_stiffness[wall] = WallStiffness { stiffness, damping };
+            }
+        }
         let sums = self.with_parts(sums);
         if self.constants.has_servos {
             self.answer_loads(&sums);
@@ -60,6 +70,7 @@ impl Engine {
     fn forces_alone(&mut self, spring_time: f64, watch: Option<Watch>) {
         let leave = |_: usize, _: &mut [Particle], _: &[Load]| MotionBound::default();
         self.compute(spring_time, watch, &leave);
+        self.complete_pebbles();
         self.gather_loads();
     }
 
@@ -86,6 +97,7 @@ impl Engine {
         let fastest = self.compute(spring_time, watch, &finish);
         drop(shares);
         self.particles.orientations = orientations;
+        self.complete_pebbles();
         self.gather_loads();
         let of_bodies = self.advance_bodies(2, drift);
         self.clock.drifted = Some(fastest.merge(of_bodies));
@@ -108,6 +120,7 @@ impl Engine {
             domain,
             threads,
             constants,
+            ranks,
             ..
         } = core;
         let Domain {
@@ -129,7 +142,11 @@ impl Engine {
         for part in parts.iter() {
             part.inform(&mut context);
         }
-        let bound = contacts.compute(particles, &context, pool, finish);
+        let bound = match ranks {
+            Some(share) => share
+                .with_shares(|across| contacts.compute(particles, &context, pool, finish, across)),
+            None => contacts.compute(particles, &context, pool, finish, None),
+        };
         let (mut vertex_loads, mut first) = (Vec::new(), 0);
         for (number, (vertices, surface)) in vertices.iter().zip(&*surfaces).enumerate() {
             let mut loads = vec![Load::default(); vertices.len()];

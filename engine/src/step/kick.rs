@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::calls::Call;
 use super::motion::{KickDrift, turn_orientations};
 use super::{Core, Engine, RunError};
 use crate::bodies::BodyStep;
@@ -14,33 +15,35 @@ impl Engine {
     /// # Errors
     /// If a particle's motion is no longer a number.
     pub fn complete_step(&mut self) -> Result<(), RunError> {
+        self.lead(Call::CompleteStep);
+        self.complete_step_here()
+    }
+
+    /// The part of this rank; the first one gets the state of all rows.
+    pub(super) fn complete_step_here(&mut self) -> Result<(), RunError> {
         if std::mem::take(&mut self.core.clock.kick_due) {
-            if !self.advance(1, 0.0).sum_of_squares.is_finite() {
-                return Err(self.not_finite());
-            }
+            let is_finite = self.advance(1, 0.0).sum_of_squares.is_finite();
+            self.check_motion(is_finite)?;
             self.try_call(|part, core| part.advance(core, 1, 0.0))?;
         }
+        self.collect_here(false);
         Ok(())
     }
 }
 
 impl Core {
-    /// Kicks and drift of the particles, unless they were made with the forces of the last step. Returns the half kicks that
+    /// Kicks and drift of the particles of this rank, unless they were made with the forces of the last step. Returns the half kicks that
     /// sheets get, whose part of the kicks is never made ahead.
-    ///
-    /// # Errors
-    /// If a particle's motion is no longer a number.
-    pub(super) fn begin_step(&mut self) -> Result<u32, RunError> {
+    pub(super) fn begin_step(&mut self) -> u32 {
         let kicks = 1 + u32::from(self.clock.kick_due || self.clock.drifted.is_some());
         self.clock.motion = match self.clock.drifted.take() {
             Some(motion) => motion,
             None => self.kick_and_drift(),
         };
-        if !self.clock.motion.sum_of_squares.is_finite() {
-            return Err(self.not_finite());
+        if let Some(share) = &mut self.ranks {
+            share.note_motion();
         }
-        self.clock.step += 1;
-        Ok(kicks)
+        kicks
     }
 
     /// First half kick and drift, with the second half kick of the step before if it is still due.
@@ -61,8 +64,9 @@ impl Core {
         let pass = self.kick_drift(kicks, drift);
         let special = self.hold_prescribed();
         let size = block_size(self.particles.len());
-        let records = &mut self.particles.records;
-        let loads = &self.particles.loads;
+        let own = self.own_rows();
+        let records = &mut self.particles.records[own.clone()];
+        let loads = &self.particles.loads[own];
         let fastest = match &self.threads.pool {
             Some(pool) if records.len() > size => pool.install(|| {
                 let chunks = records.par_chunks_mut(size).zip(loads.par_chunks(size));
@@ -109,16 +113,20 @@ impl Core {
 
     /// Remembers where prescribed particles stand before a pass that ignores what is prescribed.
     fn hold_prescribed(&self) -> Vec<Particle> {
-        let rows = self.particles.prescribed.iter();
-        rows.map(|prescribed| self.particles.records[prescribed.row.index()])
-            .collect()
+        let own = self.own_rows();
+        let rows = (self.particles.prescribed.iter()).map(|prescribed| prescribed.row.index());
+        let own = rows.filter(|row| own.contains(row));
+        own.map(|row| self.particles.records[row]).collect()
     }
 
     /// Puts the prescribed components back and drifts them with their prescribed velocity. Returns the motion
     /// of these particles, which the pass did not see: a kick may have cancelled what is prescribed.
     fn release_prescribed(&mut self, before: Vec<Particle>, drift: f64) -> MotionBound {
         let mut fastest = MotionBound::default();
-        for (prescribed, before) in self.particles.prescribed.iter().zip(before) {
+        let own = self.own_rows();
+        let prescribed = self.particles.prescribed.iter();
+        let prescribed = prescribed.filter(|prescribed| own.contains(&prescribed.row.index()));
+        for (prescribed, before) in prescribed.zip(before) {
             let record = &mut self.particles.records[prescribed.row.index()];
             for axis in 0..3 {
                 if let Some(velocity) = prescribed.velocity[axis] {
@@ -136,10 +144,11 @@ impl Core {
 
     /// Turns the orientations by the angular velocities over `drift` seconds.
     fn turn_orientations(&mut self, drift: f64) {
+        let own = self.own_rows();
         if let Some(orientations) = &mut self.particles.orientations {
             turn_orientations(
-                orientations,
-                &self.particles.records,
+                &mut orientations[own.clone()],
+                &self.particles.records[own],
                 drift,
                 self.constants.width,
             );

@@ -2,9 +2,9 @@
 
 use super::snapshot::MOST_STEPS;
 use super::{Core, Domain, Engine, RunError};
-use crate::forces::{NearWall, NewList, find_near_walls};
+use crate::forces::{NearWall, NewList, block_size, find_near_walls};
 use crate::memory::{MANY, give_back};
-use crate::neighbours::{Cells, Common, Grid, Levels, Margin, Skin, Validity, extra_skins};
+use crate::neighbours::{Cells, Common, Grid, Levels, Margin, Skin, Validity, extra_skins, used};
 use crate::parallel::each;
 use crate::state::{Particle, Particles, Row};
 use crate::surface::Surface;
@@ -68,6 +68,7 @@ impl Engine {
     /// searches, and hands the lists over to all that follow them.
     fn rebuild(&mut self) -> Result<(), RunError> {
         let Self { core, parts, .. } = self;
+        core.complete_rows();
         let finite = |record: &Particle| record.position.is_finite();
         if !core.particles.records.iter().all(finite) {
             return Err(core.not_finite());
@@ -91,14 +92,28 @@ impl Engine {
         let (particles, cell) = (&mut core.particles, &core.domain.cell);
         let common = Common::find(particles, &extra, &levels, &margin, cell, parallel);
         let (grid, sorted) = common.order(particles, &mut extra);
-        let pairs = common.list(particles, &extra, &grid);
+        if let Some(share) = &mut core.ranks {
+            share.divide(particles.len(), block_size(particles.len()));
+        }
+        let own = match &core.ranks {
+            Some(share) => share.own_rows(particles.len()),
+            None => 0..particles.len(),
+        };
+        let pairs = common.list(particles, &extra, &grid, own);
         core.note_images();
         let near_walls = core.near_walls(&extra, &grid, &margin, parallel);
         core.note_rooms(&extra, &margin);
         let new_row: Vec<Option<Row>> = each(removed.len(), parallel, |old| {
             removed[old].map(|row| sorted[row.index()])
         });
-        (core.contacts).adopt(&pairs, &near_walls, &new_row, parallel);
+        let contacts = &mut core.contacts;
+        match &mut core.ranks {
+            Some(share) => share.with_all(|across| {
+                contacts.adopt(&pairs, &near_walls, &new_row, Some(across), parallel);
+            }),
+            None => contacts.adopt(&pairs, &near_walls, &new_row, None, parallel),
+        }
+        core.note_readers();
         let list = NewList {
             particles: &core.particles,
             pairs: &pairs,
@@ -121,7 +136,7 @@ impl Core {
         if self.lists.validity.steps == 0 {
             return;
         }
-        let [listed, touching] = self.contacts.count();
+        let [listed, touching] = self.count_pairs();
         let idle = listed - touching;
         let remembers = !self.history_columns().is_empty();
         self.lists.skin.adapt(
@@ -154,7 +169,8 @@ impl Core {
         parallel: bool,
     ) -> Vec<NearWall> {
         let (particles, Domain { walls, cell, .. }) = (&self.particles, &self.domain);
-        let mut near = find_near_walls(particles, extra, grid, walls, cell, margin, parallel);
+        let own = self.own_rows();
+        let mut near = find_near_walls(particles, extra, grid, walls, cell, margin, &own, parallel);
         let unpaired = &particles.unpaired;
         if !unpaired.is_empty() {
             near.retain(|near| !unpaired.holds_wall(near.row, u32::from(near.wall.number())));
@@ -192,14 +208,23 @@ impl Core {
         let limit = 0.5 * self.lists.skin.thickness;
         let mut valid = !self.lists.rows_changed;
         if valid {
-            valid = self.lists.validity.advance(
-                self.fastest() * dt / limit,
-                dt,
-                limit,
-                &self.particles,
-                &self.lists.extra_skin,
-                in_pool(),
-            );
+            let part = self.fastest() * dt / limit;
+            let own = self.own_rows();
+            let Self {
+                lists,
+                particles,
+                ranks,
+                ..
+            } = self;
+            valid = lists.validity.advance(part, || {
+                let skins = (limit, &lists.extra_skin[..]);
+                let (used, lasts) = used(particles, own.clone(), skins, dt, in_pool());
+                let mut largest = [used, f64::from(!lasts)];
+                if let Some(share) = ranks {
+                    share.ranks().largest(&mut largest);
+                }
+                (largest[0], largest[1] == 0.0)
+            });
         }
         let (about, reach) = (self.domain.cell.middle(), self.domain.cell.diagonal());
         // Sheets stand behind the walls of the plan.

@@ -13,6 +13,7 @@
 //! | forces; loads of pebbles gathered; fused with them the kicks and the drift that follow | `forces` |
 //! | everything else | the parts, by their list in `parts` |
 
+mod calls;
 mod core;
 mod error;
 mod exchange;
@@ -22,6 +23,7 @@ mod lists;
 mod motion;
 mod part;
 mod parts;
+mod ranks;
 mod snapshot;
 mod start;
 mod surfaces;
@@ -39,6 +41,7 @@ pub use start::StartOptions;
 use std::ops::{Deref, DerefMut};
 
 use crate::forces::{Observation, Watch};
+use calls::Call;
 
 /// The engine: the whole state of a run and the way from one step to the next. The part to see and to change between steps
 /// is that of the [`Core`].
@@ -85,6 +88,12 @@ impl Engine {
     /// # Errors
     /// If a particle's motion is no longer a number, or if the guard of the plan is strict and something is beyond its limits.
     pub fn steps_at_once(&mut self, count: u64, watch: Option<Watch>) -> Result<(), RunError> {
+        self.lead(Call::Steps { count, watch });
+        self.steps_here(count, watch)
+    }
+
+    /// The steps of this rank.
+    fn steps_here(&mut self, count: u64, watch: Option<Watch>) -> Result<(), RunError> {
         let pool = self.threads.pool.clone();
         let mut run = || {
             let was_worn = self.is_worn();
@@ -95,7 +104,7 @@ impl Engine {
                     break;
                 }
             }
-            Ok(())
+            self.end_steps(watch)
         };
         match pool {
             Some(pool) => pool.install(run),
@@ -124,7 +133,9 @@ impl Engine {
     /// The time step: velocity Verlet. `fuse`: what follows the forces, which is the second half kick of this step and the first
     /// half kick and drift of the next, is made together with them where nothing forbids it.
     fn one_step(&mut self, watch: Option<Watch>, fuse: bool) -> Result<(), RunError> {
-        let kicks = self.begin_step()?;
+        let kicks = self.core.begin_step();
+        self.meet()?;
+        self.core.clock.step += 1;
         self.call(|part, core| part.after_drift(core));
         self.move_walls();
         self.reshape_walls()?;
@@ -134,6 +145,7 @@ impl Engine {
         self.exchange_particles()?;
         self.keep_lists_valid()?;
         self.try_call(|part, core| part.before_forces(core))?;
+        self.core.fetch_records();
         self.evaluate_forces(dt, watch, fuse);
         self.try_call(|part, core| part.end_step(core))
     }

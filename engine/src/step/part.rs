@@ -143,6 +143,25 @@ pub trait Part: Any + Send {
         let _ = (core, sums);
     }
 
+    /// Whether it makes its part of a step where rows are divided among ranks ([`crate::ranks`]).
+    fn works_on_ranks(&self) -> bool {
+        false
+    }
+
+    /// Bytes for the same part on all ranks, at the end of a step; empty in most.
+    fn to_ranks(&mut self) -> Vec<u8> {
+        Vec::new()
+    }
+
+    /// Takes what this part has sent on each rank, in their order.
+    ///
+    /// # Errors
+    /// Why the run cannot go on; the same on all ranks.
+    fn from_ranks(&mut self, core: &mut Core, messages: &[Vec<u8>]) -> Result<(), RunError> {
+        let _ = (core, messages);
+        Ok(())
+    }
+
     /// The end of the step.
     ///
     /// # Errors

@@ -1,5 +1,6 @@
 //! The state of a run as sections of bytes: the one list of what a checkpoint holds of the engine.
 
+use super::calls::Beginning;
 use super::{Core, Engine, Lists, Part, RunError, StartOptions};
 use crate::cell::Cell;
 use crate::forces::{ContactCounts, ContactSection, SavedSlots};
@@ -277,10 +278,12 @@ impl Engine {
     pub fn resume(
         setup: impl ToSetup,
         snapshot: Snapshot,
-        options: StartOptions,
+        mut options: StartOptions,
     ) -> Result<Self, RunError> {
+        Self::lead_beginning(&mut options, || Beginning::Resume(snapshot.encode()));
         let mut engine = Self::unstarted(setup.to_setup(), options)?;
         take_state(&mut engine.core, &mut engine.parts, &snapshot)?;
+        engine.core.divide();
         Ok(engine)
     }
 

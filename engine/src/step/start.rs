@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::DQuat;
 
+use super::calls::Beginning;
 use super::core::{Clock, Constants, Core, Domain, Threads};
 use super::{Engine, Lists, Part, RunError};
 use super::{parts, surfaces};
@@ -12,6 +13,7 @@ use crate::forces::{ContactForces, Needs, SavedContacts, Watch, contact_loop};
 use crate::lanes::Width;
 use crate::neighbours::Skin;
 use crate::physics::{Setup, ToSetup};
+use crate::ranks::Share;
 use crate::state::{Particles, inverse_inertia_factor};
 use crate::task::TaskProgress;
 use crate::walls::{WallFilms, WallNow};
@@ -31,6 +33,8 @@ pub struct StartOptions {
     pub width: Option<Width>,
     /// The progress to which long work reports, and which may request to give it up.
     pub task_progress: Arc<TaskProgress>,
+    /// The share of this rank, if several compute the scene.
+    pub ranks: Option<Share>,
 }
 
 impl StartOptions {
@@ -44,6 +48,7 @@ impl StartOptions {
             records: true,
             width: None,
             task_progress: Arc::default(),
+            ranks: None,
         }
     }
 
@@ -75,6 +80,13 @@ impl StartOptions {
         self
     }
 
+    /// As one of several ranks.
+    #[must_use]
+    pub fn ranks(mut self, ranks: Option<Share>) -> Self {
+        self.ranks = ranks;
+        self
+    }
+
     /// With or without records of the first contacts.
     #[must_use]
     pub fn records(mut self, records: bool) -> Self {
@@ -96,8 +108,9 @@ impl Engine {
     ///
     /// # Errors
     /// As [`Engine::new`].
-    pub fn start(setup: impl ToSetup, options: StartOptions) -> Result<Self, RunError> {
+    pub fn start(setup: impl ToSetup, mut options: StartOptions) -> Result<Self, RunError> {
         let records = options.records;
+        Self::lead_beginning(&mut options, || Beginning::Start { records });
         Self::unstarted(setup.to_setup(), options)?.started(records)
     }
 
@@ -120,6 +133,8 @@ impl Engine {
         self.evaluate_forces(spring_time, Some(watch), false);
         // The first step begins with its own half kick alone.
         self.clock.kick_due = false;
+        self.end_steps(Some(watch))?;
+        self.collect_here(false);
         Ok(self)
     }
 
@@ -225,12 +240,20 @@ impl Engine {
                 pool,
                 idle_pool: None,
             },
+            ranks: options.ranks,
             physics,
             watched,
         };
         let mut parts = parts::all(&mut core);
         let planned_parts = parts.len();
         parts.extend(options.parts);
+        if core.ranks.is_some()
+            && let Some(part) = parts.iter().find(|part| !part.works_on_ranks())
+        {
+            return Err(RunError::OnRanks {
+                what: part.name().to_owned(),
+            });
+        }
         for part in &parts {
             core.add_columns(part.as_ref())?;
         }

@@ -47,6 +47,10 @@ impl Part for Tracks {
         begin(&self.tracking, &mut core.particles);
     }
 
+    fn works_on_ranks(&self) -> bool {
+        true
+    }
+
     fn after_exchange(&mut self, core: &mut Core, exchanged: &Exchanged) {
         let tracking = &self.tracking;
         for arrival in &exchanged.arrivals {

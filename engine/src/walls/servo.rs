@@ -150,6 +150,8 @@ pub struct WallStiffness {
     pub damping: f64,
 }
 
+crate::state::plain!(WallStiffness { stiffness, damping });
+
 impl WallStiffness {
     /// Adds a contact with a particle of `mass` (kg; infinite if it is fixed): elastic and viscous normal force (N) at `overlap`
     /// (m) and normal velocity (m/s).

@@ -5,6 +5,7 @@ pub(crate) mod input;
 pub(crate) mod new;
 pub(crate) mod problems;
 pub(crate) mod progress;
+pub(crate) mod ranks;
 pub(crate) mod run;
 pub(crate) mod scene;
 pub(crate) mod study;

@@ -5,9 +5,9 @@ use super::progress::ProgressFile;
 use super::waiting::stopped_early;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::Sender;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use mercury_common::cli::{self, Failure};
@@ -16,6 +16,7 @@ use mercury_common::readable::bytes;
 use mercury_common::scene::Statement;
 use mercury_common::within::Within;
 use mercury_engine::lanes::Width;
+use mercury_engine::ranks::Share;
 use mercury_engine::task::{RunEvent, TaskProgress};
 use mercury_solver::output::folder::{self, Earlier, FolderError};
 use mercury_solver::plan::{Disk, Memory, Plan, document};
@@ -82,6 +83,8 @@ pub(crate) struct How {
     pub(crate) checkpoint_every: Option<Duration>,
     /// Only errors are printed.
     pub(crate) quiet: bool,
+    /// The share of this process, where several make the run.
+    pub(crate) ranks: Arc<Mutex<Option<Share>>>,
 }
 
 impl How {
@@ -205,6 +208,7 @@ pub(crate) fn run_plan(
         notes,
         results: how.results.clone(),
         until: how.until.clone(),
+        ranks: Arc::clone(&how.ranks),
         ..RunOptions::default()
     };
     let result = run_from(from, plan, &options, tell);

@@ -2,22 +2,25 @@
 
 use std::io::IsTerminal as _;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use mercury_common::cli::{self, Failure, Outcome, say};
 use mercury_common::machine;
 use mercury_common::readable::rounded;
-use mercury_common::scene::SceneErrors;
+use mercury_common::scene::{Scene, SceneErrors};
 use mercury_common::whole_file::write_whole;
 use mercury_common::within::Within;
+use mercury_engine::step::StartOptions;
 use mercury_engine::task::TaskProgress;
 use mercury_solver::output::summary::Status;
+use mercury_solver::plan::{Memory, Plan};
 use mercury_solver::results::{Aims, NamedResult, requested};
 use mercury_solver::run::{Progress, Report, check_fit, plan_within};
 use serde_json::Value;
 
 use super::input::{Input, refused};
 use super::progress::ProgressFile;
+use super::ranks::{self, Job, Team};
 use super::run::{How, Ran, Requests, Stated, run_plan};
 use super::waiting::{BeforeEnd, Waiting};
 use super::{check, problems, study};
@@ -29,6 +32,15 @@ pub(crate) fn execute(arguments: &Arguments, path: &Path, within: Option<Arc<Wit
     let requests = match arguments.check {
         true => None,
         false => Some(Requests::listen()?),
+    };
+    let team = match (&requests, Job::join()?) {
+        (_, Job::Alone) => None,
+        (_, Job::Silent) => return Ok(()),
+        // A command that only prints needs one process.
+        (None, Job::Rank(team)) if !team.is_first() => return Ok(()),
+        (None, Job::Rank(_)) => None,
+        (Some(_), Job::Rank(team)) if team.is_first() => Some(team),
+        (Some(_), Job::Rank(team)) => return follow(arguments, path, within, team),
     };
     let progress = ProgressFile::requested(arguments.progress.as_deref(), path)?;
     let task_progress = match (&requests, &progress) {
@@ -50,6 +62,7 @@ pub(crate) fn execute(arguments: &Arguments, path: &Path, within: Option<Arc<Wit
         requests,
         &task_progress,
         progress.clone(),
+        team,
     );
     if let Some(progress) = progress {
         progress.end(outcome.as_ref().map(Option::as_ref));
@@ -76,27 +89,34 @@ fn plan_and_run(
     requests: Option<Requests>,
     task_progress: &Arc<TaskProgress>,
     progress: Option<Arc<ProgressFile>>,
+    mut team: Option<Team>,
 ) -> Result<Option<Report>, Failure> {
     let quiet = arguments.quiet || (arguments.check && arguments.json);
     let stop = (requests.as_ref()).map(|requests| (&requests.stop, before_end(progress.clone())));
     let waiting = Waiting::begin(task_progress, stop, quiet)?;
-    let input = match path == Path::new("-") {
-        true => {
-            if std::io::stdin().is_terminal() && !arguments.quiet {
-                eprintln!("reading the scene from standard input");
-            }
-            Input::of_standard_input(within.as_ref())?
-        }
-        false => Input::read(path, within.as_ref())?,
-    };
-    if let Some(requested) = study::requested(&input, arguments, within.as_ref())? {
-        study::execute(&requested, arguments, requests, task_progress, waiting)?;
-        return Ok(None);
+    let prepared = prepared(arguments, path, within.as_ref(), team.is_some());
+    if let Some(team) = &mut team {
+        // Its own reason is the better one.
+        team.agree(digest_of(&prepared))
+            .or_else(|failure| match prepared.is_err() {
+                true => Ok(()),
+                false => Err(failure),
+            })?;
     }
-    let scene = input.scene(&arguments.set)?;
+    let (input, scene, plan, memory) = match prepared? {
+        Prepared::Study(requested) => {
+            study::execute(&requested, arguments, requests, task_progress, waiting)?;
+            return Ok(None);
+        }
+        Prepared::Scene {
+            input,
+            scene,
+            plan,
+            memory,
+        } => (*input, *scene, *plan, memory),
+    };
     let machine = machine::memory();
     let limit = machine.filter(|_| !arguments.force_memory);
-    let (plan, memory) = plan_within(&scene, limit).map_err(|errors| refused(&errors))?;
     let (mut results, until) = requested(&scene, &plan).map_err(|errors| refused(&errors))?;
     let more = arguments.results()?;
     study::check_results(&more, &plan)?;
@@ -114,6 +134,7 @@ fn plan_and_run(
         let fit = check_fit(&scene, &plan, &memory, limit);
         fit.map_err(|error| refused(&SceneErrors(vec![error])))?;
     }
+    let threads = team.as_ref().map(Team::threads);
     let mut line = cli::Progress::in_logs_too(arguments.quiet);
     let mut tell = |now: &Progress<'_>| {
         if let Some(progress) = &progress {
@@ -126,7 +147,15 @@ fn plan_and_run(
         progress: progress.clone(),
         results,
         until,
+        ranks: Arc::new(Mutex::new(team.map(|team| team.share))),
         ..arguments.how()
+    };
+    let how = match threads {
+        Some(threads) if how.threads.is_none() => How {
+            threads: u16::try_from(threads).ok(),
+            ..how
+        },
+        _ => how,
     };
     let prefix = plan.outputs().prefix().to_owned();
     let stated = Stated {
@@ -167,6 +196,87 @@ fn plan_and_run(
             Ok(None)
         }
     }
+}
+
+/// A scene or a study that was read.
+enum Prepared {
+    Scene {
+        input: Box<Input>,
+        scene: Box<Scene>,
+        plan: Box<Plan>,
+        memory: Memory,
+    },
+    Study(Box<study::Asked>),
+}
+
+/// Reads the scene and makes its plan.
+fn prepared(
+    arguments: &Arguments,
+    path: &Path,
+    within: Option<&Arc<Within>>,
+    is_divided: bool,
+) -> Result<Prepared, Failure> {
+    let input = match path == Path::new("-") {
+        true if is_divided => {
+            return Err(
+                Failure::input("several ranks cannot read the scene from standard input")
+                    .with_help("put it into a file that all of them can read"),
+            );
+        }
+        true => {
+            if std::io::stdin().is_terminal() && !arguments.quiet {
+                eprintln!("reading the scene from standard input");
+            }
+            Input::of_standard_input(within)?
+        }
+        false => Input::read(path, within)?,
+    };
+    if let Some(requested) = study::requested(&input, arguments, within)? {
+        if is_divided {
+            return Err(
+                Failure::input("a study makes each of its runs in one process").with_help(
+                    "start it without mpirun or srun; --jobs says how many runs are made at a time",
+                ),
+            );
+        }
+        return Ok(Prepared::Study(Box::new(requested)));
+    }
+    let scene = input.scene(&arguments.set)?;
+    let limit = machine::memory().filter(|_| !arguments.force_memory);
+    let (plan, memory) = plan_within(&scene, limit).map_err(|errors| refused(&errors))?;
+    Ok(Prepared::Scene {
+        input: Box::new(input),
+        scene: Box::new(scene),
+        plan: Box::new(plan),
+        memory,
+    })
+}
+
+/// By what the ranks see that they run the same, or the reason why this one cannot.
+fn digest_of(prepared: &Result<Prepared, Failure>) -> Result<String, String> {
+    match prepared {
+        Ok(Prepared::Scene { scene, .. }) => ranks::digest(&scene.statement),
+        Ok(Prepared::Study(_)) => Err("it is a study".to_owned()),
+        Err(failure) => Err(failure.message.clone()),
+    }
+}
+
+/// On a rank that is not the first: makes the run with it. The first rank reports, and its exit code counts.
+fn follow(
+    arguments: &Arguments,
+    path: &Path,
+    within: Option<Arc<Within>>,
+    mut team: Team,
+) -> Outcome {
+    let prepared = prepared(arguments, path, within.as_ref(), true);
+    let agreed = team.agree(digest_of(&prepared));
+    if let (Ok(()), Ok(Prepared::Scene { plan, .. })) = (agreed, prepared) {
+        let how = arguments.how();
+        let threads = how.threads.map_or_else(|| team.threads(), usize::from);
+        let options = StartOptions::threads(threads).width(how.width);
+        return team.follow(*plan, options);
+    }
+    Ok(())
 }
 
 /// The section of the results in the report of a plan; empty where there are none.

@@ -527,6 +527,7 @@ impl Work<'_> {
         let (results, until) =
             results::requested(&scene, &plan).map_err(|errors| refused(&errors))?;
         let how = How {
+            ranks: Arc::default(),
             folder: Some(self.study.folder.join(&run.name)),
             within: self.asked.within.clone(),
             progress: None,

@@ -38,6 +38,9 @@ pub struct Summary {
     pub particle_steps_per_second: f64,
     /// Threads.
     pub threads: usize,
+    /// The ranks that made the run together, where there were several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ranks: Option<RanksSummary>,
     /// Twice the contacts between particles over the particles; 0 without particles.
     pub coordination_number: f64,
     /// Energies at the end.
@@ -76,6 +79,21 @@ pub struct Summary {
     pub until: Vec<UntilSummary>,
     /// How it ended.
     pub status: Status,
+}
+
+/// Ranks that made a run together, and what they have sent since this process began: sums over all of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct RanksSummary {
+    /// Their number.
+    pub count: usize,
+    /// Messages of steps: records, shares of contacts.
+    pub messages: u64,
+    /// Bytes of these.
+    pub bytes: u64,
+    /// Bytes of new lists.
+    pub bytes_of_lists: u64,
+    /// Bytes to the first rank for looks and checkpoints.
+    pub bytes_of_looks: u64,
 }
 
 /// A result that ends a run when it is known.

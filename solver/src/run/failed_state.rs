@@ -14,6 +14,8 @@ impl Run {
             audit: None,
         };
         let due = match error {
+            // The other ranks are at the end of the run already.
+            _ if self.engine.is_divided() => return,
             RunError::Guarded { .. } | RunError::Droplets { .. }
                 if self.engine.step_to_look_at(watch).is_ok() =>
             {

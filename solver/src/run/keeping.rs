@@ -74,6 +74,7 @@ impl Run {
     /// The state of now, and the file for it; `None` for a run without checkpoints.
     pub(super) fn next_checkpoint(&mut self) -> Option<(PathBuf, Encoder)> {
         let since = Instant::now();
+        self.engine.collect(true);
         let state = checkpoint::encode(self, &self.options.checkpoints.as_ref()?.scene);
         self.checkpoints_made.0 += 1;
         self.checkpoints_made.1 += since.elapsed();

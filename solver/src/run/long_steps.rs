@@ -62,6 +62,10 @@ impl Run {
     ) -> Result<bool, RunFailure> {
         use mercury_engine::task::Task;
         let task_progress = Arc::clone(&self.options.task_progress);
+        if self.engine.is_divided() {
+            // Other ranks would not go back.
+            return self.advance_a_bit(long.step, stopping);
+        }
         let since = Instant::now();
         let (before, steps) = (self.engine.snapshot(), self.engine.steps());
         task_progress.expect(long.expected);

@@ -521,6 +521,9 @@ impl Run {
         if is_alone {
             self.alone += particle_steps;
         }
+        if is_rest_due && self.rest.is_some() {
+            engine.collect(false);
+        }
         let at_rest =
             is_rest_due && (self.rest.as_mut()).is_some_and(|rest| rest.is_reached(engine));
         self.ended = if is_worn {

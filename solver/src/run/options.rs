@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use mercury_engine::forces::block_size;
 use mercury_engine::lanes::Width;
 use mercury_engine::membrane::MembranePlan;
+use mercury_engine::ranks::Share;
 use mercury_engine::step::{Engine, Part, RunError, StartOptions};
 use mercury_engine::task::TaskProgress;
 
@@ -59,6 +60,8 @@ pub struct RunOptions {
     pub results: Vec<NamedResult>,
     /// Results that end the run when they are known.
     pub until: Option<Aims>,
+    /// The share of this process, where several make the run together; taken when it begins.
+    pub ranks: Arc<Mutex<Option<Share>>>,
 }
 
 /// When a run writes checkpoints; in addition it writes one when it is stopped, and where the plan requests one.
@@ -113,6 +116,12 @@ impl RunOptions {
             .parts(parts)
             .records(schedule.everything().needs_records() || self.pieces_observed)
             .width(self.width)
+            .ranks(
+                self.ranks
+                    .lock()
+                    .unwrap_or_else(PoisonError::into_inner)
+                    .take(),
+            )
             .task_progress(Arc::clone(&self.task_progress))
     }
 }

@@ -9,8 +9,8 @@ use super::shortfall::{all_left, shortfalls};
 use super::{Ending, RunOptions, StopReason, exit_report, insertions, servos};
 use crate::output::Written;
 use crate::output::summary::{
-    BondSummary, FragmentSummary, LiquidSummary, MembraneSummary, ResultValue, Status, Summary,
-    WearSummary,
+    BondSummary, FragmentSummary, LiquidSummary, MembraneSummary, RanksSummary, ResultValue,
+    Status, Summary, WearSummary,
 };
 use crate::plan::Plan;
 use mercury_engine::bonds::{BondPlan, Bonds};
@@ -307,6 +307,13 @@ pub(super) fn report(
                 0.0
             },
             threads: options.threads.max(1),
+            ranks: engine.traffic().map(|(count, traffic)| RanksSummary {
+                count,
+                messages: traffic.messages,
+                bytes: traffic.bytes,
+                bytes_of_lists: traffic.bytes_of_lists,
+                bytes_of_looks: traffic.bytes_of_looks,
+            }),
             coordination_number: 2.0 * contacts as f64 / particles.max(1) as f64,
             energy: energy_summary(engine, written),
             inserted: created - starting,

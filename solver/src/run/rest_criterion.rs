@@ -4,8 +4,12 @@ use glam::DVec3;
 use mercury_common::readable::rounded;
 
 use crate::plan::{Plan, ScheduledChange};
-use mercury_engine::state::{FIXED, PEBBLE, PRESCRIBED, Particles, inverse_inertia_factor};
+use mercury_engine::forces::block_size;
+use mercury_engine::state::{
+    Body, FIXED, PEBBLE, PRESCRIBED, Particle, Particles, inverse_inertia_factor,
+};
 use mercury_engine::step::Engine;
+use mercury_engine::sums::exact_sums;
 
 /// Calm steps in a row that make rest.
 const STEPS: u64 = 1000;
@@ -17,6 +21,8 @@ pub(super) const EVERY: u64 = 10;
 const LASTS: f64 = 0.1;
 /// Limit of the kinetic energy per particle for calm, over m g d; without gravity over that at the reference speed.
 const SHARE: f64 = 1e-6;
+/// Bodies whose numbers are added plainly; like the sums of blocks of rows, these sums are added exactly.
+const BODIES: usize = 512;
 
 /// Counts calm checks: those at which the kinetic energy of translation per free particle or body is below 1e-6 m g d (mean mass
 /// and diameter, of bodies the circumscribed one), no wall is faster than that, and nothing is still to begin or to end. Spin
@@ -123,29 +129,13 @@ impl Rest {
     }
 
     fn means(&self, particles: &Particles) -> Means {
-        let (mut number, mut mass, mut diameter) = (0.0, 0.0, 0.0);
-        let (mut translation, mut rotation) = (0.0, 0.0);
-        for (record, &m) in particles.records.iter().zip(&particles.masses) {
-            if record.is_constrained() || record.flags & PEBBLE != 0 {
-                continue;
-            }
-            let spin = record.radius * record.radius * record.angular_velocity.length_squared();
-            number += 1.0;
-            mass += m;
-            diameter += 2.0 * record.radius;
-            translation += 0.5 * m * record.velocity.length_squared();
-            rotation += 0.5 * m * self.inertia * spin;
-        }
-        for body in particles.bodies() {
-            if body.flags & (FIXED | PRESCRIBED) != 0 {
-                continue;
-            }
-            number += 1.0;
-            mass += body.mass;
-            diameter += 2.0 * body.radius;
-            translation += 0.5 * body.mass * body.velocity.length_squared();
-            rotation += body.rotational_energy();
-        }
+        let size = block_size(particles.len());
+        let blocks = particles.records.chunks(size);
+        let blocks = blocks.zip(particles.masses.chunks(size));
+        let of_blocks = blocks.map(|(records, masses)| self.sums_of_rows(records, masses));
+        let of_bodies = particles.bodies().chunks(BODIES).map(sums_of_bodies);
+        let [number, mass, diameter, translation, rotation] =
+            exact_sums(of_blocks.chain(of_bodies));
         let (mass, diameter) = (mass / number, diameter / number);
         let (scale, time) = if self.gravity > 0.0 {
             let (g, d) = (self.gravity, diameter);
@@ -161,6 +151,24 @@ impl Rest {
             mass,
             time,
         }
+    }
+
+    /// Number, mass (kg), diameters (m), energy of translation and of rotation (J) of the free ones of some rows.
+    fn sums_of_rows(&self, records: &[Particle], masses: &[f64]) -> [f64; 5] {
+        let [mut number, mut mass, mut diameter] = [0.0; 3];
+        let [mut translation, mut rotation] = [0.0; 2];
+        for (record, &m) in records.iter().zip(masses) {
+            if record.is_constrained() || record.flags & PEBBLE != 0 {
+                continue;
+            }
+            let spin = record.radius * record.radius * record.angular_velocity.length_squared();
+            number += 1.0;
+            mass += m;
+            diameter += 2.0 * record.radius;
+            translation += 0.5 * m * record.velocity.length_squared();
+            rotation += 0.5 * m * self.inertia * spin;
+        }
+        [number, mass, diameter, translation, rotation]
     }
 
     /// Why there is no rest at the end of a run that would have ended with it.
@@ -182,6 +190,23 @@ impl Rest {
             None => "it was not calm for 1,000 steps in a row".to_owned(),
         }
     }
+}
+
+/// Number, mass (kg), diameters (m), energy of translation and of rotation (J) of the free ones of some bodies.
+fn sums_of_bodies(bodies: &[Body]) -> [f64; 5] {
+    let [mut number, mut mass, mut diameter] = [0.0; 3];
+    let [mut translation, mut rotation] = [0.0; 2];
+    for body in bodies {
+        if body.flags & (FIXED | PRESCRIBED) != 0 {
+            continue;
+        }
+        number += 1.0;
+        mass += body.mass;
+        diameter += 2.0 * body.radius;
+        translation += 0.5 * body.mass * body.velocity.length_squared();
+        rotation += body.rotational_energy();
+    }
+    [number, mass, diameter, translation, rotation]
 }
 
 /// Event that is still to be waited for.

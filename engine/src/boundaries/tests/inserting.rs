@@ -6,7 +6,7 @@ use mercury_common::random::Stream;
 use proptest::prelude::*;
 
 use super::super::{
-    Boundaries, Ingredient, InsertionPlan, Limit, Quantity, Rate, Region, Total, Wait,
+    Boundaries, Ingredient, InsertionPlan, Limit, OwnGrains, Quantity, Rate, Region, Total, Wait,
 };
 use super::{insertion, monodisperse, plan, uniform, unit_box};
 use crate::cell::Cell;
@@ -52,7 +52,14 @@ impl Still {
     }
 
     pub(super) fn exchange(&mut self, time: f64) -> bool {
+        let own = OwnGrains {
+            rows: 0..self.particles.len(),
+            bodies: true,
+        };
+        let setting = self.physics.setting(&self.cell);
+        let events = (self.boundaries).find(&self.particles, &setting, time, &own);
         self.boundaries.exchange(
+            &events,
             &mut self.particles,
             &self.physics.insertions,
             &self.physics.setting(&self.cell),

@@ -22,8 +22,6 @@ pub(super) struct Block<H> {
     /// Facets for those of `near_walls` that are near a mesh, by index.
     pub(super) near_meshes: NearMeshes,
     pub(super) outbox: Outbox,
-    /// The later blocks into which listed pairs reach, ascending.
-    pub(super) targets: Vec<usize>,
     /// The approximate time to compute and to finish the block, ns. Only ratios matter, and only for the distribution of the
     /// work.
     pub(super) work: usize,
@@ -42,7 +40,6 @@ impl<H> Block<H> {
             wall_slots: Vec::new(),
             near_meshes: NearMeshes::default(),
             outbox: Outbox::default(),
-            targets: Vec::new(),
             work: 0,
             reports: Reports::default(),
             events: Vec::new(),
@@ -95,23 +92,11 @@ impl<H: History> Block<H> {
 
     /// Notes which later blocks its slots reach into, and the cost of the slots.
     pub(super) fn note_targets(&mut self, block_size: usize) {
-        let own = self.rows.start / block_size;
-        let mut reached: Vec<bool> = Vec::new();
         self.work = 2 * self.slots.len() + 8 * self.rows.len();
-        for slot in &self.slots {
-            if slot.state & WITH_HISTORY != 0 {
-                self.work += 25;
-            }
-            let index = slot.partner as usize / block_size;
-            if index > own {
-                let ahead = index - own - 1;
-                if ahead >= reached.len() {
-                    reached.resize(ahead + 1, false);
-                }
-                reached[ahead] = true;
-            }
-        }
-        let later = reached.iter().enumerate().filter(|(_, reached)| **reached);
-        self.targets = later.map(|(ahead, _)| own + 1 + ahead).collect();
+        let remember = (self.slots.iter()).filter(|slot| slot.state & WITH_HISTORY != 0);
+        self.work += 25 * remember.count();
+        let partners = self.slots.iter().map(|slot| slot.partner as usize);
+        let later = partners.filter(|&partner| partner >= self.rows.end);
+        self.outbox = Outbox::of(self.rows.start / block_size, later, block_size);
     }
 }

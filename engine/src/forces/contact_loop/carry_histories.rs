@@ -4,12 +4,14 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::across::{send_from_walls, send_pairs};
 use super::slots::{FREE, Slot, TOUCHING, WITH_HISTORY, WallSlot};
 use super::{Block, ContactLoop};
 use crate::contact::{AdhesionLaw, Histories, History, NormalLaw, RollingLaw, TangentialLaw};
-use crate::forces::NearWall;
+use crate::forces::{NearWall, block_size};
 use crate::neighbours::CandidateList;
 use crate::parallel::map_parts;
+use crate::ranks::Across;
 use crate::state::{Row, WallIndex};
 use crate::walls::NearMeshes;
 
@@ -114,6 +116,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
         &mut self,
         new_row: &[Option<Row>],
         rows: usize,
+        across: Option<&mut Across<'_>>,
         parallel: bool,
     ) -> Carried<Histories<N, T, R, A>> {
         let parts = if parallel {
@@ -135,17 +138,23 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
                     (partner, row, slot.history.swapped())
                 })
             };
-            let mut of_part = vec![Vec::new(); parts];
-            for pair in slots.iter().filter(held).filter_map(pair) {
-                of_part[pair.0 as usize / per_part].push(pair);
-            }
-            of_part
+            by_parts(slots.iter().filter(held).filter_map(pair), per_part, parts)
         };
-        let pairs: Vec<Vec<Vec<_>>> = if <Histories<N, T, R, A>>::LENGTH == 0 {
+        let mut pairs: Vec<Vec<Vec<_>>> = if <Histories<N, T, R, A>>::LENGTH == 0 {
             Vec::new()
         } else {
-            map_parts(parallel, &mut self.blocks, of_block)
+            map_parts(parallel, &mut self.blocks[self.own.clone()], of_block)
         };
+        if let Some(across) = across {
+            let size = block_size(rows);
+            let own = across.own();
+            let leaves = |pair: &mut (u32, u32, _)| !own.contains(&(pair.0 as usize / size));
+            let parts_of_blocks = pairs.iter_mut().flatten();
+            let leaving = parts_of_blocks.flat_map(|part| part.extract_if(.., leaves));
+            let leaving = leaving.collect();
+            let came = send_pairs(across, size, leaving);
+            pairs.push(by_parts(came, per_part, parts));
+        }
         let of_part = |part: usize| {
             let pairs = pairs.iter().map(|of_block| &of_block[part][..]);
             let first = (part * per_part).min(rows);
@@ -161,6 +170,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
     pub(super) fn carried_from_walls(
         &self,
         new_row: &[Option<Row>],
+        rows: usize,
+        across: Option<&mut Across<'_>>,
         parallel: bool,
     ) -> Vec<CarriedFromWall<Histories<N, T, R, A>>> {
         let of_block = |block: &Block<Histories<N, T, R, A>>| {
@@ -176,7 +187,14 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
             }
             carried
         };
-        let carried = map_parts(parallel, &self.blocks, of_block).concat();
+        let mut carried = map_parts(parallel, self.own_blocks(), of_block).concat();
+        if let Some(across) = across {
+            let size = block_size(rows);
+            let own = across.own();
+            let leaves = |one: &mut CarriedFromWall<_>| !own.contains(&(one.0.0 as usize / size));
+            let leaving = carried.extract_if(.., leaves).collect();
+            carried.extend(send_from_walls(across, size, leaving));
+        }
         // Those of one wall that a particle touches keep their order. The sorted values have no type of a law, so that the sort
         // is compiled once.
         let mut places: Vec<(NearKey, u32)> =
@@ -192,7 +210,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
         parallel: bool,
     ) -> CarriedNearMeshes {
         let (mut of_block, mut places) = (Vec::new(), Vec::new());
-        for (number, block) in self.blocks.iter_mut().enumerate() {
+        for (number, block) in self.blocks[self.own.clone()].iter_mut().enumerate() {
             let lists = std::mem::take(&mut block.near_meshes);
             let listed = block.near_walls.iter().take(lists.len()).enumerate();
             for (index, near) in listed.filter(|&(index, _)| lists.holds(index)) {
@@ -205,6 +223,19 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
         sort(&mut places, parallel);
         CarriedNearMeshes { of_block, places }
     }
+}
+
+/// Histories by the parts of the rows, of `per_part` rows each.
+fn by_parts<H: Clone>(
+    pairs: impl IntoIterator<Item = (u32, u32, H)>,
+    per_part: usize,
+    parts: usize,
+) -> Vec<Vec<(u32, u32, H)>> {
+    let mut of_part = vec![Vec::new(); parts];
+    for pair in pairs {
+        of_part[pair.0 as usize / per_part].push(pair);
+    }
+    of_part
 }
 
 /// Sorts a list without equal entries.

@@ -136,24 +136,14 @@ where
                             *force_b -= force;
                             *torque_b += on_b;
                         }
-                        None => block.outbox.park(
-                            ahead - pass.block_size,
-                            pass.block_size,
-                            -DVec3::from(force),
-                            on_b.into(),
-                        ),
+                        None => (block.outbox).park(ahead, -DVec3::from(force), on_b.into()),
                     }
                 } else {
                     // No torques on the particles.
                     owner.quads_mut()[0] += force;
                     match loads.get_mut(ahead) {
                         Some(partner) => partner.quads_mut()[0] -= force,
-                        None => block.outbox.park(
-                            ahead - pass.block_size,
-                            pass.block_size,
-                            -DVec3::from(force),
-                            DVec3::ZERO,
-                        ),
+                        None => (block.outbox).park(ahead, -DVec3::from(force), DVec3::ZERO),
                     }
                 }
             }

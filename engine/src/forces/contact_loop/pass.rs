@@ -1,5 +1,8 @@
 //! One pass over the contacts of all blocks, and what it works on.
 
+use std::ops::Range;
+
+use super::across::{parked_for_ranks, take_parked};
 use super::block::Block;
 use super::contact_batch::BatchColumns;
 use super::memory::Memory;
@@ -7,9 +10,10 @@ use super::pairs::Pairs;
 use super::prefetch::BEYOND_CACHE;
 use super::sheets::Joined;
 use crate::contact::{AdhesionLaw, Histories, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
-use crate::forces::blocks::place;
+use crate::forces::blocks::Source;
 use crate::forces::{Finish, MotionBound, Observation, Partner, StepContext};
 use crate::lanes::Task;
+use crate::ranks::Across;
 use crate::state::{Bodies, Id, Load, Particle};
 use crate::surface::SurfacePoint;
 
@@ -21,7 +25,6 @@ pub(super) struct Pass<'a, N, T, R, A> {
     pub(super) laws: &'a [PairLaw<N, T, R, A>],
     pub(super) materials: usize,
     pub(super) memory: &'a Memory,
-    pub(super) block_size: usize,
     /// Whether the memory of contacts is prefetched.
     pub(super) asks_ahead: bool,
     pub(super) ids: &'a [Id],
@@ -38,7 +41,7 @@ impl<'a, N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'a,
     /// With the laws of a loop, for particles with these identifiers, bodies and films.
     pub(super) fn new(
         (laws, materials): (&'a [PairLaw<N, T, R, A>], usize),
-        (memory, block_size): (&'a Memory, usize),
+        memory: &'a Memory,
         (ids, bodies, films): (&'a [Id], Option<&'a Bodies>, Films<'a>),
         context: &'a StepContext<'a>,
     ) -> Self {
@@ -46,7 +49,6 @@ impl<'a, N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'a,
             laws,
             materials,
             memory,
-            block_size,
             asks_ahead: ids.len() > BEYOND_CACHE,
             ids,
             bodies: bodies.filter(|_| context.contact_point_mass),
@@ -58,28 +60,53 @@ impl<'a, N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'a,
 }
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
-    /// All blocks, one after the other, on this thread.
+    /// The blocks of this rank, one after the other, on this thread.
     pub(super) fn in_turn(
         &self,
-        blocks: &mut [Block<Histories<N, T, R, A>>],
-        sources: &[Vec<usize>],
+        (blocks, own): (&mut [Block<Histories<N, T, R, A>>], Range<usize>),
+        sources: &[Vec<Source>],
         records: &mut [Particle],
         loads: &mut [Load],
         finish: &Finish<'_>,
+        across: Option<Across<'_>>,
         numbers: &mut BatchColumns,
     ) -> MotionBound {
         let mut fastest = MotionBound::default();
-        for (index, sources) in sources.iter().enumerate() {
+        let mut waiting = Vec::new();
+        for index in own.clone() {
+            let sources = &sources[index];
             let (earlier, rest) = blocks.split_at_mut(index);
             let block = &mut rest[0];
             let loads = &mut loads[block.rows.clone()];
             // Later blocks read neither the records nor the loads of earlier ones, so a block can be finished at once.
             let rows = Rows::together(&records[block.rows.start..]);
             self.compute(block, &rows, loads, numbers);
-            for &source in sources {
-                earlier[source].outbox.deliver(index - source - 1, loads);
+            if waits(sources, &own) {
+                waiting.push(index);
+                continue;
+            }
+            for source in sources {
+                earlier[source.block].outbox.deliver(source.target, loads);
             }
             fastest = fastest.merge(finish(index, &mut records[block.rows.clone()], loads));
+        }
+        if let Some(across) = across {
+            let parked = parked_for_ranks(&across, blocks[own].iter());
+            let came = (across.exchange)(parked);
+            for (rank, bytes) in came.iter().enumerate().take(across.rank) {
+                take_parked(
+                    blocks[across.cut[rank]..across.cut[rank + 1]].iter_mut(),
+                    bytes,
+                );
+            }
+        }
+        for index in waiting {
+            let rows = blocks[index].rows.clone();
+            let loads = &mut loads[rows.clone()];
+            for source in &sources[index] {
+                blocks[source.block].outbox.deliver(source.target, loads);
+            }
+            fastest = fastest.merge(finish(index, &mut records[rows], loads));
         }
         fastest
     }
@@ -128,13 +155,18 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
     }
 }
 
+/// Whether blocks of earlier ranks reach into a block.
+pub(super) fn waits(sources: &[Source], own: &Range<usize>) -> bool {
+    sources.first().is_some_and(|first| first.block < own.start)
+}
+
 /// The records that one block reads: its own, and those of the later blocks that it reaches.
 pub(super) struct Rows<'a> {
     /// From the first row of the block on, to its end or beyond.
     pub(super) own: &'a [Particle],
-    /// Of this block and those behind it, without those in `own`; empty where the block does not reach.
-    pub(super) blocks: Vec<&'a [Particle]>,
-    pub(super) block_size: usize,
+    /// Of each later block that the block reaches, ascending, without those in `own`; with the number of rows from the first one of the
+    /// block to its first.
+    targets: Vec<(usize, &'a [Particle])>,
 }
 
 impl<'a> Rows<'a> {
@@ -142,30 +174,28 @@ impl<'a> Rows<'a> {
     pub(super) fn together(own: &'a [Particle]) -> Self {
         Self {
             own,
-            blocks: Vec::new(),
-            block_size: 1,
+            targets: Vec::new(),
         }
     }
 
-    /// `blocks`: records of the block and of those behind it, `block_size` in each.
-    pub(super) fn apart(blocks: Vec<&'a [Particle]>, block_size: usize) -> Self {
-        Self {
-            own: blocks.first().copied().unwrap_or_default(),
-            blocks,
-            block_size,
-        }
+    /// The records of the block, and of those that it reaches.
+    pub(super) fn apart(own: &'a [Particle], targets: Vec<(usize, &'a [Particle])>) -> Self {
+        Self { own, targets }
     }
 
     /// The record that lies `ahead` rows behind the first one of the block.
     #[inline(always)]
     pub(super) fn ahead(&self, ahead: usize) -> &'a Particle {
-        match self.own.get(ahead) {
-            Some(record) => record,
-            None => {
-                let (block, row) = place(ahead, self.block_size);
-                &self.blocks[block][row]
+        if let Some(record) = self.own.get(ahead) {
+            return record;
+        }
+        // Mostly in the first or the second target: the test is faster than a division.
+        for (start, records) in &self.targets {
+            if let Some(record) = records.get(ahead - start) {
+                return record;
             }
         }
+        unreachable!("a listed partner lies in a block that is reached")
     }
 }
 

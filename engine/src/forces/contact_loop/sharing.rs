@@ -9,15 +9,20 @@
 //!
 //! Which thread does what, and when, changes no number: every sum is made in the order of the blocks.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError, RwLock};
 use std::time::{Duration, Instant};
 
+use super::across::{parked_for_ranks, take_parked};
 use super::block::Block;
 use super::contact_batch::BatchColumns;
-use super::pass::{Pass, Rows};
+use super::pass::{Pass, Rows, waits};
 use crate::contact::{AdhesionLaw, Histories, NormalLaw, RollingLaw, TangentialLaw};
+use crate::forces::blocks::Source;
 use crate::forces::{Finish, MotionBound};
+use crate::parallel::each_part_by;
+use crate::ranks::Across;
 use crate::state::{Load, Particle};
 
 /// How long an idle thread checks whether one of its own blocks can be finished, before it leaves that to the calling thread; and
@@ -36,7 +41,7 @@ struct Station<'a, H> {
     records: RwLock<&'a mut [Particle]>,
     loads: Mutex<&'a mut [Load]>,
     /// The earlier blocks that reach into it, ascending.
-    sources: &'a [usize],
+    sources: &'a [Source],
     /// Blocks that read its records, itself among them, and are not computed yet.
     readers: AtomicUsize,
     finished: AtomicBool,
@@ -51,17 +56,18 @@ macro_rules! locked {
 }
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
-    /// All blocks, by the threads of `pool`.
+    /// The blocks of this rank, by the threads of `pool`.
     pub(super) fn shared(
         &self,
-        blocks: &mut [Block<Histories<N, T, R, A>>],
-        sources: &[Vec<usize>],
+        (blocks, own): (&mut [Block<Histories<N, T, R, A>>], Range<usize>),
+        sources: &[Vec<Source>],
         mut records: &mut [Particle],
         mut loads: &mut [Load],
         finish: &Finish<'_>,
+        across: Option<Across<'_>>,
         pool: &rayon::ThreadPool,
     ) -> MotionBound {
-        let shares = Shares::new(blocks, pool.current_num_threads());
+        let shares = Shares::new(&blocks[own.clone()], pool.current_num_threads());
         let mut stations = Vec::with_capacity(blocks.len());
         for (block, sources) in blocks.iter_mut().zip(sources) {
             let (own_records, own_loads);
@@ -72,7 +78,13 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 records: RwLock::new(own_records),
                 loads: Mutex::new(own_loads),
                 sources,
-                readers: AtomicUsize::new(sources.len() + 1),
+                // Those of earlier ranks read it for themselves; what they have for it comes when all blocks are computed.
+                readers: AtomicUsize::new(
+                    sources.partition_point(|source| source.block < own.end)
+                        - sources.partition_point(|source| source.block < own.start)
+                        + 1
+                        + usize::from(waits(sources, &own)),
+                ),
                 finished: AtomicBool::new(false),
                 fastest: Mutex::new(MotionBound::default()),
             });
@@ -87,6 +99,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 mine.retain(|&index| !finish_if_ready(&stations, index, finish));
             };
             while let Some(index) = shares.take(thread) {
+                let index = own.start + index;
                 self.compute_shared(&stations, index, &mut numbers);
                 mine.push(index);
                 finish_ready(&mut mine);
@@ -99,10 +112,18 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             patience
         };
         by_all_threads(pool, &work);
-        for index in 0..stations.len() {
+        for index in own.clone() {
             if !stations[index].finished.load(Ordering::Relaxed) {
                 finish_if_ready(&stations, index, finish);
             }
+        }
+        if let Some(mut across) = across {
+            exchange_parked(&stations, own.clone(), &mut across);
+            let waiting = own.filter(|&index| waits(stations[index].sources, &across.own()));
+            each_part_by(Some(pool), waiting, |index| {
+                stations[index].readers.fetch_sub(1, Ordering::Release);
+                finish_if_ready(&stations, index, finish);
+            });
         }
         let fastest = stations
             .into_iter()
@@ -122,25 +143,37 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let mut loads = locked!(station.loads.lock());
         {
             let own = locked!(station.records.read());
-            let read = |&target: &usize| (target - index, locked!(stations[target].records.read()));
-            let reached: Vec<_> = block.targets.iter().map(read).collect();
-            let last = reached.last().map_or(0, |&(ahead, _)| ahead);
-            let mut from_here: Vec<&[Particle]> = vec![&[]; last + 1];
-            from_here[0] = &own;
-            for (ahead, records) in &reached {
-                from_here[*ahead] = records;
-            }
-            self.compute(
-                &mut block,
-                &Rows::apart(from_here, self.block_size),
-                &mut loads,
-                numbers,
-            );
+            let targets = block.outbox.targets.iter();
+            let reached =
+                targets.map(|to| (to.rows.start, locked!(stations[to.block].records.read())));
+            let reached: Vec<_> = reached.collect();
+            let records = reached.iter().map(|(start, records)| (*start, &***records));
+            let rows = Rows::apart(&own, records.collect());
+            self.compute(&mut block, &rows, &mut loads, numbers);
         }
         // A thread that reads a count of zero sees everything that the readers wrote before they decremented it.
-        for &read in std::iter::once(&index).chain(&block.targets) {
+        let targets = block.outbox.targets.iter().map(|target| target.block);
+        for read in std::iter::once(index).chain(targets) {
             stations[read].readers.fetch_sub(1, Ordering::Release);
         }
+    }
+}
+
+/// Exchanges what blocks have parked for blocks of other ranks.
+fn exchange_parked<H>(stations: &[Station<'_, H>], own: Range<usize>, across: &mut Across<'_>) {
+    let parked = {
+        let own: Vec<_> = (stations[own].iter())
+            .map(|station| locked!(station.block.read()))
+            .collect();
+        parked_for_ranks(across, own.iter().map(|block| &***block))
+    };
+    let came = (across.exchange)(parked);
+    for (rank, bytes) in came.iter().enumerate().take(across.rank) {
+        let shells = &stations[across.cut[rank]..across.cut[rank + 1]];
+        let mut shells: Vec<_> = (shells.iter())
+            .map(|station| locked!(station.block.write()))
+            .collect();
+        take_parked(shells.iter_mut().map(|block| &mut ***block), bytes);
     }
 }
 
@@ -168,9 +201,9 @@ fn finish_if_ready<H>(stations: &[Station<'_, H>], index: usize, finish: &Finish
         return false;
     }
     let mut loads = locked!(station.loads.lock());
-    for &source in station.sources {
-        let block = locked!(stations[source].block.read());
-        block.outbox.deliver(index - source - 1, &mut loads);
+    for source in station.sources {
+        let block = locked!(stations[source.block].block.read());
+        block.outbox.deliver(source.target, &mut loads);
     }
     let mut records = locked!(station.records.write());
     *locked!(station.fastest.lock()) = finish(index, &mut records, &loads);

@@ -63,7 +63,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
             sheet: Some(sheet as u16),
             ..Pass::new(
                 (&self.laws, self.materials),
-                (&self.memory, self.block_size),
+                &self.memory,
                 (&[], None, None),
                 &context,
             )

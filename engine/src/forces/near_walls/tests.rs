@@ -242,7 +242,7 @@ proptest! {
         let expected = by_testing_all(&particles, &extra_skin, &walls, &cell, margin);
         for parallel in [false, true] {
             let found =
-                find_near_walls(&particles, &extra_skin, &grid, &walls, &cell, &listed, parallel);
+                find_near_walls(&particles, &extra_skin, &grid, &walls, &cell, &listed, &(0..count), parallel);
             prop_assert_eq!(&found, &expected);
         }
     }

@@ -227,7 +227,9 @@ impl GuardPart {
             if passing.way + own <= seen {
                 continue;
             }
-            for (record, &id) in core.particles.records.iter().zip(&core.particles.ids) {
+            let rows = core.own_rows();
+            let ids = &core.particles.ids[rows.clone()];
+            for (record, &id) in core.particles.records[rows].iter().zip(ids) {
                 if passing.is_fast(record)
                     && let Some(alarm) =
                         passing.crossing(Subject::Particle(id), record, &mut touches)

@@ -1,0 +1,408 @@
+//! The share of one rank: its blocks and rows, and what goes over to other ranks.
+
+use std::ops::Range;
+
+use bytemuck::{bytes_of, bytes_of_mut};
+use glam::{DQuat, DVec3};
+
+use super::Ranks;
+use crate::state::{Load, Particle, Particles};
+
+/// Messages and bytes that were sent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Traffic {
+    /// In steps: records and shares of contacts.
+    pub messages: u64,
+    /// In steps.
+    pub bytes: u64,
+    /// With new lists.
+    pub bytes_of_lists: u64,
+    /// To the first rank, for looks and checkpoints.
+    pub bytes_of_looks: u64,
+}
+
+/// The way from one rank to the others while contacts are evaluated or carried over.
+pub struct Across<'a> {
+    /// The number of this rank.
+    pub rank: usize,
+    /// First block of each rank, and the number of blocks at the end.
+    pub cut: &'a [usize],
+    /// Sends bytes to each rank and returns what each has sent here; nothing goes to this rank itself.
+    pub exchange: &'a mut dyn FnMut(Vec<Vec<u8>>) -> Vec<Vec<u8>>,
+}
+
+impl Across<'_> {
+    /// The blocks of this rank.
+    #[must_use]
+    pub fn own(&self) -> Range<usize> {
+        self.cut[self.rank]..self.cut[self.rank + 1]
+    }
+}
+
+/// The blocks and rows of one rank, and its way to the others.
+pub struct Share {
+    ranks: Box<dyn Ranks>,
+    /// First block of each rank, and the number of blocks at the end; empty before the first list, when every rank has all.
+    cut: Vec<usize>,
+    block_size: usize,
+    rows: usize,
+    /// The rows of other ranks that contacts of this one read, by rank.
+    read: Vec<(usize, Vec<u32>)>,
+    /// The rows of this rank that contacts of others read, by rank.
+    sent: Vec<(usize, Vec<u32>)>,
+    /// Whether all rows are as their ranks have them.
+    is_complete: bool,
+    /// Whether the first rank has ended the run.
+    has_ended: bool,
+    /// What it has sent.
+    pub traffic: Traffic,
+    /// What all ranks had sent at the last look.
+    pub total: Traffic,
+}
+
+impl Share {
+    /// Of a rank, before the first list.
+    #[must_use]
+    pub fn new(ranks: Box<dyn Ranks>) -> Self {
+        Self {
+            ranks,
+            cut: Vec::new(),
+            block_size: 1,
+            rows: 0,
+            read: Vec::new(),
+            sent: Vec::new(),
+            is_complete: true,
+            has_ended: false,
+            traffic: Traffic::default(),
+            total: Traffic::default(),
+        }
+    }
+
+    /// The ways to exchange bytes.
+    pub fn ranks(&mut self) -> &mut dyn Ranks {
+        self.ranks.as_mut()
+    }
+
+    /// The first rank has ended the run.
+    pub fn note_end(&mut self) {
+        self.has_ended = true;
+    }
+
+    /// The number of this rank, and how many there are.
+    #[must_use]
+    pub fn place(&self) -> (usize, usize) {
+        self.ranks.place()
+    }
+
+    /// Whether this is the first rank, which makes the run.
+    #[must_use]
+    pub fn is_first(&self) -> bool {
+        self.place().0 == 0
+    }
+
+    /// Whether rows are divided among the ranks: from the first list on.
+    #[must_use]
+    pub fn is_divided(&self) -> bool {
+        !self.cut.is_empty()
+    }
+
+    /// Divides rows into blocks of a size, and these among the ranks: as many to each as nearly as possible.
+    pub fn divide(&mut self, rows: usize, block_size: usize) {
+        let blocks = rows.div_ceil(block_size);
+        let (_, count) = self.place();
+        self.cut = (0..=count).map(|rank| blocks * rank / count).collect();
+        (self.rows, self.block_size) = (rows, block_size);
+        self.is_complete = true;
+    }
+
+    /// First block of each rank, and the number of blocks.
+    #[must_use]
+    pub fn cut(&self) -> &[usize] {
+        &self.cut
+    }
+
+    /// The rows of a rank.
+    fn rows_of(&self, rank: usize) -> Range<usize> {
+        let first = |rank: usize| (self.cut[rank] * self.block_size).min(self.rows);
+        first(rank)..first(rank + 1)
+    }
+
+    /// The rows of this rank among so many; all of them before the first list. Rows behind the divided ones, which have just come, are in none.
+    #[must_use]
+    pub fn own_rows(&self, rows: usize) -> Range<usize> {
+        match self.is_divided() {
+            true => self.rows_of(self.place().0),
+            false => 0..rows,
+        }
+    }
+
+    /// The rank of a row.
+    fn rank_of(&self, row: usize) -> usize {
+        self.cut
+            .partition_point(|first| *first <= row / self.block_size)
+            - 1
+    }
+
+    /// Sends bytes to each rank and returns what each sends here.
+    pub fn exchange_all(&mut self, mut out: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        let (own, count) = self.place();
+        let others: Vec<usize> = (0..count).filter(|&rank| rank != own).collect();
+        let to: Vec<_> = (others.iter())
+            .map(|&rank| (rank, std::mem::take(&mut out[rank])))
+            .collect();
+        self.traffic.bytes_of_lists += bytes_in(&to);
+        let came = self.ranks.exchange(to, &others);
+        let mut all = vec![Vec::new(); count];
+        others
+            .iter()
+            .zip(came)
+            .for_each(|(&rank, bytes)| all[rank] = bytes);
+        all
+    }
+
+    /// Learns which rows of other ranks contacts of this one read (ascending), and which of its own others read.
+    pub fn note_readers(&mut self, read: &[u32]) {
+        let (_, count) = self.place();
+        let mut wanted = vec![Vec::new(); count];
+        for &row in read {
+            wanted[self.rank_of(row as usize)].push(row);
+        }
+        let bytes = |rows: &Vec<u32>| bytemuck::cast_slice(rows).to_vec();
+        let came = self.exchange_all(wanted.iter().map(bytes).collect());
+        let some = |all: Vec<Vec<u32>>| {
+            let all = all.into_iter().enumerate();
+            all.filter(|(_, rows)| !rows.is_empty()).collect()
+        };
+        let rows = |bytes: &Vec<u8>| bytemuck::pod_collect_to_vec(bytes);
+        self.read = some(wanted);
+        self.sent = some(came.iter().map(rows).collect());
+    }
+
+    /// All rows move: those of other ranks are no longer as these have them.
+    pub fn note_motion(&mut self) {
+        self.is_complete = !self.is_divided();
+    }
+
+    /// Brings up to date the records that contacts of this rank read.
+    pub fn fetch_records(&mut self, records: &mut [Particle]) {
+        if self.is_complete {
+            return;
+        }
+        let pack = |(rank, rows): &(usize, Vec<u32>)| {
+            let mut bytes = Vec::with_capacity(rows.len() * MOTION);
+            rows.iter()
+                .for_each(|&row| put_motion(&records[row as usize], &mut bytes));
+            (*rank, bytes)
+        };
+        let to: Vec<_> = self.sent.iter().map(pack).collect();
+        self.traffic.messages += to.len() as u64;
+        self.traffic.bytes += bytes_in(&to);
+        let from: Vec<usize> = self.read.iter().map(|(rank, _)| *rank).collect();
+        let came = self.ranks.exchange(to, &from);
+        for ((_, rows), bytes) in self.read.iter().zip(came) {
+            for (&row, motion) in rows.iter().zip(bytes.as_chunks().0) {
+                take_motion(motion, &mut records[row as usize]);
+            }
+        }
+    }
+
+    /// The way to the ranks that exchange shares of contacts in each step: those that read rows of this one have shares for it.
+    pub fn with_shares<T>(&mut self, work: impl FnOnce(Option<Across<'_>>) -> T) -> T {
+        if !self.is_divided() {
+            return work(None);
+        }
+        let rank = self.place().0;
+        let Self {
+            ranks,
+            cut,
+            read,
+            sent,
+            traffic,
+            ..
+        } = self;
+        let mut exchange = |mut out: Vec<Vec<u8>>| {
+            let to = read
+                .iter()
+                .map(|(rank, _)| (*rank, std::mem::take(&mut out[*rank])));
+            let to: Vec<_> = to.collect();
+            traffic.messages += to.len() as u64;
+            traffic.bytes += bytes_in(&to);
+            let from: Vec<usize> = sent.iter().map(|(rank, _)| *rank).collect();
+            let came = ranks.exchange(to, &from);
+            let mut all = vec![Vec::new(); cut.len() - 1];
+            from.iter()
+                .zip(came)
+                .for_each(|(&rank, bytes)| all[rank] = bytes);
+            all
+        };
+        work(Some(Across {
+            rank,
+            cut,
+            exchange: &mut exchange,
+        }))
+    }
+
+    /// The way to all ranks, while lists are built.
+    pub fn with_all<T>(&mut self, work: impl FnOnce(Across<'_>) -> T) -> T {
+        let (rank, cut) = (self.place().0, self.cut.clone());
+        let mut exchange = |out| self.exchange_all(out);
+        work(Across {
+            rank,
+            cut: &cut,
+            exchange: &mut exchange,
+        })
+    }
+
+    /// Brings all rows up to date on every rank, as the order of rows, insertions and removals need them: positions, velocities, orientations.
+    pub fn complete(&mut self, particles: &mut Particles) {
+        if self.is_complete {
+            return;
+        }
+        let bytes = pack_rows(particles, self.own_rows(particles.len()), false);
+        self.traffic.bytes_of_lists += bytes.len() as u64;
+        let all = self.ranks.all(bytes);
+        self.take_rows(&all, particles, false);
+        self.is_complete = true;
+    }
+
+    /// Brings all rows up to date on the first rank, with the loads on them.
+    pub fn collect(&mut self, particles: &mut Particles) {
+        if !self.is_divided() {
+            return;
+        }
+        let bytes = pack_rows(particles, self.own_rows(particles.len()), true);
+        self.traffic.bytes_of_looks += bytes.len() as u64;
+        let all = self.ranks.to_first(bytes);
+        self.take_rows(&all, particles, true);
+        let Traffic {
+            messages,
+            bytes,
+            bytes_of_lists,
+            bytes_of_looks,
+        } = self.traffic;
+        let own = [messages, bytes, bytes_of_lists, bytes_of_looks];
+        let mut sums = own.map(|number| number as i64);
+        self.ranks.add(&mut sums);
+        let [messages, bytes, bytes_of_lists, bytes_of_looks] = sums.map(|sum| sum as u64);
+        self.total = Traffic {
+            messages,
+            bytes,
+            bytes_of_lists,
+            bytes_of_looks,
+        };
+    }
+
+    fn take_rows(&self, all: &[Vec<u8>], particles: &mut Particles, with_loads: bool) {
+        let own = self.place().0;
+        for (rank, bytes) in all.iter().enumerate().filter(|(rank, _)| *rank != own) {
+            unpack_rows(bytes, particles, self.rows_of(rank), with_loads);
+        }
+    }
+
+    /// Brings the loads on all pebbles to every rank: each moves all bodies.
+    pub fn complete_pebbles(&mut self, particles: &mut Particles) {
+        let Some(bodies) = particles.bodies.as_ref().filter(|_| self.is_divided()) else {
+            return;
+        };
+        let (own, count) = self.place();
+        let rows: Vec<Range<usize>> = (0..count).map(|rank| self.rows_of(rank)).collect();
+        let pebbles = |rank: usize| {
+            let rows = rows[rank].clone();
+            rows.filter(|&row| bodies.of_row[row].is_some())
+        };
+        let mut bytes = Vec::new();
+        pebbles(own).for_each(|row| bytes.extend_from_slice(bytes_of(&particles.loads[row])));
+        let sent = bytes.len() as u64;
+        let all = self.ranks.all(bytes);
+        let others = (0..all.len()).filter(|&rank| rank != own);
+        for rank in others {
+            for (row, load) in pebbles(rank).zip(all[rank].chunks_exact(size_of::<Load>())) {
+                bytes_of_mut(&mut particles.loads[row]).copy_from_slice(load);
+            }
+        }
+        self.traffic.messages += 1;
+        self.traffic.bytes += sent;
+    }
+}
+
+impl std::fmt::Debug for Share {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (rank, count) = self.place();
+        write!(f, "rank {rank} of {count}")
+    }
+}
+
+/// The first rank ends the run of all; the others wait for that.
+impl Drop for Share {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            return;
+        }
+        while !self.has_ended {
+            let end = self.ranks.from_first(vec![END]);
+            self.has_ended = end == [END];
+        }
+    }
+}
+
+/// In place of a beginning or a call: there is none any more.
+pub const END: u8 = 0;
+
+fn bytes_in(messages: &[(usize, Vec<u8>)]) -> u64 {
+    messages.iter().map(|(_, bytes)| bytes.len() as u64).sum()
+}
+
+/// Bytes of the position and the velocities of a particle.
+const MOTION: usize = 3 * size_of::<DVec3>();
+
+/// Appends what changes of a record.
+fn put_motion(record: &Particle, bytes: &mut Vec<u8>) {
+    bytes.extend_from_slice(bytes_of(&record.position));
+    bytes.extend_from_slice(bytes_of(&record.velocity));
+    bytes.extend_from_slice(bytes_of(&record.angular_velocity));
+}
+
+fn take_motion(motion: &[u8; MOTION], record: &mut Particle) {
+    let vectors: [DVec3; 3] = bytemuck::pod_read_unaligned(motion);
+    [record.position, record.velocity, record.angular_velocity] = vectors;
+}
+
+/// What changes of some rows from step to step, column by column.
+fn pack_rows(particles: &Particles, rows: Range<usize>, with_loads: bool) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let records = &particles.records[rows.clone()];
+    records
+        .iter()
+        .for_each(|record| put_motion(record, &mut bytes));
+    if let Some(orientations) = &particles.orientations {
+        for orientation in &orientations[rows.clone()] {
+            bytes.extend_from_slice(bytes_of(orientation));
+        }
+    }
+    if with_loads {
+        bytes.extend_from_slice(bytemuck::cast_slice(&particles.loads[rows]));
+    }
+    bytes
+}
+
+fn unpack_rows(mut bytes: &[u8], particles: &mut Particles, rows: Range<usize>, with_loads: bool) {
+    let mut next = |size: usize| {
+        let (front, rest) = bytes.split_at(size * rows.len());
+        bytes = rest;
+        front
+    };
+    let motions = next(MOTION).as_chunks().0;
+    for (record, motion) in particles.records[rows.clone()].iter_mut().zip(motions) {
+        take_motion(motion, record);
+    }
+    if let Some(orientations) = &mut particles.orientations {
+        let turned = next(size_of::<DQuat>()).chunks_exact(size_of::<DQuat>());
+        for (orientation, bytes) in orientations[rows.clone()].iter_mut().zip(turned) {
+            bytes_of_mut(orientation).copy_from_slice(bytes);
+        }
+    }
+    if with_loads {
+        let loads = next(size_of::<Load>());
+        bytemuck::cast_slice_mut(&mut particles.loads[rows.clone()]).copy_from_slice(loads);
+    }
+}

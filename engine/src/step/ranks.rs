@@ -1,0 +1,293 @@
+//! A step whose rows are divided among ranks: what of it all ranks do together.
+
+use std::ops::Range;
+
+use super::calls::{Beginning, Call};
+use super::{Core, Engine, RunError, Snapshot, StartOptions};
+use crate::forces::{Watch, block_size};
+use crate::physics::ToSetup;
+use crate::ranks::{Share, Traffic};
+use crate::state::Plain;
+use crate::sums::{Exact, WORDS};
+
+impl Core {
+    /// The rows that this rank computes: all, where there are no other ranks.
+    #[must_use]
+    pub fn own_rows(&self) -> Range<usize> {
+        let rows = self.particles.len();
+        let share = self.ranks.as_ref();
+        share.map_or(0..rows, |share| share.own_rows(rows))
+    }
+
+    /// Whether other ranks compute some of the rows.
+    #[must_use]
+    pub fn is_divided(&self) -> bool {
+        self.ranks.as_ref().is_some_and(Share::is_divided)
+    }
+
+    /// Whether this is the rank that finds what concerns no single row.
+    pub(super) fn is_first(&self) -> bool {
+        self.ranks.as_ref().is_none_or(Share::is_first)
+    }
+
+    /// The number of ranks, and the messages and bytes that all of them had sent at the last look; `None` where there is one alone.
+    #[must_use]
+    pub fn traffic(&self) -> Option<(usize, Traffic)> {
+        let share = self.ranks.as_ref()?;
+        Some((share.place().1, share.total))
+    }
+
+    /// Brings all rows up to date, on every rank.
+    pub(super) fn complete_rows(&mut self) {
+        if let Some(share) = &mut self.ranks {
+            share.complete(&mut self.particles);
+        }
+    }
+
+    /// Brings up to date the records that contacts of this rank read.
+    pub(super) fn fetch_records(&mut self) {
+        if let Some(share) = &mut self.ranks {
+            share.fetch_records(&mut self.particles.records);
+        }
+    }
+
+    /// Listed pairs, and those that touch or adhere, of all ranks.
+    pub(super) fn count_pairs(&mut self) -> [usize; 2] {
+        let count = self.contacts.count();
+        let Some(share) = &mut self.ranks else {
+            return count;
+        };
+        let mut sums = count.map(|count| count as i64);
+        share.ranks().add(&mut sums);
+        sums.map(|sum| sum as usize)
+    }
+
+    /// The sums of all ranks.
+    pub(super) fn add_exactly<const N: usize>(&mut self, sums: [Exact; N]) -> [Exact; N] {
+        let Some(share) = self.ranks.as_mut().filter(|share| share.is_divided()) else {
+            return sums;
+        };
+        let mut words: Vec<i64> = sums.iter().flat_map(Exact::words).collect();
+        share.ranks().add(&mut words);
+        let mut words = words.as_chunks::<WORDS>().0.iter();
+        sums.map(|own| words.next().map_or(own, Exact::of_words))
+    }
+
+    /// Learns which rows go over to other ranks in each step, after contacts were divided.
+    pub(super) fn note_readers(&mut self) {
+        if let Some(share) = &mut self.ranks {
+            share.note_readers(&self.contacts.read_rows());
+        }
+    }
+
+    /// Divides rows and contacts of a state that every rank has as a whole.
+    pub(super) fn divide(&mut self) {
+        let rows = self.particles.len();
+        let Some(share) = &mut self.ranks else {
+            return;
+        };
+        share.divide(rows, block_size(rows));
+        share.with_all(|across| self.contacts.keep_own(across));
+        self.note_readers();
+    }
+}
+
+impl Engine {
+    /// The largest speed of all ranks, and what parts have to say to each other about the last step.
+    ///
+    /// # Errors
+    /// If a particle's motion is no longer a number, or a part cannot go on: the same on all ranks.
+    pub(super) fn meet(&mut self) -> Result<(), RunError> {
+        let motion = self.clock.motion;
+        let is_finite = motion.sum_of_squares.is_finite();
+        if !self.is_divided() {
+            return match is_finite {
+                true => Ok(()),
+                false => Err(self.not_finite()),
+            };
+        }
+        let speed = if is_finite { motion.squared_speed } else { 0.0 };
+        let [squared_speed, is_lost] = self.meet_with([speed, f64::from(!is_finite)])?;
+        self.core.clock.motion.squared_speed = squared_speed;
+        if is_lost > 0.0 {
+            self.core.complete_rows();
+            return Err(self.not_finite());
+        }
+        Ok(())
+    }
+
+    /// The largest of each number of all ranks. Parts that have to say something to each other do it.
+    fn meet_with<const N: usize>(&mut self, numbers: [f64; N]) -> Result<[f64; N], RunError> {
+        let Self { core, parts, .. } = self;
+        let Some(share) = core.ranks.as_mut().filter(|share| share.is_divided()) else {
+            return Ok(numbers);
+        };
+        let messages: Vec<Vec<u8>> = parts.iter_mut().map(|part| part.to_ranks()).collect();
+        let speaks = messages.iter().any(|message| !message.is_empty());
+        let mut largest = [&[f64::from(speaks)], &numbers[..]].concat();
+        share.ranks().largest(&mut largest);
+        if largest[0] > 0.0 {
+            let mut bytes = Vec::new();
+            messages.put(&mut bytes);
+            let all = share.ranks().all(bytes);
+            let of_rank = |bytes: &Vec<u8>| <Vec<Vec<u8>>>::take(&mut &bytes[..]);
+            let all: Vec<Vec<Vec<u8>>> =
+                all.iter().filter_map(|bytes| of_rank(bytes).ok()).collect();
+            for (number, part) in parts.iter_mut().enumerate() {
+                let of_part = all
+                    .iter()
+                    .filter_map(|of_rank| of_rank.get(number).cloned());
+                let of_part: Vec<Vec<u8>> = of_part.collect();
+                if of_part.iter().any(|message| !message.is_empty()) {
+                    part.from_ranks(core, &of_part)?;
+                }
+            }
+        }
+        let mut result = numbers;
+        result.copy_from_slice(&largest[1..]);
+        Ok(result)
+    }
+
+    /// The end of some steps that were made at once.
+    pub(super) fn end_steps(&mut self, watch: Option<Watch>) -> Result<(), RunError> {
+        if !self.is_divided() {
+            return Ok(());
+        }
+        self.meet_with([])?;
+        if watch.is_some() {
+            self.collect_from(false);
+        }
+        Ok(())
+    }
+
+    /// Whether the motion of any rank is lost, and then its rows for the message.
+    ///
+    /// # Errors
+    /// If so.
+    pub(super) fn check_motion(&mut self, is_finite: bool) -> Result<(), RunError> {
+        let [is_lost] = self.meet_with([f64::from(!is_finite)])?;
+        if is_lost > 0.0 {
+            self.core.complete_rows();
+            return Err(self.not_finite());
+        }
+        Ok(())
+    }
+
+    /// Brings all rows up to date on the first rank, and on request all contacts, for a checkpoint.
+    pub fn collect(&mut self, contacts: bool) {
+        self.lead(Call::Collect { contacts });
+        self.collect_here(contacts);
+    }
+
+    /// The part of this rank.
+    pub(super) fn collect_here(&mut self, contacts: bool) {
+        if !self.is_divided() {
+            return;
+        }
+        let Core {
+            ranks, particles, ..
+        } = &mut self.core;
+        if let Some(share) = ranks {
+            share.collect(particles);
+        }
+        if contacts {
+            self.core.contacts.forget_others();
+            self.collect_from(true);
+        }
+    }
+
+    /// Brings to the first rank the contacts of all blocks, or what they have observed.
+    fn collect_from(&mut self, contacts: bool) {
+        let Core {
+            ranks,
+            contacts: all,
+            ..
+        } = &mut self.core;
+        let Some(share) = ranks else {
+            return;
+        };
+        let mut bytes = Vec::new();
+        all.put_own(contacts, &mut bytes);
+        share.traffic.bytes_of_looks += bytes.len() as u64;
+        let came = share.ranks().to_first(bytes);
+        let cut = share.cut();
+        for (rank, bytes) in came.iter().enumerate().skip(1) {
+            let taken = all.take_others(contacts, cut[rank]..cut[rank + 1], &mut &bytes[..]);
+            debug_assert_eq!(taken, Ok(()));
+        }
+    }
+
+    /// On the first rank: lets the others make a call.
+    pub(super) fn lead(&mut self, call: Call) {
+        if let Some(share) = self.core.ranks.as_mut().filter(|share| share.is_first()) {
+            let mut bytes = Vec::new();
+            call.put(&mut bytes);
+            share.ranks().from_first(bytes);
+        }
+    }
+
+    /// On the first rank: lets the others begin.
+    pub(super) fn lead_beginning(
+        options: &mut StartOptions,
+        beginning: impl FnOnce() -> Beginning,
+    ) {
+        if let Some(share) = options.ranks.as_mut().filter(|share| share.is_first()) {
+            let mut bytes = Vec::new();
+            beginning().put(&mut bytes);
+            share.ranks().from_first(bytes);
+        }
+    }
+
+    /// On a rank that is not the first: makes what the first one makes, until that has ended. `setup` and `options` are those of the first one.
+    ///
+    /// # Errors
+    /// Why the run could not begin, which the first rank finds likewise. Later errors are those of the first rank alone.
+    pub fn follow(setup: impl ToSetup, mut options: StartOptions) -> Result<(), RunError> {
+        let Some(share) = &mut options.ranks else {
+            return Ok(());
+        };
+        let bytes = share.ranks().from_first(Vec::new());
+        let mut engine = match Beginning::take(&mut &bytes[..]) {
+            Ok(Beginning::Start { records }) => {
+                Self::unstarted(setup.to_setup(), options)?.started(records)?
+            }
+            Ok(Beginning::Resume(state)) => {
+                let snapshot = Snapshot::decode(&state).map_err(|error| RunError::OtherState {
+                    section: "start".to_owned(),
+                    reason: error.to_string(),
+                })?;
+                Self::resume(setup, snapshot, options)?
+            }
+            _ => {
+                share.note_end();
+                return Ok(());
+            }
+        };
+        loop {
+            let Some(share) = &mut engine.core.ranks else {
+                return Ok(());
+            };
+            let bytes = share.ranks().from_first(Vec::new());
+            // Errors are the same on all ranks, and the first one reports them.
+            match Call::take(&mut &bytes[..]) {
+                Ok(Call::Steps { count, watch }) => drop(engine.steps_here(count, watch)),
+                Ok(Call::CompleteStep) => drop(engine.complete_step_here()),
+                Ok(Call::Collect { contacts }) => engine.collect_here(contacts),
+                _ => {
+                    share.note_end();
+                    return Ok(());
+                }
+            }
+        }
+    }
+
+    /// The loads on all pebbles, on every rank.
+    pub(super) fn complete_pebbles(&mut self) {
+        let Core {
+            ranks, particles, ..
+        } = &mut self.core;
+        if let Some(share) = ranks {
+            share.complete_pebbles(particles);
+        }
+    }
+}

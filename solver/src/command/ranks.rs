@@ -1,0 +1,171 @@
+//! The ranks of a job: several processes, begun by a launcher, that make one run.
+
+// Without MPI a job is never joined.
+#![cfg_attr(not(feature = "mpi"), allow(dead_code))]
+
+use std::sync::Arc;
+
+use mercury_common::cli::{Failure, Outcome};
+use mercury_common::scene::Statement;
+use mercury_engine::ranks::Share;
+use mercury_engine::state::Plain;
+use mercury_engine::step::{Engine, StartOptions};
+use mercury_solver::plan::Plan;
+use sha2::{Digest as _, Sha256};
+
+use super::check::hex;
+
+/// Names of the variables in which launchers say how many processes there are, and which this one is: of Open MPI, of PMI (MPICH, Intel MPI), of
+/// Slurm, whose variables are there for single programs too.
+const LAUNCHERS: [[&str; 3]; 3] = [
+    ["OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_RANK", ""],
+    ["PMI_SIZE", "PMI_RANK", ""],
+    ["SLURM_STEP_NUM_TASKS", "SLURM_PROCID", "PMIX_RANK"],
+];
+
+/// This process among those that a launcher has begun.
+pub(crate) enum Job {
+    /// There are no others.
+    Alone,
+    /// One of several ranks.
+    Rank(Team),
+    /// One of several processes whose first one reports why they cannot work together.
+    #[cfg_attr(feature = "mpi", expect(dead_code))]
+    Silent,
+}
+
+/// The share of a rank, and the ranks of this machine.
+pub(crate) struct Team {
+    pub(crate) share: Share,
+    /// Ranks on this machine.
+    on_machine: usize,
+}
+
+/// Number of processes of the job and number of this one, if a launcher has begun several.
+fn launched() -> Option<(usize, usize)> {
+    let number = |name: &str| std::env::var(name).ok()?.parse::<usize>().ok();
+    let of = |[size, rank, also]: [&str; 3]| {
+        let is_there = also.is_empty() || std::env::var_os(also).is_some();
+        (number(size).filter(|_| is_there)?, number(rank)?).into()
+    };
+    LAUNCHERS
+        .into_iter()
+        .find_map(of)
+        .filter(|&(size, _): &(usize, usize)| size > 1)
+}
+
+impl Job {
+    /// Joins the job that a launcher has begun, if it has.
+    ///
+    /// # Errors
+    /// On the first process: if this program cannot work with others.
+    pub(crate) fn join() -> Result<Self, Failure> {
+        match launched() {
+            None => Ok(Self::Alone),
+            Some((count, rank)) => join(count, rank),
+        }
+    }
+}
+
+#[cfg(not(feature = "mpi"))]
+fn join(count: usize, rank: usize) -> Result<Job, Failure> {
+    if rank > 0 {
+        return Ok(Job::Silent);
+    }
+    Err(Failure::input(format!(
+        "a launcher has begun {count} processes of this program, which was built without MPI: each would make the same run"
+    ))
+    .with_help("start it without mpirun or srun, or build it with `cargo build --release --features mpi`"))
+}
+
+#[cfg(feature = "mpi")]
+fn join(_: usize, _: usize) -> Result<Job, Failure> {
+    use mercury_engine::ranks::mpi::Mpi;
+    let mpi = Mpi::join().map_err(Failure::run)?;
+    // A rank that ends in disorder would leave the others waiting for ever.
+    let report = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        report(panic);
+        Mpi::abort(101);
+    }));
+    let on_machine = mpi.on_this_machine();
+    Ok(Job::Rank(Team {
+        share: Share::new(Box::new(mpi)),
+        on_machine,
+    }))
+}
+
+impl Team {
+    /// Whether this is the first rank.
+    pub(crate) fn is_first(&self) -> bool {
+        self.share.is_first()
+    }
+
+    /// Threads of this rank where none are requested: the cores that it may use, shared with the other ranks of the machine where these may use
+    /// the same ones.
+    pub(crate) fn threads(&self) -> usize {
+        let usable = std::thread::available_parallelism().map_or(1, usize::from);
+        match usable < cores_of_machine() {
+            true => usable,
+            false => (usable / self.on_machine.max(1)).max(1),
+        }
+    }
+
+    /// Compares what the ranks are about to run, and hears of a reason that another one has found against it. Ranks that have found one call it
+    /// as well.
+    ///
+    /// # Errors
+    /// If another rank cannot run this, or would run something else.
+    pub(crate) fn agree(&mut self, own: Result<String, String>) -> Result<(), Failure> {
+        let mut bytes = Vec::new();
+        let (is_ready, text) = match &own {
+            Ok(digest) => (true, digest),
+            Err(reason) => (false, reason),
+        };
+        (is_ready, text.clone()).put(&mut bytes);
+        let all = self.share.ranks().all(bytes);
+        let mut first = None;
+        for (rank, bytes) in all.iter().enumerate() {
+            let (is_ready, text) = <(bool, String)>::take(&mut &bytes[..]).map_err(Failure::run)?;
+            if !is_ready {
+                return Err(Failure::run(format!("rank {rank}: {text}")));
+            }
+            if *first.get_or_insert_with(|| text.clone()) != text {
+                return Err(Failure::input(format!(
+                    "rank {rank} has another scene, another of its files, or another version of this program than rank 0"
+                ))
+                .with_help("all ranks need the same files and the same program, as on a shared file system"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes the run of the first rank with it, on another one.
+    pub(crate) fn follow(self, plan: Plan, options: StartOptions) -> Outcome {
+        // The first rank reports every error.
+        let _ = Engine::follow(Arc::new(plan), options.ranks(Some(self.share)));
+        Ok(())
+    }
+}
+
+/// A digest of a scene with its files, and of the version of the program.
+///
+/// # Errors
+/// If a file cannot be read.
+pub(crate) fn digest(statement: &Statement) -> Result<String, String> {
+    let entries = statement.entries();
+    let entries = entries.map_err(|(path, error)| format!("{}: {error}", path.display()))?;
+    let text = format!("{} {entries:?}", env!("CARGO_PKG_VERSION"));
+    Ok(hex(&Sha256::digest(text)))
+}
+
+/// Cores of this machine, also those that this process may not use; 1 where the system does not say.
+fn cores_of_machine() -> usize {
+    let online = std::fs::read_to_string("/sys/devices/system/cpu/online").unwrap_or_default();
+    let runs = online.trim().split(',').filter_map(|run| {
+        let (first, last) = run.split_once('-').unwrap_or((run, run));
+        let ends: (usize, usize) = (first.parse().ok()?, last.parse().ok()?);
+        Some(ends.1.saturating_sub(ends.0) + 1)
+    });
+    runs.sum::<usize>().max(1)
+}
