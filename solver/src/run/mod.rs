@@ -563,7 +563,7 @@ impl Run {
             if !self.writer.send(moment) {
                 return Ok(false);
             }
-            if due.frame && self.ended.is_none() && !self.look_at_results() {
+            if due.rows && self.ended.is_none() && !self.look_at_results() {
                 return Ok(false);
             }
         }
