@@ -76,6 +76,8 @@ pub struct Summary {
     pub until: Vec<UntilSummary>,
     /// How it ended.
     pub status: Status,
+    /// Why it ended: `planned`, `at_rest`, `worn`, `known`, `request`, `file` (STOP) or `time_limit`.
+    pub cause: &'static str,
 }
 
 /// A result that ends a run when it is known.
