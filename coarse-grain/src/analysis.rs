@@ -3,6 +3,8 @@
 mod course;
 pub(crate) mod words;
 
+use mercury_common::statistics::BATCH_BINS;
+
 use crate::CgError;
 use crate::evaluate::{Evaluator, MOST_GROUPED};
 use crate::fields::{Field, MERCURY_SUMS};
@@ -166,9 +168,10 @@ impl Analysis {
         let kept = match self.time {
             TimeMode::Frames => 0.0,
             TimeMode::Average => {
-                // Each level of blocks: mean, spread, what waits.
-                let levels = libm::log2(frames.max(1.0)).floor() + 1.0;
-                sums + f64::from(u8::from(self.errors)) * 3.0 * values * levels
+                // A record of each value: bins, which double as they come, and as much as ten numbers beside them.
+                let bins = libm::exp2(libm::log2(frames.max(4.0)).ceil());
+                let record = bins.min(BATCH_BINS as f64) + 10.0;
+                sums + f64::from(u8::from(self.errors)) * values * record
             }
             TimeMode::Smooth { width, step } => sums * (2.0 * TIME_CUTOFF * width / step + 2.0),
         };
@@ -294,6 +297,7 @@ fn dense(field: &Field, sums: &Sums) -> Vec<bool> {
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
+    use mercury_common::statistics::{Batches, Record};
 
     use super::*;
     use crate::coordinates::{Coordinates, Place};
@@ -359,8 +363,8 @@ mod tests {
         assert_eq!((block.time, block.span, block.frames), (1.0, (0.0, 1.0), 2));
         assert_eq!(block.columns[0].name, "velocity_x");
         assert_eq!(block.columns[0].values, [2.0]);
-        // Two frames: half their distance.
-        assert_eq!(block.columns[0].errors, Some(vec![1.0]));
+        // Two frames are no 16 batches.
+        assert_eq!(block.columns[0].errors, None);
         // <v^2> - <v>^2 = 1, a third of it.
         assert!((block.columns[3].values[0] - 1.0 / 3.0).abs() < 1e-15);
     }
@@ -569,37 +573,34 @@ mod tests {
         }
     }
 
-    /// Eight pairs of frames give a level of their own to the errors: half a pair must not be forgotten where a run stops.
+    /// Errors are those of the series of each value, wherever a run stops, also once bins hold several frames.
     #[test]
-    fn errors_go_on_from_between_the_frames_of_a_pair() {
+    fn errors_are_those_of_batches_of_frames() {
         let analysis = analysis(TimeMode::Average, &["velocity"]);
         let state = |k: u32| state(f64::from(k), f64::from(k / 2 % 3 + k / 5), 0.5);
-        let errors = |stop: u32| {
-            let mut course = Course::default();
-            for k in 0..20 {
-                if k == stop {
-                    course = Course::remembering(&analysis, &course.memory()).unwrap();
+        for frames in [15, 16, 20, 300] {
+            let mut record = Record::of_bins(BATCH_BINS);
+            (0..frames).for_each(|k| record.add(state(k).particles.velocity[0].x));
+            let expected = Batches::of(record.bins()).map(|batches| batches.error());
+            assert_eq!(expected.is_some(), frames >= 16);
+            for stop in (0..frames).step_by(7) {
+                let mut course = Course::default();
+                for k in 0..frames {
+                    if k == stop {
+                        course = Course::remembering(&analysis, &course.memory()).unwrap();
+                    }
+                    course.add(&analysis, state(k), |_| Ok(())).unwrap();
                 }
-                course.add(&analysis, state(k), |_| Ok(())).unwrap();
+                let block = course.mean(&analysis).unwrap();
+                let found = block.columns[0].errors.as_ref().map(|errors| errors[0]);
+                // A field is a quotient of sums over the kernel: round-off.
+                match (found, expected) {
+                    (Some(found), Some(expected)) => {
+                        assert!((found / expected - 1.0).abs() < 1e-12, "{frames}, {stop}");
+                    }
+                    (found, expected) => assert_eq!(found, expected),
+                }
             }
-            course.mean(&analysis).unwrap().columns[0].errors.clone()
-        };
-        // The means of the ten pairs: their standard error is larger than that of the frames, which follow each other.
-        let pairs: Vec<f64> = (0..10)
-            .map(|k| {
-                0.5 * (state(2 * k).particles.velocity[0].x
-                    + state(2 * k + 1).particles.velocity[0].x)
-            })
-            .collect();
-        let mean = pairs.iter().sum::<f64>() / 10.0;
-        let squares: f64 = pairs.iter().map(|pair| (pair - mean).powi(2)).sum();
-        let expected = (squares / 90.0).sqrt();
-        for stop in 0..20 {
-            let found = errors(stop).unwrap()[0];
-            assert!(
-                (found / expected - 1.0).abs() < 1e-13,
-                "{stop}: {found} {expected}"
-            );
         }
     }
 

@@ -12,7 +12,6 @@
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
 pub mod analysis;
-pub mod average;
 pub mod coordinates;
 mod error;
 pub mod evaluate;

@@ -16,6 +16,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "State",
+    "Study",
     "Summary",
     "Table",
     "__version__",
@@ -196,6 +197,10 @@ class Summary:
     @property
     def status(self) -> Literal["finished", "stopped"]: ...
     @property
+    def cause(self) -> str | None:
+        """Why the run ended: `planned`, `at_rest`, `worn`, `known`, `request`, `file` (STOP) or `time_limit`; None for runs of earlier versions."""
+
+    @property
     def time(self) -> float | None:
         """s"""
 
@@ -227,12 +232,14 @@ class Run:
         replace: bool = False,
         resume: bool = False,
         checkpoint_every: float | None = ...,
+        progress: bool | None = None,
     ) -> Run:
         """Begins a run in the folder `output`; without it, in a temporary folder that goes with the object.
 
         `set`: keys of the scene to replace. `results`: definitions by name, as `--result`. `threads`: at most so many; the results do not
         depend on them. `replace`: an earlier run in the folder is removed; `resume`: it goes on. `checkpoint_every`: seconds of the clock
-        between checkpoints, 600 by default; None: none are written."""
+        between checkpoints, 600 by default; None: none are written. `progress`: whether `advance` shows how far the run is, on `sys.stderr`;
+        None: in a terminal."""
 
     @property
     def time(self) -> float:
@@ -332,3 +339,25 @@ class Record:
 
     def result(self, request: str) -> Estimate:
         """A result such as `mean(walls.drum.ty, 1..)`, also one that the run did not name."""
+
+@final
+class Study:
+    """Many runs of one scene, and the table of their results. It goes on where its folder stands. One thread at a time uses it."""
+
+    def __new__(cls, study: Mapping[str, Any] | _Path, *, folder: _Path | None = None) -> Study:
+        """A mapping or a file with the table `[study]`. `folder`: where its runs and tables go, instead of what the study says."""
+
+    @property
+    def folder(self) -> str: ...
+    def check(self) -> list[str]:
+        """Checks that all runs can be made, and gives their names; seeds that may follow from errors are not among them."""
+
+    def advance(self, *, jobs: int | None = None, runs: int | None = None) -> bool:
+        """Makes the runs that are missing, at most so many; `jobs` at a time, by default as the study says or as the machine has processors.
+        True when all is done. Runs that fail leave the others alone: RunError names them at the end. Ctrl-C stops the runs with a checkpoint each."""
+
+    def table(self) -> Table:
+        """A row for each run, as in `study.csv`."""
+
+    def means(self) -> Table:
+        """A row for each point, as in `study.means.csv`, for studies with seeds."""

@@ -123,6 +123,11 @@ impl Summary {
     }
 
     #[getter]
+    fn cause(&self) -> Option<&str> {
+        self.content["cause"].as_str()
+    }
+
+    #[getter]
     fn time(&self) -> Option<f64> {
         self.content["time"].as_f64()
     }

@@ -7,6 +7,7 @@ mod estimate;
 mod record;
 mod run;
 mod scene;
+mod study;
 mod table;
 mod values;
 
@@ -24,6 +25,8 @@ mod _mercury_dem {
     use super::run::{Run, State, run};
     #[pymodule_export]
     use super::scene::{Plan, Scene};
+    #[pymodule_export]
+    use super::study::Study;
     #[pymodule_export]
     use super::table::{Column, Table};
 

@@ -1,11 +1,14 @@
 //! A run that is made in pieces.
 
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, TryLockError};
 use std::time::Duration;
 
 use glam::DQuat;
+use mercury_common::cli;
+use mercury_common::readable::rounded;
 use mercury_solver::output::folder::Earlier;
 use mercury_solver::results::NamedResult;
 use mercury_solver::run::{
@@ -46,10 +49,42 @@ pub(crate) struct Run {
     /// Set to leave `advance`.
     pause: Arc<AtomicBool>,
     results: Vec<NamedResult>,
+    /// Where `advance` shows how far the run is.
+    line: Option<Mutex<cli::Progress<StandardError>>>,
     /// A process that was forked from that of the run has none of its threads.
     process: u32,
     /// Removed with this object, behind all else.
     _temporary: Option<TempDir>,
+}
+
+/// `sys.stderr`, which a notebook shows beside its cell.
+struct StandardError;
+
+impl Write for StandardError {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let text = String::from_utf8_lossy(bytes);
+        let written = Python::attach(|py| {
+            let stream = py.import("sys")?.getattr("stderr")?;
+            stream.call_method1("write", (text,))?;
+            stream.call_method0("flush").map(|_| bytes.len())
+        });
+        written.map_err(io::Error::other)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// The line of progress, if one is wanted: in a terminal, or where it is requested.
+fn line(py: Python<'_>, wanted: Option<bool>) -> Option<Mutex<cli::Progress<StandardError>>> {
+    let is_terminal = || {
+        let stream = py.import("sys")?.getattr("stderr")?;
+        stream.call_method0("isatty")?.extract::<bool>()
+    };
+    let is_terminal = is_terminal().unwrap_or(false);
+    let line = || Mutex::new(cli::Progress::to(StandardError, is_terminal));
+    wanted.unwrap_or(is_terminal).then(line)
 }
 
 /// The names and definitions of results.
@@ -150,7 +185,7 @@ fn observed(rows: Result<Option<Rows>, RunFailure>) -> Result<Rows, String> {
 #[pymethods]
 impl Run {
     #[new]
-    #[pyo3(signature = (scene, *, output = None, set = None, results = None, threads = None, replace = false, resume = false, checkpoint_every = Some(600.0)))]
+    #[pyo3(signature = (scene, *, output = None, set = None, results = None, threads = None, replace = false, resume = false, checkpoint_every = Some(600.0), progress = None))]
     fn new(
         py: Python<'_>,
         scene: &Bound<'_, PyAny>,
@@ -161,6 +196,7 @@ impl Run {
         replace: bool,
         resume: bool,
         checkpoint_every: Option<f64>,
+        progress: Option<bool>,
     ) -> PyResult<Self> {
         let scene = Scene::of(scene)?.with(overrides(set)?);
         let results = named(results)?;
@@ -220,6 +256,7 @@ impl Run {
             folder,
             pause,
             results,
+            line: line(py, progress),
             process: std::process::id(),
             _temporary: temporary,
         })
@@ -279,7 +316,12 @@ impl Run {
                 Some(by) => run.engine().time() + by,
                 None => until.unwrap_or(f64::INFINITY),
             };
-            let mut look = |_: &Progress<'_>| {
+            let mut look = |now: &Progress<'_>| {
+                if let Some(mut line) = self.line.as_ref().and_then(|line| line.lock().ok()) {
+                    line.share_left(now.share(), now.left, || {
+                        format!("t = {} s", rounded(now.engine.time(), 4))
+                    });
+                }
                 if let Err(error) = Python::attach(|py| py.check_signals()) {
                     raised = Some(error);
                     self.pause.store(true, Ordering::Relaxed);
@@ -287,7 +329,11 @@ impl Run {
             };
             run.advance(until, &mut look)
                 .map_err(|failure| text(&failure))
-        })?;
+        });
+        if let Some(mut line) = self.line.as_ref().and_then(|line| line.lock().ok()) {
+            line.clear();
+        }
+        let done = done?;
         match (done, raised) {
             (_, Some(error)) => Err(error),
             (Advance::Ended, None) => Ok("ended"),
@@ -461,6 +507,7 @@ pub(crate) fn run(
         replace,
         false,
         Some(600.0),
+        None,
     )?;
     let advanced = run.advance(py, None, None);
     let finished = run.finish(py);

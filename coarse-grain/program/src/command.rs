@@ -14,6 +14,7 @@ use mercury_cg::scan;
 use mercury_cg::setup::{mean_diameter, refuse_many_images};
 use mercury_cg::state::{Contacts, State};
 use mercury_common::cli::Progress;
+use mercury_common::statistics::FEWEST_BATCHES;
 use mercury_common::{machine, readable};
 
 use super::Arguments;
@@ -156,6 +157,13 @@ pub(crate) fn compute(arguments: &Arguments) -> Result<String, CgError> {
     if frames == 1 && fields.any(|field| field.needs_displacement()) {
         let text = "displacements are zero: there is no frame before the only one";
         let _ = writeln!(std::io::stderr(), "warning: {text}");
+    }
+    if analysis.time == TimeMode::Average && analysis.errors && frames < FEWEST_BATCHES {
+        let frames = counted(frames, "frame");
+        let _ = writeln!(
+            std::io::stderr(),
+            "warning: no standard errors of the mean of {frames}: they need {FEWEST_BATCHES}"
+        );
     }
     Ok(report)
 }

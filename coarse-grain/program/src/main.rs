@@ -126,7 +126,7 @@ struct Arguments {
         help_heading = "Time"
     )]
     to: Option<f64>,
-    /// One mean over all frames, with standard errors by blocking
+    /// One mean over all frames, with standard errors from 16 frames on
     #[arg(long, value_enum, help_heading = "Time")]
     average: Option<Average>,
     /// Means weighted by a Gaussian in time: its width, and the distance of output times (s)

@@ -5,10 +5,10 @@ mod memory;
 use std::collections::{HashMap, VecDeque};
 
 use glam::DVec3;
+use mercury_common::statistics::{BATCH_BINS, Batches, Record};
 
 use super::{Analysis, Block, Part, Reference, TIME_CUTOFF, TimeMode};
 use crate::CgError;
-use crate::average::Blocking;
 use crate::evaluate::Scratch;
 use crate::state::{Space, State};
 use crate::sums::Sums;
@@ -25,7 +25,8 @@ pub struct Course {
     next_time: Option<(f64, usize)>,
     /// Time of the frame before, where fields are smoothed, s.
     last_time: Option<f64>,
-    blocking: Blocking,
+    /// Of each value of the fields, for the errors of means.
+    records: Vec<Record>,
     kept: Kept,
 }
 
@@ -161,8 +162,12 @@ impl Course {
             }
             TimeMode::Average => {
                 if analysis.errors {
-                    self.blocking
-                        .add(analysis.values(&parts, state.space.dimensions));
+                    let values = analysis.values(&parts, state.space.dimensions);
+                    let record = || Record::of_bins(BATCH_BINS);
+                    self.records.resize_with(values.len(), record);
+                    for (record, value) in self.records.iter_mut().zip(values) {
+                        record.add(value);
+                    }
                 }
                 if self.open.is_empty() {
                     self.open.push_back(Open::new(analysis, &state, 0.0));
@@ -231,7 +236,18 @@ impl Course {
             return None;
         }
         let open = self.open.front()?.clone();
-        open.block(analysis, self.blocking.errors())
+        open.block(analysis, self.errors())
+    }
+
+    /// The standard error of the mean of each value; `None` of fewer than [`FEWEST_BATCHES`](mercury_common::statistics::FEWEST_BATCHES) frames.
+    fn errors(&self) -> Option<Vec<f64>> {
+        let errors = self.records.iter().map(|record| {
+            let batches = Batches::of(record.bins())?;
+            Some(batches.error())
+        });
+        errors
+            .collect::<Option<Vec<f64>>>()
+            .filter(|all| !all.is_empty())
     }
 
     /// Gives the blocks that no further frame completes to `write`.

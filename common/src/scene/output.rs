@@ -14,6 +14,8 @@ pub struct Output {
     pub switches: Switches,
     /// Between frames and rows, s.
     pub interval: Located<f64>,
+    /// Between rows of `.walls.csv`, `.regions.csv`, `.flux.csv` and `.ene`, s; default `interval`.
+    pub rows_interval: Located<f64>,
     /// Between frames of `.fstat`, s; default `interval`.
     pub fstat_interval: Located<f64>,
     /// Between VTK files, s; default `interval`.
@@ -64,6 +66,7 @@ impl Word for ClumpsAs {
 #[rustfmt::skip]
 pub(super) static OUTPUT: TableKeys = TableKeys::new(&[&[
     key("interval", positive("s"), "0.01   # s between frames", "between frames and rows"),
+    key("rows_interval", positive("s"), "1e-3", "between rows of `.walls.csv`, `.regions.csv`, `.flux.csv` and `.ene`").or_open("`interval`"),
 ], Switches::KEYS, &[
     key("fstat_interval", positive("s"), "0.1", "between frames of `.fstat`").or_open("`interval`"),
     key("vtk_interval", positive("s"), "0.1", "between frames of `vtk/`").or_open("`interval`"),
@@ -89,6 +92,7 @@ pub(super) fn read(fields: &Fields<'_>, names: &[(String, Trackable)]) -> Output
     let track = tracked.iter().filter_map(|item| read_tracked(item, names));
     Output {
         switches: Switches::read(|key| fields.read(key)),
+        rows_interval: other_interval("rows_interval"),
         fstat_interval: other_interval("fstat_interval"),
         vtk_interval: other_interval("vtk_interval"),
         track: track.collect(),

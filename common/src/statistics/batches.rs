@@ -8,6 +8,9 @@ pub const FEWEST_BATCHES: usize = 16;
 /// Number of batches that are aimed at; there are fewer than twice as many.
 const BATCHES: usize = 64;
 
+/// Bins that suffice for as many batches as more bins give: one or two of them make a batch.
+pub const BATCH_BINS: usize = 2 * BATCHES;
+
 /// Largest correlation of neighbouring batches that is put right.
 const MOST_CORRELATION: f64 = 0.95;
 
@@ -49,13 +52,20 @@ impl Batches {
         self.means.len()
     }
 
-    /// The mean of all bins, its error, its 95 % interval. A series that never changes has error 0.
+    /// The error of the mean: one standard error. A series that never changes has error 0.
+    #[must_use]
+    pub fn error(&self) -> f64 {
+        let count = self.means.len() as f64;
+        (variance_of_a_batch(count, self.spread, self.correlation) / count).sqrt()
+    }
+
+    /// The mean of all bins, its error, its 95 % interval.
     #[must_use]
     pub fn estimate(&self) -> Estimate {
         let count = self.means.len() as f64;
         let phi = self.correlation;
         let independent = count * (1.0 - phi) / (1.0 + phi);
-        let error = (variance_of_a_batch(count, self.spread, phi) / count).sqrt();
+        let error = self.error();
         Estimate {
             value: self.value,
             error,

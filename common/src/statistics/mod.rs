@@ -10,7 +10,7 @@ mod record;
 mod student;
 mod warm_up;
 
-pub use batches::{Batches, FEWEST_BATCHES};
+pub use batches::{BATCH_BINS, Batches, FEWEST_BATCHES};
 pub use enough::{FIRST_LOOK, Look, Looks};
 pub use record::{MOST_BINS, Record};
 pub use student::student_t_975;

@@ -3,12 +3,14 @@
 /// Most bins of a record.
 pub const MOST_BINS: usize = 1024;
 
-/// Rows averaged into equal bins, as they come: 8 kB for any number of rows.
+/// Rows averaged into equal bins, as they come: 8 kB for any number of rows, or less by [`Record::of_bins`].
 ///
 /// When a bin is complete and all places are taken, neighbours are merged and the width doubles. The state after a row depends on the rows alone.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
     bins: Vec<f64>,
+    /// Most bins, an even number.
+    most: usize,
     /// Rows of a bin: a power of two.
     width: u64,
     /// Sum of the rows that fill no bin yet.
@@ -18,16 +20,23 @@ pub struct Record {
 
 impl Default for Record {
     fn default() -> Self {
+        Self::of_bins(MOST_BINS)
+    }
+}
+
+impl Record {
+    /// An empty record of at most so many bins, an even number.
+    #[must_use]
+    pub fn of_bins(most: usize) -> Self {
         Self {
             bins: Vec::new(),
+            most,
             width: 1,
             sum: 0.0,
             waiting: 0,
         }
     }
-}
 
-impl Record {
     /// Adds a row.
     pub fn add(&mut self, row: f64) {
         self.sum += row;
@@ -35,11 +44,11 @@ impl Record {
         if self.waiting < self.width {
             return;
         }
-        if self.bins.len() == MOST_BINS {
-            for k in 0..MOST_BINS / 2 {
+        if self.bins.len() == self.most {
+            for k in 0..self.most / 2 {
                 self.bins[k] = 0.5 * (self.bins[2 * k] + self.bins[2 * k + 1]);
             }
-            self.bins.truncate(MOST_BINS / 2);
+            self.bins.truncate(self.most / 2);
             // The complete bin is half of one of the new width.
             self.width *= 2;
             return;
@@ -73,20 +82,21 @@ impl Record {
         head.into_iter().chain(self.bins.iter().copied()).collect()
     }
 
-    /// The record of these numbers; `None` if no rows can have left them.
+    /// The record of at most so many bins of these numbers; `None` if no rows can have left them.
     #[must_use]
-    pub fn from_numbers(numbers: &[f64]) -> Option<Self> {
+    pub fn from_numbers(most: usize, numbers: &[f64]) -> Option<Self> {
         let (&[width, waiting, sum], bins) = numbers.split_first_chunk::<3>()?;
         // Whole numbers that a float holds exactly.
         let is_count =
             |value: f64| (0.0..9_007_199_254_740_992.0).contains(&value) && value.fract() == 0.0;
-        let valid = is_count(width) && is_count(waiting) && bins.len() <= MOST_BINS;
+        let valid = is_count(width) && is_count(waiting) && bins.len() <= most;
         let width = valid.then_some(width as u64)?;
         let possible = width.is_power_of_two()
             && waiting < width as f64
-            && (width == 1 || bins.len() >= MOST_BINS / 2);
+            && (width == 1 || bins.len() >= most / 2);
         possible.then(|| Self {
             bins: bins.to_vec(),
+            most,
             width,
             sum,
             waiting: waiting as u64,
@@ -125,7 +135,7 @@ mod tests {
             let stop = (at * count as f64) as usize;
             for (k, row) in rows.enumerate() {
                 if k == stop {
-                    part = Record::from_numbers(&part.numbers()).unwrap();
+                    part = Record::from_numbers(MOST_BINS, &part.numbers()).unwrap();
                 }
                 whole.add(row);
                 part.add(row);
@@ -135,7 +145,7 @@ mod tests {
 
         #[test]
         fn any_numbers_are_read_or_refused(numbers in prop::collection::vec(any::<f64>(), 0..8)) {
-            if let Some(record) = Record::from_numbers(&numbers) {
+            if let Some(record) = Record::from_numbers(MOST_BINS, &numbers) {
                 prop_assert_eq!(record.numbers().len(), numbers.len());
             }
         }
@@ -152,7 +162,11 @@ mod tests {
             vec![1.0, -1.0, 0.0],
             [1.0, 0.0, 0.0].into_iter().chain([0.0; 1025]).collect(),
         ] {
-            assert_eq!(Record::from_numbers(&numbers), None, "{numbers:?}");
+            assert_eq!(
+                Record::from_numbers(MOST_BINS, &numbers),
+                None,
+                "{numbers:?}"
+            );
         }
     }
 }

@@ -27,7 +27,7 @@ pub(crate) fn execute(
     plan: Plan,
     memory: &Memory,
     machine: Option<MachineMemory>,
-    results: &str,
+    (results, few_rows): (&str, Vec<String>),
 ) -> Outcome {
     let fits = match machine.filter(|_| !arguments.force_memory) {
         Some(limit) => check_fit(scene, &plan, memory, limit)
@@ -40,14 +40,17 @@ pub(crate) fn execute(
     let bytes = Disk::of(&plan).bytes;
     let folder = arguments.how().folder;
     let folder = folder.unwrap_or_else(|| PathBuf::from(plan.outputs().prefix()));
-    let of_disk = disk_warning(&folder, bytes);
+    let warnings: Vec<String> = disk_warning(&folder, bytes)
+        .into_iter()
+        .chain(few_rows)
+        .collect();
     if arguments.json {
         object = as_json(input, scene, &plan, memory)?;
-        if let (Some(warning), Some(warnings)) = (of_disk, object["warnings"].as_array_mut()) {
-            warnings.push(warning.into());
+        if let Some(all) = object["warnings"].as_array_mut() {
+            all.extend(warnings.into_iter().map(Value::from));
         }
     } else {
-        if let Some(warning) = of_disk {
+        for warning in warnings {
             say(&format!("warning: {warning}\n"))?;
         }
         say(&report(&plan, memory, machine))?;

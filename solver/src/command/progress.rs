@@ -15,7 +15,7 @@ use mercury_common::cli::{Exit, Failure};
 use mercury_engine::task::{OutputFile, RunEvent, Task, TaskProgress};
 use mercury_solver::plan::Plan;
 use mercury_solver::run::checkpoint::Checkpoint;
-use mercury_solver::run::{Ending, Progress, Report, StopReason};
+use mercury_solver::run::{Ending, Progress, Report};
 use serde_json::{Value, json};
 
 use super::problems;
@@ -283,18 +283,10 @@ fn ended(outcome: Result<Option<&Report>, &Failure>) -> Value {
             exit => (exit, "failed", None),
         },
         (Ok(_), None) => (Exit::Done, "finished", None),
-        (Ok(_), Some(Ending::Planned)) => (Exit::Done, "finished", Some("planned")),
-        (Ok(_), Some(Ending::AtRest)) => (Exit::Done, "finished", Some("at_rest")),
-        (Ok(_), Some(Ending::Worn)) => (Exit::Done, "finished", Some("worn")),
-        (Ok(_), Some(Ending::Known)) => (Exit::Done, "finished", Some("known")),
-        (Ok(_), Some(Ending::Stopped(reason))) => {
-            let cause = match reason {
-                StopReason::Request => "request",
-                StopReason::File => "file",
-                StopReason::TimeLimit => "time_limit",
-            };
-            (Exit::Resumable, "stopped", Some(cause))
+        (Ok(_), Some(ending @ Ending::Stopped(_))) => {
+            (Exit::Resumable, "stopped", Some(ending.cause()))
         }
+        (Ok(_), Some(ending)) => (Exit::Done, "finished", Some(ending.cause())),
     };
     let summary = report.map(|report| &report.summary);
     let files = report.map(|report| {

@@ -14,7 +14,7 @@ use mercury_engine::step::StartOptions;
 use mercury_engine::task::TaskProgress;
 use mercury_solver::output::summary::Status;
 use mercury_solver::plan::{Memory, Plan};
-use mercury_solver::results::{Aims, NamedResult, requested};
+use mercury_solver::results::{Aims, NamedResult, PlannedRows, requested};
 use mercury_solver::run::{Progress, Report, check_fit, plan_within};
 use serde_json::Value;
 
@@ -126,8 +126,10 @@ fn plan_and_run(
     let Some(requests) = requests else {
         drop(waiting);
         let ends = until.as_ref().map(Aims::lines);
-        let named = lines_of(&results, ends.unwrap_or_default());
-        check::execute(arguments, &input, &scene, plan, &memory, machine, &named)?;
+        let named = lines_of(&results, &plan, ends.unwrap_or_default());
+        let few = few_rows(&results, &plan);
+        let said = (named.as_str(), few);
+        check::execute(arguments, &input, &scene, plan, &memory, machine, said)?;
         return Ok(None);
     };
     if let Some(limit) = limit {
@@ -280,13 +282,19 @@ fn follow(
 }
 
 /// The section of the results in the report of a plan; empty where there are none.
-fn lines_of(results: &[NamedResult], ends: Vec<[String; 2]>) -> String {
+fn lines_of(results: &[NamedResult], plan: &Plan, ends: Vec<[String; 2]>) -> String {
     let of = |result: &NamedResult| {
         let unit = match result.unit().as_str() {
             "1" => String::new(),
             unit => format!(", {unit}"),
         };
-        [result.name.clone(), format!("{}{unit}", result.text())]
+        let every = PlannedRows::of(result, plan).map_or_else(String::new, |rows| {
+            format!(", a row every {} s", rounded(rows.interval(), 6))
+        });
+        [
+            result.name.clone(),
+            format!("{}{unit}{every}", result.text()),
+        ]
     };
     let lines: Vec<[String; 2]> = results.iter().map(of).chain(ends).collect();
     let lines: String = (lines.iter())
@@ -296,6 +304,15 @@ fn lines_of(results: &[NamedResult], ends: Vec<[String; 2]>) -> String {
         true => lines,
         false => format!("\nResults{lines}"),
     }
+}
+
+/// Warnings of results whose windows have few rows.
+fn few_rows(results: &[NamedResult], plan: &Plan) -> Vec<String> {
+    let warning = |result: &NamedResult| {
+        let warning = PlannedRows::of(result, plan)?.warning()?;
+        Some(format!("results.{}: {warning}", result.name))
+    };
+    results.iter().filter_map(warning).collect()
 }
 
 /// The summary that a finished run left in its folder, with results that are requested now.

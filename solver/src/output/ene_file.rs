@@ -39,7 +39,7 @@ impl StreamKind for EneFile {
 
 impl Stream for EneFile {
     fn write(&mut self, state: &FrameCopy) -> Result<(), OutputError> {
-        if !state.due.frame {
+        if !state.due.rows {
             return Ok(());
         }
         let row = energies(state, self.gravity, self.dimensions);

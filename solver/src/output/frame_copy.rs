@@ -54,8 +54,8 @@ pub struct FrameCopy {
     pub budget: Option<BudgetRow>,
     /// Loads on features of meshes since the last frame, and since the last files for ParaView, if planned and due.
     pub load_sums: [Option<LoadSums>; 2],
-    /// Particles that crossed the flux planes since the last frame, plane by plane, each material by material; empty if no frame
-    /// is due.
+    /// Particles that crossed the flux planes since the last rows, plane by plane, each material by material; empty if no rows
+    /// are due.
     pub crossed: Vec<Crossed>,
     /// The grains that crossed a plane or left since the last frame, if they are listed; empty if no frame is due.
     pub passages: Vec<Passage>,
@@ -97,10 +97,13 @@ impl FrameCopy {
             };
         }
         let load_sums = engine.take_load_sums(due.frame, due.vtk);
-        let (crossed, passages) = if due.frame {
-            (engine.take_crossed(), engine.take_passages())
-        } else {
-            (Vec::new(), Vec::new())
+        let crossed = match due.rows {
+            true => engine.take_crossed(),
+            false => Vec::new(),
+        };
+        let passages = match due.frame {
+            true => engine.take_passages(),
+            false => Vec::new(),
         };
         let (mut bonds, mut breaks) = (Vec::new(), Vec::new());
         if (due.frame || due.vtk)

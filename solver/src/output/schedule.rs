@@ -5,8 +5,10 @@ use crate::plan::{FieldPlan, OutputPlan};
 /// Files that one state is written to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Due {
-    /// A frame: particles, bodies, walls, energies, regions, fluxes.
+    /// A frame: particles, bodies, walls, and rows of all tables that have no interval of their own.
     pub frame: bool,
+    /// Rows of loads on walls, regions, fluxes and energies.
+    pub rows: bool,
     /// Rows of tracks.
     pub tracks: bool,
     /// The contacts.
@@ -31,6 +33,7 @@ impl Due {
     pub fn without(self, other: Self) -> Self {
         Self {
             frame: self.frame && !other.frame,
+            rows: self.rows && !other.rows,
             tracks: self.tracks && !other.tracks,
             contacts: self.contacts && !other.contacts,
             vtk: self.vtk && !other.vtk,
@@ -44,6 +47,7 @@ impl Due {
     pub fn or(self, other: Self) -> Self {
         Self {
             frame: self.frame || other.frame,
+            rows: self.rows || other.rows,
             tracks: self.tracks || other.tracks,
             contacts: self.contacts || other.contacts,
             vtk: self.vtk || other.vtk,
@@ -69,11 +73,12 @@ impl Due {
     }
 }
 
-/// When frames, contacts, files for ParaView, fields and checkpoints are written. It follows from the plan and the present step
+/// When frames, rows, contacts, files for ParaView, fields and checkpoints are written. It follows from the plan and the present step
 /// of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Schedule {
     frames: Every,
+    rows: Every,
     tracks: Option<Every>,
     contacts: Option<Every>,
     vtk: Option<Every>,
@@ -97,6 +102,7 @@ impl Schedule {
         let every = |interval| Every::behind(interval, time_step, step);
         Self {
             frames: every(output.interval),
+            rows: every(output.rows_interval),
             tracks: output.has_tracks().then(|| every(output.track_interval)),
             contacts: output.fstat.then(|| every(output.fstat_interval)),
             vtk: output.vtk.then(|| every(output.vtk_interval)),
@@ -116,6 +122,7 @@ impl Schedule {
     pub fn everything(&self) -> Due {
         Due {
             frame: true,
+            rows: true,
             tracks: self.tracks.is_some(),
             contacts: self.contacts.is_some(),
             vtk: self.vtk.is_some(),
@@ -137,7 +144,8 @@ impl Schedule {
         let others = others.chain(self.fields.iter().map(|looks| &looks.every));
         let others = others.chain(&self.checkpoints);
         let others = others.map(Every::next_step).min();
-        self.frames.next_step().min(others.unwrap_or(u64::MAX))
+        let both = self.frames.next_step().min(self.rows.next_step());
+        both.min(others.unwrap_or(u64::MAX))
     }
 
     /// Files that are due at the end of this step. Steps are passed in order, once each; those before [`Schedule::next_step`] may
@@ -152,6 +160,7 @@ impl Schedule {
         let is_due = |every: &mut Option<Every>| every.as_mut().is_some_and(|e| e.is_due(step));
         Due {
             frame: self.frames.is_due(step),
+            rows: self.rows.is_due(step),
             tracks: is_due(&mut self.tracks),
             contacts: is_due(&mut self.contacts),
             vtk: is_due(&mut self.vtk),

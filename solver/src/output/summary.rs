@@ -79,6 +79,8 @@ pub struct Summary {
     pub until: Vec<UntilSummary>,
     /// How it ended.
     pub status: Status,
+    /// Why it ended: `planned`, `at_rest`, `worn`, `known`, `request`, `file` (STOP) or `time_limit`.
+    pub cause: &'static str,
 }
 
 /// Ranks that made a run together, and what they have sent since this process began: sums over all of them.

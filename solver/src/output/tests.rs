@@ -388,6 +388,7 @@ fn everything_written() -> Arc<Plan> {
         domain = { min = [0, 0, 0], max = [1, 1, 1] }
         [output]
         interval = 0.002
+        rows_interval = 0.0007
         fstat_interval = 0.003
         vtk_interval = 0.005
         data = true

@@ -3,11 +3,11 @@
 use mercury_common::frames::{Column, ColumnKind, ColumnSpec, Frame};
 use mercury_common::run_tables::{Role, TableSpec, WALLS};
 
-use super::FrameCopy;
 use super::table_file::{Rows, RunTable};
+use super::{Due, FrameCopy};
 use crate::plan::Plan;
 
-/// A row for each wall and each output interval.
+/// A row for each wall and each time of rows.
 pub(super) struct WallLoads {
     names: Vec<String>,
 }
@@ -24,6 +24,10 @@ impl RunTable for WallLoads {
         Self {
             names: walls.map(|wall| wall.name.clone()).collect(),
         }
+    }
+
+    fn is_due(due: Due) -> bool {
+        due.rows
     }
 
     fn push_rows(&self, state: &FrameCopy, rows: &mut Rows<'_>) {

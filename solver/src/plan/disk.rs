@@ -31,7 +31,7 @@ mod row {
     pub(super) const FSTAT: f64 = 500.0;
     /// A contact in the files for ParaView.
     pub(super) const VTK_CONTACT: f64 = 174.0;
-    /// A frame in `.ene`.
+    /// A row of `.ene`.
     pub(super) const ENE: f64 = 150.0;
     /// A wall in `.walls.csv`, and a wall's pose in `.walls.arrow`.
     pub(super) const WALL: f64 = 300.0;
@@ -52,6 +52,8 @@ mod row {
 pub struct Disk {
     /// Frames of particles.
     pub frames: f64,
+    /// Rows of loads on walls, regions, fluxes and energies, each of a time.
+    pub rows: f64,
     /// Frames of contacts.
     pub contact_frames: f64,
     /// Frames for ParaView.
@@ -74,6 +76,7 @@ impl Disk {
         let particles = files.data || files.frames || files.ene || files.walls;
         let disk = Self {
             frames: frames(files.interval, particles),
+            rows: frames(files.rows_interval, plan.outputs().has_rows()),
             contact_frames: frames(files.fstat_interval, files.fstat),
             vtk_frames: frames(files.vtk_interval, files.vtk),
             bytes: 0.0,
@@ -102,7 +105,7 @@ impl Disk {
         let bytes = disk.frames * frame + disk.contact_frames * contacts + disk.vtk_frames * vtk;
         let numbers: f64 = files.fields.iter().map(|table| table.numbers(end)).sum();
         let tables = plan.outputs().regions().len() + plan.outputs().fluxes().len();
-        let of_each_frame = of(row::ENE, files.ene)
+        let of_each_row = of(row::ENE, files.ene)
             + of(row::WALL * physics.walls.len() as f64, files.walls)
             + row::COUNTED * tables as f64;
         let of_insertions = match files.track_insertions.is_empty() {
@@ -114,7 +117,7 @@ impl Disk {
         // As if each passed once.
         let bytes = bytes + of(row::LEFT * (spheres + bodies), files.left);
         let bytes = bytes + row::TRACK * tracked * frames(files.track_interval, files.has_tracks());
-        let bytes = bytes + row::FIELD * numbers + disk.frames * of_each_frame + PAPERS;
+        let bytes = bytes + row::FIELD * numbers + disk.rows * of_each_row + PAPERS;
         Self { bytes, ..disk }
     }
 
@@ -139,8 +142,14 @@ impl Disk {
     /// A line for each kind of frame: what it is, and how many come.
     pub(super) fn lines(&self, plan: &Plan) -> Vec<(&'static str, String)> {
         let files = plan.outputs().files();
+        // With each frame comes a row.
+        let rows = match files.rows_interval == files.interval {
+            true => 0.0,
+            false => self.rows,
+        };
         let kinds = [
             ("frames", self.frames, files.interval),
+            ("rows of tables", rows, files.rows_interval),
             (
                 "frames of contacts",
                 self.contact_frames,

@@ -52,6 +52,13 @@ impl Outputs {
         /// The files of mesh walls.
         borrow mesh_files: [MeshFile];
     }
+
+    /// Whether any table has rows at [`OutputPlan::rows_interval`].
+    #[must_use]
+    pub fn has_rows(&self) -> bool {
+        let files = &self.files;
+        files.ene || files.walls || !(self.regions.is_empty() && self.fluxes.is_empty())
+    }
 }
 
 /// Output files, and the times at which they are written.
@@ -61,6 +68,8 @@ pub struct OutputPlan {
     pub switches: Switches,
     /// Time between frames, s.
     pub interval: f64,
+    /// Time between rows of loads on walls, regions, fluxes and energies, s.
+    pub rows_interval: f64,
     /// Time between contact frames, s.
     pub fstat_interval: f64,
     /// Time between files for ParaView, s.
@@ -140,6 +149,7 @@ impl Default for OutputPlan {
         Self {
             switches: Switches::default(),
             interval: f64::INFINITY,
+            rows_interval: f64::INFINITY,
             fstat_interval: f64::INFINITY,
             vtk_interval: f64::INFINITY,
             restart_interval: None,

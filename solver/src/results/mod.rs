@@ -5,10 +5,12 @@
 
 mod estimate;
 mod grammar;
+mod planned_rows;
 mod reading;
 mod until;
 mod values;
 
+pub use planned_rows::PlannedRows;
 pub(crate) use reading::lost;
 pub use until::{Aims, Wanted, requested};
 

@@ -13,7 +13,7 @@ use mercury_common::units::{Dimension, Quantity};
 use mercury_engine::task::ResultLook;
 use mercury_engine::walls::Component;
 
-use super::NamedResult;
+use super::{NamedResult, PlannedRows};
 use crate::output::summary::UntilSummary;
 use crate::plan::{Plan, Settled};
 
@@ -197,6 +197,12 @@ impl Aims {
                     .result
                     .error(format!("`{name}` has no error from one run: {why}"));
                 errors.push(error.with_help("a study with several seeds gives one"));
+                continue;
+            }
+            if let Some((problem, help)) = PlannedRows::of(result, plan).and_then(|r| r.too_few()) {
+                let request = scene.results.iter().find(|r| r.name.value == name);
+                let place = request.map_or(&entry.result.place, |r| &r.text.place);
+                errors.push(place.error(problem).with_help(help));
                 continue;
             }
             match Wanted::parse(&entry.error, &result.unit()) {

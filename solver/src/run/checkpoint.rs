@@ -22,7 +22,7 @@ use mercury_engine::state::{DecodeError, Decoder, Encoder};
 use mercury_engine::step::Snapshot;
 
 /// Keys of a scene that may change before its run goes on: they decide when a run ends and when it writes, not the physics.
-pub const MAY_CHANGE: [&str; 12] = [
+pub const MAY_CHANGE: [&str; 13] = [
     "title",
     "time.end",
     "time.until.*",
@@ -30,6 +30,7 @@ pub const MAY_CHANGE: [&str; 12] = [
     "results*",
     "sprays[].max_droplets",
     "output.interval",
+    "output.rows_interval",
     "output.fstat_interval",
     "output.vtk_interval",
     "output.track_interval",

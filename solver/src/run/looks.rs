@@ -28,7 +28,7 @@ pub(super) fn rows_until(plan: &Plan, step: u64) -> impl Iterator<Item = f64> {
             if last > step {
                 return None;
             }
-            if past.due(last).frame {
+            if past.due(last).rows {
                 return Some(last);
             }
             let _ = past.is_checkpoint_due(last);

@@ -207,6 +207,22 @@ pub enum StopReason {
     TimeLimit,
 }
 
+impl Ending {
+    /// The word by which programs know it.
+    #[must_use]
+    pub fn cause(self) -> &'static str {
+        match self {
+            Self::Planned => "planned",
+            Self::AtRest => "at_rest",
+            Self::Worn => "worn",
+            Self::Known => "known",
+            Self::Stopped(StopReason::Request) => "request",
+            Self::Stopped(StopReason::File) => "file",
+            Self::Stopped(StopReason::TimeLimit) => "time_limit",
+        }
+    }
+}
+
 /// The warning of a run that was stopped while its pictures were drawn.
 const PICTURES_LEFT_OUT: &str = "pictures of the end were left out, as the run was stopped while they were drawn: \
 `mercury-export png` draws frames of the run";
@@ -566,7 +582,7 @@ impl Run {
             if !self.writer.send(moment) {
                 return Ok(false);
             }
-            if due.frame && self.ended.is_none() && !self.look_at_results() {
+            if due.rows && self.ended.is_none() && !self.look_at_results() {
                 return Ok(false);
             }
         }

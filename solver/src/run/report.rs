@@ -332,6 +332,7 @@ pub(super) fn report(
                 Ending::Stopped(_) => Status::Stopped,
                 Ending::Planned | Ending::AtRest | Ending::Worn | Ending::Known => Status::Finished,
             },
+            cause: looped.ending.cause(),
         },
         ending: looped.ending,
         resumed_at: looped

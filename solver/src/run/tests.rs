@@ -69,6 +69,7 @@ fn plan(steps: u64, interval: f64, friction: f64) -> Draft {
     plan.orientations = friction > 0.0;
     plan.output = OutputPlan {
         interval,
+        rows_interval: interval,
         fstat_interval: interval,
         switches: Switches {
             data: true,
@@ -240,6 +241,67 @@ fn contacts_have_their_own_interval() {
     let frames = ContactReader::open(place.path().join("test.contacts.arrow")).unwrap();
     let found: Vec<f64> = frames.iter().map(|frame| frame.unwrap().time).collect();
     assert_eq!(found, step_times(&[0, 15, 30]));
+}
+
+/// Rows at half the interval of frames: every other row is that of a run whose rows come with frames, amounts add up, and no other file changes.
+#[test]
+fn rows_have_their_own_interval() {
+    let draft = || {
+        let mut draft = collision(30, 1e-3);
+        draft.walls = vec![floor()];
+        draft.fluxes = vec![FluxPlan {
+            name: "gate".to_owned(),
+            point: DVec3::splat(0.2) - 1.0095 * RADIUS * DVec3::X,
+            normal: DVec3::X,
+            part: FluxPart::Disc(RADIUS),
+        }];
+        draft.regions = vec![CountedRegion {
+            name: "half".to_owned(),
+            region: Region::HalfSpace {
+                point: DVec3::splat(0.2),
+                normal: DVec3::X,
+            },
+            volume: 0.5,
+        }];
+        draft
+    };
+    let (with_frames, often) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    go(draft(), with_frames.path());
+    let mut plan = draft();
+    plan.output.rows_interval = 5e-4;
+    go(plan, often.path());
+    let read = |folder: &Path, ending: &str| {
+        let text = fs::read_to_string(folder.join(format!("test.{ending}"))).unwrap();
+        text.lines().map(str::to_owned).collect::<Vec<_>>()
+    };
+    for ending in ["ene", "walls.csv", "regions.csv"] {
+        let (few, many) = (read(with_frames.path(), ending), read(often.path(), ending));
+        assert_eq!((few.len(), many.len()), (1 + 4, 1 + 7), "{ending}");
+        assert_eq!(few[0], many[0]);
+        let every_other: Vec<&String> = many[1..].iter().step_by(2).collect();
+        assert_eq!(every_other, few[1..].iter().collect::<Vec<_>>(), "{ending}");
+    }
+    let crossed = |folder: &Path| -> Vec<u32> {
+        let rows = read(folder, "flux.csv");
+        let forward = |row: &String| row.split(',').nth(3).unwrap().parse().unwrap();
+        rows[1..].iter().map(forward).collect()
+    };
+    let (few, many) = (crossed(with_frames.path()), crossed(often.path()));
+    assert_eq!((few.len(), many.len()), (4, 7));
+    assert_eq!(few.iter().sum::<u32>(), 1);
+    let pairs: Vec<u32> = many[1..].chunks(2).map(|two| two.iter().sum()).collect();
+    assert_eq!(pairs, few[1..]);
+    for file in [
+        "data",
+        "fstat",
+        "particles.arrow",
+        "walls.arrow",
+        "track.csv",
+    ] {
+        let [one, other] = [&with_frames, &often]
+            .map(|folder| fs::read(folder.path().join(format!("test.{file}"))).unwrap());
+        assert!(one == other, "{file}");
+    }
 }
 
 #[test]

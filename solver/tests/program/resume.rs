@@ -59,6 +59,7 @@ impl Case {
         let mut settings = vec![
             format!("time.end={end:?}"),
             format!("output.interval={:?}", end / 7.3),
+            format!("output.rows_interval={:?}", end / 13.9),
             format!("output.restart_interval={:?}", end / 11.7),
             "output.pictures=false".to_owned(),
             "output.vtk=true".to_owned(),

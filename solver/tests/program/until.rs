@@ -215,6 +215,14 @@ fn wrong_results_are_refused_at_their_place() {
             &["time.until.at_least: 300 s are needed", "time.end is 200 s"],
         ),
         (
+            "interval = 0.01",
+            "interval = 4.0",
+            &[
+                "results.load: 51 rows lie in 0..200 s, an error that ends the run needs 64",
+                "help: output.rows_interval = 0.6",
+            ],
+        ),
+        (
             load,
             "load = \"max(walls.\\\"box.-z\\\".fz)\"",
             &[
@@ -248,7 +256,66 @@ fn wrong_results_are_refused_at_their_place() {
     }
 }
 
-/// The looks follow the rows of frames, also for a result whose own table has rows at other times: a run that goes on ends at the same step.
+/// Rows at another interval than frames: the looks follow the rows, so that the run ends as one whose frames come with its rows.
+#[test]
+fn rows_between_frames_end_a_run_at_the_same_step() {
+    let folder = folder_with("gas.toml", GAS);
+    run(folder.path(), &["gas.toml", "--quiet"]);
+    let rare = ["gas.toml", "--quiet", "--output", "rare", "--set"];
+    let between = "output={ interval = 3.0, rows_interval = 0.01, pictures = false }";
+    run(folder.path(), &[&rare[..], &[between]].concat());
+    for file in ["gas.walls.csv", "gas.ene", "gas.results.csv"] {
+        let [one, other] =
+            ["gas", "rare"].map(|run| fs::read(folder.path().join(run).join(file)).unwrap());
+        assert!(one == other, "{file}");
+    }
+    let [one, other] = ["gas", "rare"].map(|run| summary(&folder.path().join(run)));
+    for member in ["steps", "until", "results"] {
+        assert_eq!(one[member], other[member], "{member}");
+    }
+    let [one, other] = ["gas", "rare"].map(|run| {
+        let data = folder.path().join(run).join("gas.data");
+        fs::metadata(data).unwrap().len()
+    });
+    assert!(10 * other < one);
+
+    // Interrupted at a frame.
+    let again = ["gas.toml", "--quiet", "--output", "again", "--set", between];
+    run(
+        folder.path(),
+        &[&again[..], &["--set", "time.end=3"]].concat(),
+    );
+    run(folder.path(), &[&again[..], &["--resume"]].concat());
+    for file in ["gas.walls.csv", "gas.ene", "gas.results.csv"] {
+        let [one, other] =
+            ["gas", "again"].map(|run| fs::read(folder.path().join(run).join(file)).unwrap());
+        assert!(one == other, "{file}");
+    }
+}
+
+#[test]
+fn few_rows_are_warned_of_by_check() {
+    let text = GAS
+        .replace("until = {", "# until = {")
+        .replace("interval = 0.01", "interval = 2.0");
+    let folder = folder_with("gas.toml", &text);
+    let few = "results.load: 101 rows lie in 0..200 s, an error is good from 256 on: output.rows_interval = 0.6";
+    let output = solve(folder.path(), &["gas.toml", "--check"]);
+    assert_eq!(code(&output), Some(0));
+    let report = said(&output);
+    assert!(report.contains(few), "{report}");
+    assert!(report.contains(", N, a row every 2 s"), "{report}");
+    let output = solve(folder.path(), &["gas.toml", "--check", "--json"]);
+    let object: Value = serde_json::from_str(&said(&output)).unwrap();
+    let warnings = object["warnings"].as_array().unwrap();
+    assert!(warnings.contains(&few.into()), "{warnings:?}");
+    let enough = ["gas.toml", "--check", "--set", "output.rows_interval=0.6"];
+    let report = said(&solve(folder.path(), &enough));
+    assert!(!report.contains("rows lie in"), "{report}");
+    assert!(report.contains("rows of tables"), "{report}");
+}
+
+/// The looks follow the rows of tables, also for a result whose own table has rows at other times: a run that goes on ends at the same step.
 #[test]
 fn rows_of_another_interval_end_an_interrupted_run_at_the_same_step() {
     let tracer = "[[particles]]\nname = \"tracer\"\nmaterial = \"ball\"\nradius = 0.06\nposition = [0.5, 0.5, 0.5]\nvelocity = [1.0, 0.3, 0.2]\n\n[results]\nvx = \"mean(track.tracer.vx, steady..)\"\n";

@@ -190,7 +190,7 @@ impl Profiles {
         let _ = writeln!(
             page,
             "\n`scenes/chute.toml` with `--set output.interval=0.005 --set output.data=false`: {} grains, 200 of them fixed, flow down 24 degrees. Means over {} frames from 2 to 3 s, Gaussian of one mean diameter (1 mm). The weight is that of what is above, less what the fixed \
-             grains hold; errors are standard errors of the mean by blocking. The same by hand: [from a chute to a stress profile](how-to/from-a-chute-to-a-stress-profile.md).\n\n\
+             grains hold; errors are standard errors of the mean by batches. The same by hand: [from a chute to a stress profile](how-to/from-a-chute-to-a-stress-profile.md).\n\n\
              | height (mm) | volume fraction | velocity (m/s) | normal stress (Pa) | weight above (Pa) | normal / weight | shear / normal |\n|---|---|---|---|---|---|---|",
             self.particles, self.frames
         );

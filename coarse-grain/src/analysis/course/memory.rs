@@ -2,10 +2,11 @@
 
 use std::collections::{HashMap, VecDeque};
 
+use mercury_common::statistics::{BATCH_BINS, Record};
+
 use super::{Course, Open, Way};
 use crate::analysis::words::{Reader, Words};
 use crate::analysis::{Analysis, TimeMode};
-use crate::average::Blocking;
 use crate::state::Space;
 use crate::sums::{SPREADS, Sums};
 
@@ -39,7 +40,12 @@ impl Course {
         }
         words.flag(self.last_time.is_some());
         words.number(self.last_time.unwrap_or(0.0));
-        self.blocking.put(&mut words);
+        words.count(self.records.len());
+        for record in &self.records {
+            let numbers = record.numbers();
+            words.count(numbers.len());
+            words.numbers(&numbers);
+        }
         words.0
     }
 
@@ -74,10 +80,18 @@ impl Course {
         };
         let (is_known, time) = (words.flag()?, words.number()?);
         let last_time = is_known.then_some(time);
-        let numbers = analysis.numbers() * analysis.evaluator.place.len();
-        let blocking = Blocking::take(&mut words, numbers)?;
+        // One word at least of each: a wrong number ends with the words.
+        let count = words.count()?;
+        let record = |_| {
+            let numbers = words.count()?;
+            Record::from_numbers(BATCH_BINS, &words.numbers(numbers)?)
+        };
+        let records = (0..count).map(record).collect::<Option<Vec<Record>>>()?;
+        let values = analysis.numbers() * analysis.evaluator.place.len();
+        let has_records = records.is_empty() || records.len() == values;
         let is_mean = analysis.time == TimeMode::Average;
-        let fits = words.0.is_empty() && (!is_mean || (frames == 0) == open.is_empty());
+        let fits =
+            words.0.is_empty() && has_records && (!is_mean || (frames == 0) == open.is_empty());
         fits.then_some(Self {
             frames,
             dimensions,
@@ -85,7 +99,7 @@ impl Course {
             open,
             next_time,
             last_time,
-            blocking,
+            records,
             ..Self::default()
         })
     }

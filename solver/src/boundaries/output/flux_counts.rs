@@ -3,12 +3,12 @@
 use mercury_common::run_tables::{FLUX, TableSpec};
 
 use super::region_counts::materials;
-use crate::output::FrameCopy;
 use crate::output::table_file::{Rows, RunTable};
+use crate::output::{Due, FrameCopy};
 use crate::plan::Plan;
 use mercury_engine::state::MaterialIndex;
 
-/// A row for each plane, each material and each output interval.
+/// A row for each plane, each material and each time of rows.
 pub(crate) struct FluxCounts {
     planes: Vec<String>,
     /// Index and name of every material of present and inserted particles, ascending.
@@ -31,6 +31,10 @@ impl RunTable for FluxCounts {
             materials: materials(plan),
             columns: plan.physics().materials.len(),
         }
+    }
+
+    fn is_due(due: Due) -> bool {
+        due.rows
     }
 
     fn push_rows(&self, state: &FrameCopy, rows: &mut Rows<'_>) {

@@ -3,13 +3,13 @@
 use glam::DVec3;
 use mercury_common::run_tables::{REGIONS, TableSpec};
 
-use crate::output::FrameCopy;
 use crate::output::table_file::{Rows, RunTable};
+use crate::output::{Due, FrameCopy};
 use crate::plan::Plan;
 use mercury_engine::boundaries::CountedRegion;
 use mercury_engine::state::{MaterialIndex, volume};
 
-/// A row for each region, each material and each output interval.
+/// A row for each region, each material and each time of rows.
 pub(crate) struct RegionCounts {
     regions: Vec<CountedRegion>,
     /// Index and name of every material of present and inserted particles, ascending.
@@ -30,6 +30,10 @@ impl RunTable for RegionCounts {
             materials: materials(plan),
             dimensions: plan.physics().dimensions,
         }
+    }
+
+    fn is_due(due: Due) -> bool {
+        due.rows
     }
 
     fn push_rows(&self, state: &FrameCopy, rows: &mut Rows<'_>) {

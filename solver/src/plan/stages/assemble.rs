@@ -180,6 +180,7 @@ pub(super) fn assemble(
                     ..scene.output.switches
                 },
                 interval: *scene.output.interval,
+                rows_interval: *scene.output.rows_interval,
                 fstat_interval: *scene.output.fstat_interval,
                 vtk_interval: *scene.output.vtk_interval,
                 restart_interval: scene.output.restart_interval.as_deref().copied(),
@@ -237,6 +238,16 @@ fn ignored_keys(scene: &Scene, warnings: &mut Vec<String>) {
                 "{key}: nothing is written at these times, as output.{what} is false; set {what} = true or leave the key out"
             ));
         }
+    }
+    let place = &output.rows_interval.place;
+    let counts = scene.regions.is_empty() && scene.fluxes.is_empty();
+    if place.key() == "output.rows_interval"
+        && !(output.switches.ene || output.switches.walls)
+        && counts
+    {
+        warnings.push(
+            "output.rows_interval: no table has rows at these times, as output.ene and output.walls are false and the scene has no [[regions]] and [[fluxes]]; set ene = true or leave the key out".to_owned(),
+        );
     }
     let every = output.track_every.as_ref().map(|every| &every.place);
     for place in [Some(&output.track_interval.place), every]

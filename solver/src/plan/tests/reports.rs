@@ -111,17 +111,19 @@ fn the_document_reads_back() {
 fn keys_that_change_nothing_are_warned_of() {
     let text = SCENE.replace(
         "restart_interval = 0.05\n",
-        "restart_interval = 0.05\nvtk_interval = 0.01\nfstat_interval = 0.01\ntrack_interval = 0.01\n",
+        "restart_interval = 0.05\nene = false\nwalls = false\nrows_interval = 0.01\nvtk_interval = 0.01\nfstat_interval = 0.01\ntrack_interval = 0.01\n",
     );
     let plan = planned_with(&text, &[]).unwrap_or_else(|errors| panic!("{errors}"));
     let expected = [
         "output.fstat_interval: nothing is written at these times, as output.fstat is false; set fstat = true or leave the key out",
         "output.vtk_interval: nothing is written at these times, as output.vtk is false; set vtk = true or leave the key out",
+        "output.rows_interval: no table has rows at these times, as output.ene and output.walls are false and the scene has no [[regions]] and [[fluxes]]; set ene = true or leave the key out",
         "output.track_interval: nothing is followed, as output.track is empty; name particles or insertions in it, or leave the key out",
     ];
     let warnings: Vec<&str> = plan.notes().warnings().iter().map(String::as_str).collect();
     assert_eq!(warnings, expected);
     let written = &[
+        "output.ene=true",
         "output.vtk=true",
         "output.fstat=true",
         "output.track=[\"rain\"]",
