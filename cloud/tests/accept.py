@@ -1346,6 +1346,20 @@ def check_archives():
             must(middle.body == content[30:90], f"{where}: other bytes in the middle")
             other = served.request("GET", f"/runs/{run}/{where}", headers={"Range": "bytes=5-", "If-Range": '"other"'}, expect=200)
             must(other.body == content, f"{where}: a part of other bytes")
+        # An archive that is cut and resumed: each byte is read once.
+        served.kill()
+        served.start()
+        reads = lambda: int(re.search(r"rchar: (\d+)", Path(f"/proc/{served.process.pid}/io").read_text())[1])
+        before, cut = reads(), 100_000_000
+        connection = http.client.HTTPConnection("127.0.0.1", served.port, timeout=120)
+        connection.request("GET", f"/api/v1/runs/{run}/archive", headers={"Cookie": shared})
+        first = connection.getresponse().read(cut)
+        connection.close()
+        rest = served.request("GET", f"/runs/{run}/archive", headers={"Range": f"bytes={cut}-"}, expect=206).body
+        must(first + rest == whole, "a resumed archive has other bytes")
+        read = reads() - before
+        print(f"    {read / len(whole):.2f} of the archive read for one that was resumed")
+        must(read < 1.15 * len(whole), f"{read} bytes read for {len(whole)}")
 
 
 def check_large():

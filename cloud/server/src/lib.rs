@@ -25,6 +25,7 @@ mod runs;
 mod secrets;
 mod state;
 mod studies;
+mod sums;
 mod templates;
 mod tries;
 mod turns;

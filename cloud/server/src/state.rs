@@ -21,6 +21,7 @@ use tokio::sync::{broadcast, watch};
 use crate::attempts::Attempts;
 use crate::db::Db;
 use crate::frames::Cache;
+use crate::sums::Sums;
 use crate::tries::Tries;
 use crate::turns::Turns;
 use crate::{EngineChoice, Options, at_end, downloads, hooks, inputs, secrets, templates, users};
@@ -98,6 +99,8 @@ pub(crate) struct App {
     /// Held while a run gets a further revision.
     pub(crate) extensions: Mutex<()>,
     pub(crate) downloads: Turns,
+    /// Checksums for archives.
+    pub(crate) sums: Sums,
     /// Turns of streams of events.
     pub(crate) streams: Turns,
     /// Turns of frames and walls, until they are read.
@@ -194,6 +197,7 @@ impl App {
             inputs: inputs::Busy::default(),
             extensions: Mutex::new(()),
             downloads: Turns::new(downloads::ALL, downloads::EACH),
+            sums: Sums::default(),
             streams: Turns::new(STREAMS, STREAMS_EACH).with_waiting(0),
             frames: Turns::new(downloads::ALL_FRAMES, downloads::EACH_FRAMES),
             hashes: Turns::new(HASHES, 1).with_waiting(HASHES_WAITING),
