@@ -7,6 +7,7 @@ The solver alone (`mercury-solve SCENE`) gives the bytes that runs through the c
 import contextlib
 import csv
 import hashlib
+import hmac
 import http.client
 import http.server
 import json
@@ -17,6 +18,7 @@ import shutil
 import signal
 import socket
 import sqlite3
+import ssl
 import subprocess
 import sys
 import tempfile
@@ -1344,6 +1346,20 @@ def check_archives():
             must(middle.body == content[30:90], f"{where}: other bytes in the middle")
             other = served.request("GET", f"/runs/{run}/{where}", headers={"Range": "bytes=5-", "If-Range": '"other"'}, expect=200)
             must(other.body == content, f"{where}: a part of other bytes")
+        # An archive that is cut and resumed: each byte is read once.
+        served.kill()
+        served.start()
+        reads = lambda: int(re.search(r"rchar: (\d+)", Path(f"/proc/{served.process.pid}/io").read_text())[1])
+        before, cut = reads(), 100_000_000
+        connection = http.client.HTTPConnection("127.0.0.1", served.port, timeout=120)
+        connection.request("GET", f"/api/v1/runs/{run}/archive", headers={"Cookie": shared})
+        first = connection.getresponse().read(cut)
+        connection.close()
+        rest = served.request("GET", f"/runs/{run}/archive", headers={"Range": f"bytes={cut}-"}, expect=206).body
+        must(first + rest == whole, "a resumed archive has other bytes")
+        read = reads() - before
+        print(f"    {read / len(whole):.2f} of the archive read for one that was resumed")
+        must(read < 1.15 * len(whole), f"{read} bytes read for {len(whole)}")
 
 
 def check_large():
@@ -1589,6 +1605,119 @@ def check_quota():
         served.request("GET", "/users", expect=403)
         served.cookie = admin
         must([one["usage"]["most_disk"] for one in served.json("GET", "/users") if one["name"] == "ada"] == [usage["disk"] + 1000], "limits of ada")
+
+
+def check_hook():
+    """The web hook of a user: each end of a run once, also where the server is killed meanwhile, with a signature that its receiver checks;
+    again where the receiver fails; by https only with a certificate that the machine trusts; never into the network of the server, by
+    whatever name; bounded in time; removed it is gone. On the account page, in the API and at the command line."""
+    got, answers, slow = [], [], threading.Event()
+    class Receiver(http.server.BaseHTTPRequestHandler):
+        def do_POST(self):
+            body = self.rfile.read(int(self.headers["Content-Length"]))
+            got.append((dict(self.headers.items()), body))
+            if self.path == "/slow":
+                slow.wait(60)
+            self.send_response(answers.pop(0) if answers else 204)
+            self.send_header("Location", "/other")
+            self.end_headers()
+        def log_message(self, *_):
+            pass
+    receiver = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Receiver)
+    threading.Thread(target=receiver.serve_forever, daemon=True).start()
+    def signed(one, secret):
+        headers, body = one
+        expected = hmac.new(secret.encode(), headers["mercury-time"].encode() + b"." + body, "sha256").hexdigest()
+        must(headers["mercury-signature"] == f"sha256={expected}", f"another signature: {headers}")
+        must(abs(time.time() - int(headers["mercury-time"])) < 30, f"another time: {headers}")
+        message = json.loads(body)
+        must(str(message["delivery"]) == headers["mercury-delivery"], f"{headers} {message}")
+        return message
+    # A certificate that the machine trusts, and one that it does not.
+    folder = Path(tempfile.mkdtemp(prefix="accept-hook-"))
+    for name in ("good", "bad"):
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-days", "2", "-subj", f"/CN={name}",
+                        "-addext", "subjectAltName=DNS:localhost,IP:127.0.0.1", "-addext", "basicConstraints=critical,CA:FALSE",
+                        "-keyout", folder / f"{name}.key", "-out", folder / f"{name}.pem"], check=True, capture_output=True)
+    def secure(name):
+        https = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Receiver)
+        context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+        context.load_cert_chain(folder / f"{name}.pem", folder / f"{name}.key")
+        https.socket = context.wrap_socket(https.socket, server_side=True)
+        threading.Thread(target=https.serve_forever, daemon=True).start()
+        return f"https://localhost:{https.server_port}/"
+    here = f"http://127.0.0.1:{receiver.server_port}"
+    trust = {"SSL_CERT_FILE": str(folder / "good.pem")}
+    title = 'a "title" of <b>mine</b>'
+    with server("--hooks-to", "127.0.0.1", "--hooks-to", "localhost", environment=trust) as served:
+        cloud = lambda *words: subprocess.run([CLOUD, "hook", *words, "--link", served.link], check=True, capture_output=True, text=True).stdout.strip()
+        must("hook set URL" in cloud(), cloud())
+        served.request("POST", "/hook/test", {}, expect=404)
+        secret = cloud("set", f"{here}/x")
+        must(re.fullmatch("[0-9a-f]{64}", secret) and secret not in json.dumps(served.json("GET", "/hook")), "a secret that is shown again")
+        cloud("test")
+        wait_for(lambda: len(got) == 1, 20, "no test")
+        must(signed(got[0], secret)["state"] == "test", f"{got}")
+        # Ends while the server is away: one message each.
+        runs = [served.submit(sets=SHORT + ["time.end=0.02"], title=title) for _ in range(3)]
+        wait_for(lambda: any(served.worker(run) for run in runs), 60, "no worker")
+        served.kill()
+        served.start()
+        for run in runs:
+            served.wait(run)
+        wait_for(lambda: len(got) >= 4, 30, f"{len(got) - 1} messages of 3")
+        served.kill()
+        served.start()
+        time.sleep(2)
+        messages = [signed(one, secret) for one in got[1:]]
+        must(sorted(one["run"] for one in messages) == sorted(runs), f"not one message for each run: {messages}")
+        must(all(one["state"] == "finished" and one["title"] == title and one["owner"] == "local" for one in messages), f"{messages}")
+        must(all(one["link"] == f"http://127.0.0.1:{served.port}/runs/{one['run']}" for one in messages), f"{messages}")
+        log = served.json("GET", "/hook")["deliveries"]
+        must([one["status"] for one in log] == [204] * 4 and all(one["next"] is None and one["tries"] == 1 for one in log), f"{log}")
+        must("delivered" in cloud(), cloud())
+        # A receiver that fails, and one that redirects: again, with the same number and a new time.
+        answers += [500, 302]
+        cloud("test")
+        wait_for(lambda: len(got) == 7, 30, "not tried again")
+        must(len({signed(one, secret)["delivery"] for one in got[4:]}) == 1, "another number")
+        wait_for(lambda: served.json("GET", "/hook")["deliveries"][0]["next"] is None, 10, "not over")
+        must(served.json("GET", "/hook")["deliveries"][0]["tries"] == 3, f"{served.json('GET', '/hook')['deliveries'][0]}")
+        # One that does not answer holds nothing up.
+        served.json("PUT", "/hook", {"url": f"{here}/slow"})
+        served.json("POST", "/hook/test", {})
+        served.request("POST", "/hook/test", {}, expect=409)
+        wait_for(lambda: "10 s" in served.json("GET", "/hook")["deliveries"][0]["message"], 30, "no end of waiting")
+        slow.set()
+        # By https.
+        count = len(got)
+        secret = served.json("PUT", "/hook", {"url": secure("good")})["secret"]
+        wait_for(lambda: len(got) > count, 60, "no message by https")
+        signed(got[-1], secret)
+        served.json("PUT", "/hook", {"url": secure("bad")})
+        wait_for(lambda: served.json("GET", "/hook")["deliveries"][0]["next"] is None, 30, "not over")
+        count = len(got)
+        served.json("POST", "/hook/test", {})
+        wait_for(lambda: "ertificate" in served.json("GET", "/hook")["deliveries"][0]["message"], 30, f"{served.json('GET', '/hook')['deliveries'][0]}")
+        must(len(got) == count, "a message to a server that is not trusted")
+        cloud("rm")
+        must(served.json("GET", "/hook") == {"url": None, "deliveries": []}, "the hook is still there")
+        # What looks only changes nothing; guests have none.
+        token = served.json("POST", "/tokens", {"name": "looks", "read_only": True}, expect=201)["secret"]
+        served.request("PUT", "/hook", {"url": f"{here}/x"}, {"Authorization": f"Bearer {token}"}, expect=403)
+    # Without --hooks-to: nothing in this network, before and after names are resolved.
+    count = len(got)
+    with server(environment=trust) as served:
+        for url in (here, "http://example.org/", "https://127.0.0.1/", "https://[::1]/", "https://169.254.169.254/latest", "https://10.0.0.1/", "https://a@b/", "file:///etc/passwd", "https://" + "x" * 2000):
+            served.request("PUT", "/hook", {"url": url}, expect=400)
+        for url in (secure("good"), secure("good").replace("localhost", "2130706433"), secure("good").replace("localhost", "0x7f.1")):
+            served.json("PUT", "/hook", {"url": url})
+            served.json("POST", "/hook/test", {})
+            wait_for(lambda: "--hooks-to" in served.json("GET", "/hook")["deliveries"][0]["message"], 30, f"{url}: {served.json('GET', '/hook')}")
+            served.request("DELETE", "/hook", expect=204)
+        must(len(got) == count, "a message into the network of the server")
+    receiver.shutdown()
+    shutil.rmtree(folder)
 
 
 def check_time():
@@ -2266,6 +2395,22 @@ def check_newcomer():
     """A newcomer in Chromium: template, mistake, Submit, particles, chart, log, stop, resume, download; no complaint."""
     with server() as served:
         browser("newcomer.mjs", served.link)
+
+
+def check_account_page():
+    """The account page in Chromium: a web hook is refused, set, tested and removed."""
+    class Receiver(http.server.BaseHTTPRequestHandler):
+        def do_POST(self):
+            self.rfile.read(int(self.headers["Content-Length"]))
+            self.send_response(204)
+            self.end_headers()
+        def log_message(self, *_):
+            pass
+    receiver = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Receiver)
+    threading.Thread(target=receiver.serve_forever, daemon=True).start()
+    with server("--hooks-to", "localhost") as served:
+        browser("account.mjs", served.link, f"http://localhost:{receiver.server_port}/")
+    receiver.shutdown()
 
 
 def check_draft():

@@ -25,7 +25,7 @@ scratch="$(mktemp -d)"
 trap 'rm -rf "$scratch"; [ -z "${moto:-}" ] || kill "$moto" 2> /dev/null' EXIT
 # The others of `tests/accept.sh all` need minutes of an idle machine: run them by hand.
 tests/accept.sh start extend start-from-run stop-resume passwd study projects prices \
-  unread log-in archives limits taken-back private inputs cage root slurm-stop attacks audit log
+  unread log-in archives limits taken-back private inputs cage root slurm-stop attacks audit log hook
 
 # Object storage and AWS: moto from PyPI, and s3s-fs where it is installed (cargo install s3s-fs --version 0.14.1 --features binary).
 if [ "${CLOUD_AWS:-yes}" != yes ]; then
@@ -58,4 +58,4 @@ if command -v npm > /dev/null && npm install --silent --no-audit --no-fund --pre
 else
   echo "cloud: types and accessibility of the page not checked, typescript and axe-core cannot be installed"
 fi
-tests/accept.sh page newcomer study-page draft view
+tests/accept.sh page newcomer study-page draft view account-page

@@ -448,3 +448,40 @@ pub struct TokenRow {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub secret: Option<String>,
 }
+
+/// The web hook of a user.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Hook {
+    /// Where ends of runs are sent; none: nowhere.
+    pub url: Option<String>,
+    /// The last deliveries, newest first; at most 100.
+    pub deliveries: Vec<DeliveryRow>,
+}
+
+/// A message to the web hook of a user.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct DeliveryRow {
+    /// Its number, which the message has as well.
+    pub id: i64,
+    /// The run; none: a test.
+    pub run: Option<String>,
+    /// State in which the run ended, or `test`.
+    pub state: String,
+    /// Unix time of the end, in s.
+    pub created: f64,
+    /// How often it was sent.
+    pub tries: u32,
+    /// Unix time at which it is sent again, in s; none: it is over.
+    pub next: Option<f64>,
+    /// Status of the last answer; none: there was none.
+    pub status: Option<u16>,
+    /// Reason for which it is not delivered; empty: it is.
+    pub message: String,
+}
+
+/// The secret of a web hook, in the answer that sets the hook only.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct HookSecret {
+    /// Key of the signatures of messages.
+    pub secret: String,
+}

@@ -228,3 +228,11 @@ pub struct NewShare {
     #[serde(default = "month")]
     pub days: u32,
 }
+
+/// Body of `PUT /hook`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NewHook {
+    /// Where ends of runs are sent: `https://`, at most 2,000 bytes. To the hosts of `serve --hooks-to` also `http://`.
+    pub url: String,
+}

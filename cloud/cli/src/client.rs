@@ -6,7 +6,9 @@ use std::path::Path;
 use anyhow::{Context, Result, anyhow, bail};
 use cloud_api::Problem;
 use serde_json::Value;
-use ureq::{Agent, Body, http::Response};
+use ureq::tls::{RootCerts, TlsConfig};
+use ureq::typestate::WithBody;
+use ureq::{Agent, Body, RequestBuilder, http::Response};
 
 use crate::commands::{Usage, data_folder};
 
@@ -36,8 +38,12 @@ impl Client {
         let (base, token) = link
             .split_once("/#token=")
             .unwrap_or((link.trim_end_matches('/'), ""));
+        let tls = TlsConfig::builder()
+            .root_certs(RootCerts::PlatformVerifier)
+            .build();
         let agent: Agent = Agent::config_builder()
             .http_status_as_error(false)
+            .tls_config(tls)
             .build()
             .into();
         let mut client = Self {
@@ -97,13 +103,19 @@ impl Client {
     }
 
     pub(crate) fn post(&self, path: &str, body: &Value) -> Result<Value> {
+        self.send(self.agent.post(self.url(path)), body)
+    }
+
+    pub(crate) fn put(&self, path: &str, body: &Value) -> Result<Value> {
+        self.send(self.agent.put(self.url(path)), body)
+    }
+
+    /// The answer to a body; without an answer in JSON it is null.
+    fn send(&self, request: RequestBuilder<WithBody>, body: &Value) -> Result<Value> {
         let (name, secret) = self.secret();
-        let request = self
-            .agent
-            .post(self.url(path))
-            .header(name, secret)
-            .header("origin", &self.base);
         let answer = request
+            .header(name, secret)
+            .header("origin", &self.base)
             .send_json(body)
             .with_context(|| format!("{} does not respond", self.base))?;
         let text = checked(answer)?
@@ -134,21 +146,6 @@ impl Client {
             .with_config()
             .limit(16 << 20)
             .read_json()?)
-    }
-
-    pub(crate) fn put(&self, path: &str, body: &Value) -> Result<()> {
-        let (name, secret) = self.secret();
-        let request = self
-            .agent
-            .put(self.url(path))
-            .header(name, secret)
-            .header("origin", &self.base);
-        checked(
-            request
-                .send_json(body)
-                .with_context(|| format!("{} does not respond", self.base))?,
-        )?;
-        Ok(())
     }
 
     pub(crate) fn delete(&self, path: &str) -> Result<()> {

@@ -32,6 +32,7 @@ Examples:
   mercury-cloud diff drum drum-again               whether two runs have the same bytes
   mercury-cloud share new RUN                      a link with which others look at a run
   mercury-cloud session rm all                     logs you out everywhere
+  mercury-cloud hook set https://example.org/x     has each end of a run sent to a URL
   mercury-cloud project new Sieves; mercury-cloud project add Sieves ada
   mercury-cloud submit drum.toml --project Sieves  a run that ada sees, too
 
@@ -87,6 +88,8 @@ enum Command {
     Share(commands::Share),
     /// Make a token for the API and print it once; list tokens, take one back
     Token(commands::Token),
+    /// Show where ends of your runs are sent, and the last messages; set and remove that, send a test
+    Hook(commands::Hook),
     /// List projects, make one, remove one, add and remove members
     Project(commands::Project),
     /// Add or change a user; list users, remove one
@@ -157,6 +160,9 @@ struct Serve {
     /// Command for `sh -c` at the end of each run, such as one that sends mail; it has MERCURY_RUN, _TITLE, _LABEL, _OWNER, _STATE, _MESSAGE and _LINK
     #[arg(long, value_name = "COMMAND")]
     at_end: Option<String>,
+    /// Host that web hooks of users reach also by http, and where its address is not public; may be repeated
+    #[arg(long, value_name = "HOST")]
+    hooks_to: Vec<String>,
     /// Time by the clock between two checkpoints
     #[arg(long, value_name = "TIME", default_value = "5m")]
     checkpoint_every: String,
@@ -275,6 +281,7 @@ fn run(command: Command) -> Result<ExitCode> {
         Command::Session(session) => session.run(),
         Command::Share(share) => share.run(),
         Command::Token(token) => token.run(),
+        Command::Hook(hook) => hook.run(),
         Command::Project(project) => project.run(),
         Command::User(user) => user.run(),
         Command::Audit(audit) => audit.run(),
@@ -396,6 +403,7 @@ fn serve(serve: Serve) -> Result<()> {
         first_wait: serve.retry_wait,
         prices,
         at_end: serve.at_end,
+        hooks_to: serve.hooks_to,
         after_submit,
     };
     let runtime = tokio::runtime::Builder::new_multi_thread()

@@ -5,6 +5,7 @@
 mod changes;
 mod contents;
 mod events;
+mod hooks;
 mod quota;
 mod rows;
 mod runs;
@@ -23,6 +24,7 @@ use crate::prices::Prices;
 
 pub(crate) use changes::{Applied, Deleted, Extension};
 pub(crate) use contents::{Forgotten, forget_inputs};
+pub(crate) use hooks::{Due, Tried};
 pub(crate) use rows::unknown;
 pub(crate) use runs::{ListScope, LiveRun, NewRun, NewStudy, Reserved};
 
@@ -57,6 +59,11 @@ CREATE TABLE IF NOT EXISTS audit(id INTEGER PRIMARY KEY AUTOINCREMENT, time REAL
 CREATE TABLE IF NOT EXISTS counters(name TEXT PRIMARY KEY, last INTEGER NOT NULL);
 CREATE TABLE IF NOT EXISTS inputs(sha256 TEXT NOT NULL, owner INTEGER NOT NULL, bytes INTEGER NOT NULL, PRIMARY KEY(sha256, owner));
 CREATE TABLE IF NOT EXISTS run_inputs(run TEXT NOT NULL, sha256 TEXT NOT NULL, owner INTEGER NOT NULL, PRIMARY KEY(run, sha256));
+CREATE TABLE IF NOT EXISTS hooks(user INTEGER PRIMARY KEY, url TEXT NOT NULL, secret TEXT NOT NULL, began REAL NOT NULL DEFAULT 0);
+CREATE TABLE IF NOT EXISTS deliveries(id INTEGER PRIMARY KEY AUTOINCREMENT, user INTEGER NOT NULL, run TEXT, state TEXT NOT NULL,
+  body TEXT NOT NULL, created REAL NOT NULL, tries INTEGER NOT NULL, next REAL, status INTEGER, message TEXT NOT NULL);
+CREATE INDEX IF NOT EXISTS deliveries_user ON deliveries(user, next);
+CREATE INDEX IF NOT EXISTS deliveries_next ON deliveries(next) WHERE next IS NOT NULL;
 CREATE INDEX IF NOT EXISTS run_inputs_content ON run_inputs(sha256, owner);
 ";
 

@@ -384,7 +384,7 @@ fn part(bytes: Vec<u8>, at: u64, range: &Range<u64>) -> Vec<u8> {
     bytes[(from - at) as usize..(to - at) as usize].to_vec()
 }
 
-/// Sends bytes `range` of an archive. Files before it are read for their checksums, which stand behind them.
+/// Sends bytes `range` of an archive. What lies before it is read for the checksums behind files, unless an earlier reader has done that.
 async fn send_archive(
     app: Arc<App>,
     mut members: Vec<Member>,
@@ -400,26 +400,28 @@ async fn send_archive(
             return;
         }
         let content = Arc::new(content);
-        let mut crc = crc32fast::Hasher::new();
-        let mut read_to = 0;
+        let tag = content.tag();
+        let mut sum = app.sums.of(&tag);
+        let mut read_to = sum.bytes.min(range.start.saturating_sub(begin));
         while read_to < content.bytes() && begin + read_to < range.end {
-            let (app, content) = (Arc::clone(&app), Arc::clone(&content));
+            let (app, content, tag) = (Arc::clone(&app), Arc::clone(&content), tag.clone());
             let done = piece(move || {
                 let bytes = read(&app, &content, read_to, content.bytes())?;
-                crc.update(&bytes);
-                Ok((bytes, crc))
+                sum.add(read_to, &bytes);
+                app.sums.keep(&tag, &sum);
+                Ok((bytes, sum))
             });
             let Some((bytes, so_far)) = done.await else {
                 return;
             };
-            crc = so_far;
+            sum = so_far;
             let from = begin + read_to;
             read_to += bytes.len() as u64;
             if !sender.send_part(bytes, from, &range).await {
                 return;
             }
         }
-        member.crc = crc.finalize();
+        member.crc = sum.crc();
         at = begin + content.bytes();
         let tail = member.tail();
         let end = at + tail.len() as u64;

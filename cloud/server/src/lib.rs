@@ -14,6 +14,7 @@ mod db;
 mod downloads;
 mod earlier;
 mod frames;
+mod hooks;
 mod inputs;
 mod openapi;
 mod prices;
@@ -24,6 +25,7 @@ mod runs;
 mod secrets;
 mod state;
 mod studies;
+mod sums;
 mod templates;
 mod tries;
 mod turns;
@@ -91,6 +93,8 @@ pub struct Options {
     pub prices: Option<Prices>,
     /// A command for the shell at the end of each run.
     pub at_end: Option<String>,
+    /// Hosts that web hooks of users reach also by http, and at addresses that are not public.
+    pub hooks_to: Vec<String>,
     /// Called when the engine has taken a job, before that is recorded. Tests end the server here.
     pub after_submit: fn(),
     /// Wait after the first attempt without progress, in s.
@@ -131,6 +135,7 @@ pub async fn serve(options: Options, ready: impl FnOnce(&Links)) -> Result<()> {
     if let Some(command) = app.options.at_end.clone() {
         let _ = app.ended.set(at_end::begin(&app, command)?);
     }
+    let _ = app.hooks.set(hooks::begin(&app)?);
     reconcile::begin(app.clone())?;
     ready(&links);
     let mut terminate = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate())?;

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use utoipa::OpenApi;
 
-use crate::{accounts, audit, downloads, projects, routes};
+use crate::{accounts, audit, downloads, hooks, projects, routes};
 
 #[derive(OpenApi)]
 #[openapi(
@@ -69,6 +69,10 @@ use crate::{accounts, audit, downloads, projects, routes};
         accounts::token_list,
         accounts::token_add,
         accounts::token_remove,
+        hooks::hook_get,
+        hooks::hook_set,
+        hooks::hook_remove,
+        hooks::hook_test,
         audit::audit_list,
     ),
     components(schemas(cloud_api::Problem))
@@ -94,7 +98,9 @@ const ERRORS: [(u16, &str, Has); 14] = [
         "not allowed: by the right of the user, a limit, or the page that sends it",
         |_| true,
     ),
-    (404, "not there, or not visible", |of| of.has_path),
+    (404, "not there, or not visible", |of| {
+        of.has_path || of.path.contains("/hook")
+    }),
     (408, "the body is too slow", |of| of.has_body),
     (
         409,

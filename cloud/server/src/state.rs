@@ -21,9 +21,10 @@ use tokio::sync::{broadcast, watch};
 use crate::attempts::Attempts;
 use crate::db::Db;
 use crate::frames::Cache;
+use crate::sums::Sums;
 use crate::tries::Tries;
 use crate::turns::Turns;
-use crate::{EngineChoice, Options, at_end, downloads, inputs, secrets, templates, users};
+use crate::{EngineChoice, Options, at_end, downloads, hooks, inputs, secrets, templates, users};
 
 /// How many messages a slow listener may be behind before it gets a notice that it missed some.
 const BACKLOG: usize = 1024;
@@ -98,6 +99,8 @@ pub(crate) struct App {
     /// Held while a run gets a further revision.
     pub(crate) extensions: Mutex<()>,
     pub(crate) downloads: Turns,
+    /// Checksums for archives.
+    pub(crate) sums: Sums,
     /// Turns of streams of events.
     pub(crate) streams: Turns,
     /// Turns of frames and walls, until they are read.
@@ -107,6 +110,8 @@ pub(crate) struct App {
     pub(crate) news: broadcast::Sender<Arc<Message>>,
     /// Where the ids of runs go that have ended, if there is a command for that.
     pub(crate) ended: OnceLock<mpsc::Sender<String>>,
+    /// The thread that sends to web hooks.
+    pub(crate) hooks: OnceLock<mpsc::Sender<hooks::News>>,
     pub(crate) wake: std::sync::mpsc::SyncSender<()>,
     pub(crate) woken: Mutex<Option<std::sync::mpsc::Receiver<()>>>,
     closed: watch::Sender<bool>,
@@ -192,11 +197,13 @@ impl App {
             inputs: inputs::Busy::default(),
             extensions: Mutex::new(()),
             downloads: Turns::new(downloads::ALL, downloads::EACH),
+            sums: Sums::default(),
             streams: Turns::new(STREAMS, STREAMS_EACH).with_waiting(0),
             frames: Turns::new(downloads::ALL_FRAMES, downloads::EACH_FRAMES),
             hashes: Turns::new(HASHES, 1).with_waiting(HASHES_WAITING),
             news: broadcast::channel(BACKLOG).0,
             ended: OnceLock::new(),
+            hooks: OnceLock::new(),
             wake,
             woken: Mutex::new(Some(woken)),
             closed: watch::channel(false).0,
@@ -279,12 +286,23 @@ impl App {
         let _ = self.wake.try_send(());
     }
 
+    /// Has what is to be sent to web hooks sent at once.
+    pub(crate) fn tell_hooks(&self) {
+        if let Some(hooks) = self.hooks.get() {
+            // The thread ends with the program.
+            let _ = hooks.send(hooks::News::Added);
+        }
+    }
+
     /// Sends listeners the events of runs that are in the database.
     pub(crate) fn publish(&self, events: Vec<EventRow>) {
         for event in events {
-            if let (Some(ended), Some(run)) = (self.ended.get(), at_end::ended(&event)) {
-                // The thread ends with the program.
-                let _ = ended.send(run);
+            if let Some(run) = at_end::ended(&event) {
+                self.tell_hooks();
+                if let Some(ended) = self.ended.get() {
+                    // The thread ends with the program.
+                    let _ = ended.send(run);
+                }
             }
             let audience = self.db.audience(&event.run).unwrap_or_default();
             let text = serde_json::to_string(&event).unwrap_or_default();

@@ -183,6 +183,8 @@ pub(crate) fn remove_user(
     for (table, column) in [
         ("secrets", "user"),
         ("members", "user"),
+        ("hooks", "user"),
+        ("deliveries", "user"),
         ("studies", "owner"),
         ("users", "id"),
     ] {

@@ -1,5 +1,5 @@
-// The account: sessions, tokens, links to runs; for administrators users.
-import { get, post, remove } from "./api.js";
+// The account: sessions, tokens, links to runs, the web hook; for administrators users.
+import { get, post, put as send, remove } from "./api.js";
 import { ago, ask, duration, el, put, size, toast } from "./dom.js";
 
 const day = (/** @type {number} */ unix) => new Date(1000 * unix).toLocaleDateString("en");
@@ -52,8 +52,22 @@ export async function showAccount(main) {
     });
   } }, name, el("button", {}, "New token"));
 
+  const url = el("input", { type: "url", required: true, maxlength: "2000", placeholder: "https://example.org/path", "aria-label": "URL of the web hook", class: "grow" });
+  const key = el("p", { role: "status" });
+  const hooked = el("form", { class: "row", onsubmit: async (/** @type {Event} */ event) => {
+    event.preventDefault();
+    await act(async () => {
+      const made = await (await send("/hook", { url: url.value })).json();
+      put(key, "Copy the secret of the signatures now; it is not shown again: ", el("code", {}, made.secret));
+    });
+  } }, url, el("button", {}, "Save"));
+
+  /** @param {any} one a delivery */
+  const outcome = (one) => one.message ? `${one.next ? "sent again soon" : "not delivered"}: ${one.message}` : one.next ? "waits" : "delivered";
+
   async function load() {
-    const [sessions, tokens, shares, inputs, users] = await Promise.all([get("/sessions"), get("/tokens"), get("/shares"), get("/inputs"), session.admin ? get("/users") : []]);
+    const [sessions, tokens, shares, inputs, hook, users] = await Promise.all([get("/sessions"), get("/tokens"), get("/shares"), get("/inputs"), get("/hook"), session.admin ? get("/users") : []]);
+    url.value ||= hook.url ?? "";
     put(list,
       card("Sessions", "Browsers that are logged in. A session ends with the token or the password that began it.",
         sessions.map((/** @type {any} */ one) => [one.current ? "this browser" : one.token ? `by token ${one.token}` : "by password or link", `begun ${ago(one.created)}`, `ends ${day(one.expires)}`,
@@ -64,6 +78,14 @@ export async function showAccount(main) {
       card("Links to runs", "Anyone with such a link looks at the run until the link ends.",
         shares.map((/** @type {any} */ one) => [el("a", { href: `/runs/${one.run}` }, one.run.slice(0, 8)), `ends ${day(one.expires)}`,
           taken(`/shares/${one.id}`, "Take back", "Holders of this link do not see the run any more.")])),
+      card("Web hook", hook.url ? `Each end of a run of yours is sent to ${hook.url}.` : "Each end of a run of yours can be sent to a URL: a chat, or a program of yours.",
+        hook.deliveries.slice(0, 20).map((/** @type {any} */ one) => [one.run ? el("a", { href: `/runs/${one.run}` }, one.run.slice(0, 8)) : "test", one.state, ago(one.created), outcome(one)]),
+        !session.read_only && el("div", {}, hooked, hook.url && el("p", { class: "row" },
+          el("button", { onclick: () => act(() => post("/hook/test", {})) }, "Send a test"),
+          el("button", { onclick: load }, "Look again"),
+          el("button", { onclick: async () => {
+            if (await ask("Remove?", "Ends of runs are not sent any more, and the list of messages is removed.", "Remove") !== null) await act(async () => { await remove("/hook"); put(key); url.value = ""; });
+          } }, "Remove")), key)),
       card("Inputs that no run names", "Files that were sent for a scene. Others go with the last run that names them.",
         inputs.filter((/** @type {any} */ one) => one.runs === 0).map((/** @type {any} */ one) => [el("code", {}, one.sha256.slice(0, 12)), size(one.bytes),
           taken(`/inputs/${one.sha256}`, "Delete", "Scenes that name this file have to send it again.")])),

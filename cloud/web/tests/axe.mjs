@@ -61,6 +61,11 @@ try {
   await browser.open(`${origin}/studies`);
   await sleep(700);
   await look("studies");
+  await browser.open(`${origin}/account`);
+  await browser.until(`document.body.innerText.includes("Web hook")`, "no account");
+  await look("account");
+  await browser.open(`${origin}/studies`);
+  await sleep(700);
   const study = await browser.run(`document.querySelector("tbody a")?.getAttribute("href")`);
   if (study) { await browser.open(origin + study); await sleep(2500); await look("study"); }
   await browser.look(390, 844, false, true);

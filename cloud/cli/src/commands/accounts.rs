@@ -205,6 +205,78 @@ impl Token {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct Hook {
+    #[command(flatten)]
+    server: Server,
+    #[command(subcommand)]
+    command: Option<HookCommand>,
+}
+
+#[derive(Debug, Subcommand)]
+enum HookCommand {
+    /// Show the URL and the last messages
+    Ls,
+    /// Have each end of a run sent to a URL; prints the secret of the signatures once
+    Set {
+        /// https://..., or http:// to a host that the administrator allows
+        url: String,
+    },
+    /// Send a test
+    Test,
+    /// Send nothing any more
+    Rm,
+}
+
+impl Hook {
+    pub(crate) fn run(self) -> Result<ExitCode> {
+        let client = self.server.connect()?;
+        match self.command.unwrap_or(HookCommand::Ls) {
+            HookCommand::Ls => {
+                let hook = client.json("/hook")?;
+                self.server.show(&hook, hook_in_words)?;
+            }
+            HookCommand::Set { url } => {
+                let made = client.put("/hook", &json!({"url": url}))?;
+                self.server
+                    .show(&made, |made| text_of(&made["secret"]).to_owned())?;
+            }
+            HookCommand::Test => {
+                client.post("/hook/test", &json!({}))?;
+            }
+            HookCommand::Rm => client.delete("/hook")?,
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// The URL of a hook, and a line for each message.
+fn hook_in_words(hook: &Value) -> String {
+    let url = match text_of(&hook["url"]) {
+        "" => "no web hook; `mercury-cloud hook set URL` sets one",
+        url => url,
+    };
+    let mut lines = vec![url.to_owned()];
+    for row in hook["deliveries"].as_array().into_iter().flatten() {
+        let ago = -row["created"].as_f64().map_or(0.0, days_from_now);
+        let (id, state) = (&row["id"], text_of(&row["state"]));
+        let run = row["run"].as_str().unwrap_or("-");
+        let outcome = match (text_of(&row["message"]), row["next"].as_f64()) {
+            ("", None) => "delivered".to_owned(),
+            ("", Some(_)) => "waits".to_owned(),
+            (why, None) => format!("not delivered: {why}"),
+            (why, Some(next)) => {
+                let wait = (86_400.0 * days_from_now(next)).max(0.0);
+                format!("sent again in {wait:.0} s: {why}")
+            }
+        };
+        lines.push(format!(
+            "{id:>6}  {ago:8.2} d ago  {run:32}  {state:9}  {outcome}"
+        ));
+    }
+    lines.join("\n")
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct User {
     #[command(flatten)]
     server: Server,

@@ -15,7 +15,7 @@ use serde_json::Value;
 
 use crate::client::Client;
 
-pub(crate) use accounts::{Audit, Link, Session, Share, Token, User};
+pub(crate) use accounts::{Audit, Hook, Link, Session, Share, Token, User};
 pub(crate) use projects::Project;
 pub(crate) use runs::{Clone, Extend, Get, List, Log, One, Remove};
 pub(crate) use submit::{Submit, Table};
@@ -55,10 +55,10 @@ pub(crate) fn data_folder() -> Result<PathBuf> {
 #[derive(Debug, Args)]
 pub(crate) struct Server {
     /// Link of the server, as `serve` prints it, or its address followed by /#token=mc_...
-    #[arg(long, value_name = "LINK")]
+    #[arg(long, global = true, value_name = "LINK")]
     link: Option<String>,
     /// Print answers as JSON
-    #[arg(long)]
+    #[arg(long, global = true)]
     json: bool,
 }
 

@@ -12,6 +12,7 @@ use crate::prices::Cost;
 
 use super::contents::{Forgotten, forget_input};
 use super::events::add_event;
+use super::hooks::add_end;
 use super::rows::{run_of, state_of, wish_word};
 use super::{Db, Reserved, Result, now};
 
@@ -197,6 +198,9 @@ impl Db {
                 "state",
                 json!({"state": after.state}),
             )?);
+            if !after.state.is_live() {
+                add_end(transaction, id, after.state.word())?;
+            }
         }
         Ok(Applied::Done(after, events))
     }

@@ -18,7 +18,7 @@ use tower_http::compression::{CompressionLayer, DefaultPredicate, Predicate};
 
 use crate::access::{ApiError, guard};
 use crate::state::App;
-use crate::{accounts, audit, downloads, openapi, projects, web};
+use crate::{accounts, audit, downloads, hooks, openapi, projects, web};
 
 pub(crate) use live::*;
 pub(crate) use results::*;
@@ -126,6 +126,12 @@ pub(crate) fn router(app: Arc<App>) -> Router {
             "/tokens",
             get(accounts::token_list).post(accounts::token_add),
         )
+        .route(
+            "/hook",
+            get(hooks::hook_get)
+                .put(hooks::hook_set)
+                .delete(hooks::hook_remove),
+        )
         .layer(DefaultBodyLimit::max(SMALL_BODY));
     let api = Router::new()
         .route("/check", post(check_scene))
@@ -158,6 +164,7 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route("/shares", get(accounts::share_list))
         .route("/shares/{id}", delete(accounts::share_remove))
         .route("/tokens/{id}", delete(accounts::token_remove))
+        .route("/hook/test", post(hooks::hook_test))
         .route("/audit", get(audit::audit_list))
         .route("/openapi.json", get(|| async { Json(openapi::document()) }))
         .layer(DefaultBodyLimit::max(LARGEST_BODY))
