@@ -259,7 +259,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         let own = self.own.clone();
         let fastest = match pool {
             Some(pool) if own.len() > 1 => pass.shared(
-                (&mut self.blocks, own),
+                &mut self.blocks,
+                own,
                 &self.sources,
                 records,
                 loads,
@@ -268,7 +269,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
                 pool,
             ),
             _ => pass.in_turn(
-                (&mut self.blocks, own),
+                &mut self.blocks,
+                own,
                 &self.sources,
                 records,
                 loads,

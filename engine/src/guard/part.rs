@@ -74,7 +74,7 @@ impl Part for GuardPart {
         true
     }
 
-    fn to_ranks(&mut self) -> Vec<u8> {
+    fn send_to_ranks(&mut self) -> Vec<u8> {
         let found = std::mem::take(&mut self.found);
         if found.is_empty() {
             return Vec::new();
@@ -85,7 +85,11 @@ impl Part for GuardPart {
         bytes
     }
 
-    fn from_ranks(&mut self, core: &mut Core, messages: &[Vec<u8>]) -> Result<(), RunError> {
+    fn receive_from_ranks(
+        &mut self,
+        core: &mut Core,
+        messages: &[Vec<u8>],
+    ) -> Result<(), RunError> {
         let of_rank = |bytes: &Vec<u8>| <Vec<(usize, Vec<f64>)>>::take(&mut &bytes[..]).ok();
         let found = messages.iter().filter_map(of_rank).flatten();
         let found = found.filter_map(|(kind, numbers)| Finding::from_numbers(kind, &numbers));

@@ -31,10 +31,10 @@ pub trait Ranks: Send {
     fn all(&mut self, own: Vec<u8>) -> Vec<Vec<u8>>;
 
     /// The bytes of all ranks, in their order, on the first one; nothing on the others.
-    fn to_first(&mut self, own: Vec<u8>) -> Vec<Vec<u8>>;
+    fn gather(&mut self, own: Vec<u8>) -> Vec<Vec<u8>>;
 
     /// The bytes of the first rank, on all of them.
-    fn from_first(&mut self, own: Vec<u8>) -> Vec<u8>;
+    fn broadcast(&mut self, own: Vec<u8>) -> Vec<u8>;
 
     /// Replaces each number by the largest of all ranks. None may be NaN.
     fn largest(&mut self, numbers: &mut [f64]);

@@ -138,7 +138,7 @@ impl Ranks for Mpi {
         starts.iter().zip(&ends).map(part).collect()
     }
 
-    fn to_first(&mut self, own: Vec<u8>) -> Vec<Vec<u8>> {
+    fn gather(&mut self, own: Vec<u8>) -> Vec<Vec<u8>> {
         let (rank, count) = self.place();
         if rank > 0 {
             self.exchange(vec![(0, own)], &[]);
@@ -150,7 +150,7 @@ impl Ranks for Mpi {
         all
     }
 
-    fn from_first(&mut self, own: Vec<u8>) -> Vec<u8> {
+    fn broadcast(&mut self, own: Vec<u8>) -> Vec<u8> {
         let root = self.world.process_at_rank(0);
         let mut length = own.len() as u64;
         root.broadcast_into(&mut length);

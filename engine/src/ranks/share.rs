@@ -1,12 +1,13 @@
 //! The share of one rank: its blocks and rows, and what goes over to other ranks.
 
 use std::ops::Range;
+use std::time::{Duration, Instant};
 
 use bytemuck::{bytes_of, bytes_of_mut};
 use glam::{DQuat, DVec3};
 
 use super::Ranks;
-use crate::state::{Load, Particle, Particles};
+use crate::state::{Load, Particle, Particles, Plain};
 
 /// Messages and bytes that were sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -52,6 +53,8 @@ pub struct Share {
     sent: Vec<(usize, Vec<u32>)>,
     /// Whether all rows are as their ranks have them.
     is_complete: bool,
+    /// The time that it took to compute own rows since the last division.
+    busy: Duration,
     /// Whether the first rank has ended the run.
     has_ended: bool,
     /// What it has sent.
@@ -72,6 +75,7 @@ impl Share {
             read: Vec::new(),
             sent: Vec::new(),
             is_complete: true,
+            busy: Duration::ZERO,
             has_ended: false,
             traffic: Traffic::default(),
             total: Traffic::default(),
@@ -106,11 +110,17 @@ impl Share {
         !self.cut.is_empty()
     }
 
-    /// Divides rows into blocks of a size, and these among the ranks: as many to each as nearly as possible.
+    /// Divides rows into blocks of a size, and these among the ranks: at first as many to each as nearly as possible, later so that each is busy for
+    /// as long as the others, by the times since the last division. They change no byte.
     pub fn divide(&mut self, rows: usize, block_size: usize) {
         let blocks = rows.div_ceil(block_size);
         let (_, count) = self.place();
-        self.cut = (0..=count).map(|rank| blocks * rank / count).collect();
+        let busy = std::mem::take(&mut self.busy).as_secs_f64();
+        let times = self.ranks.all(busy.to_le_bytes().to_vec());
+        let time = |bytes: &Vec<u8>| f64::take(&mut &bytes[..]).unwrap_or_default();
+        let times: Vec<f64> = times.iter().map(time).collect();
+        self.cut = balanced(&self.cut, &times, blocks)
+            .unwrap_or_else(|| (0..=count).map(|rank| blocks * rank / count).collect());
         (self.rows, self.block_size) = (rows, block_size);
         self.is_complete = true;
     }
@@ -218,9 +228,12 @@ impl Share {
             read,
             sent,
             traffic,
+            busy,
             ..
         } = self;
+        let (begun, mut waited) = (Instant::now(), Duration::ZERO);
         let mut exchange = |mut out: Vec<Vec<u8>>| {
+            let since = Instant::now();
             let to = read
                 .iter()
                 .map(|(rank, _)| (*rank, std::mem::take(&mut out[*rank])));
@@ -233,13 +246,16 @@ impl Share {
             from.iter()
                 .zip(came)
                 .for_each(|(&rank, bytes)| all[rank] = bytes);
+            waited += since.elapsed();
             all
         };
-        work(Some(Across {
+        let result = work(Some(Across {
             rank,
             cut,
             exchange: &mut exchange,
-        }))
+        }));
+        *busy += begun.elapsed().saturating_sub(waited);
+        result
     }
 
     /// The way to all ranks, while lists are built.
@@ -272,7 +288,7 @@ impl Share {
         }
         let bytes = pack_rows(particles, self.own_rows(particles.len()), true);
         self.traffic.bytes_of_looks += bytes.len() as u64;
-        let all = self.ranks.to_first(bytes);
+        let all = self.ranks.gather(bytes);
         self.take_rows(&all, particles, true);
         let Traffic {
             messages,
@@ -339,7 +355,7 @@ impl Drop for Share {
             return;
         }
         while !self.has_ended {
-            let end = self.ranks.from_first(vec![END]);
+            let end = self.ranks.broadcast(vec![END]);
             self.has_ended = end == [END];
         }
     }
@@ -347,6 +363,34 @@ impl Drop for Share {
 
 /// In place of a beginning or a call: there is none any more.
 pub const END: u8 = 0;
+
+/// First block of each rank, and the number of blocks, so that ranks are busy for the same time: blocks of a rank are taken to cost what they cost on
+/// average. Half of the way there, as the next times may differ. `None` without times.
+fn balanced(cut: &[usize], times: &[f64], blocks: usize) -> Option<Vec<usize>> {
+    let (&before, total) = (cut.last()?, times.iter().sum::<f64>());
+    if before == 0 || total <= 0.0 {
+        return None;
+    }
+    // In shares of the blocks, as there may be more or fewer now.
+    let place = |block: usize| block as f64 / before as f64;
+    let (mut rank, mut spent) = (0, 0.0);
+    let ranks = times.len();
+    let inner = (1..ranks).map(|next| {
+        let wanted = total * next as f64 / ranks as f64;
+        while rank + 1 < ranks && spent + times[rank] < wanted {
+            spent += times[rank];
+            rank += 1;
+        }
+        let part = ((wanted - spent) / times[rank]).clamp(0.0, 1.0);
+        let (start, end) = (place(cut[rank]), place(cut[rank + 1]));
+        let even = start + part * (end - start);
+        let half = 0.5 * (even + place(cut[next]));
+        (half * blocks as f64).round() as usize
+    });
+    let mut new: Vec<usize> = std::iter::once(0).chain(inner).chain([blocks]).collect();
+    (1..new.len()).for_each(|k| new[k] = new[k].clamp(new[k - 1], blocks));
+    Some(new)
+}
 
 fn bytes_in(messages: &[(usize, Vec<u8>)]) -> u64 {
     messages.iter().map(|(_, bytes)| bytes.len() as u64).sum()
@@ -404,5 +448,50 @@ fn unpack_rows(mut bytes: &[u8], particles: &mut Particles, rows: Range<usize>, 
     if with_loads {
         let loads = next(size_of::<Load>());
         bytemuck::cast_slice_mut(&mut particles.loads[rows.clone()]).copy_from_slice(loads);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        /// Blocks of any costs: after some divisions no rank is busy for longer than the mean by more than two of the dearest blocks.
+        #[test]
+        fn ranks_become_equally_busy(
+            costs in prop::collection::vec(0.1..5.0f64, 20..200),
+            ranks in 1usize..8,
+            grows in any::<bool>(),
+        ) {
+            let blocks = costs.len();
+            let time = |cut: &[usize], rank: usize| costs[cut[rank]..cut[rank + 1]].iter().sum::<f64>();
+            let mut cut: Vec<usize> = (0..=ranks).map(|rank| blocks * rank / ranks).collect();
+            for _ in 0..40 {
+                let times: Vec<f64> = (0..ranks).map(|rank| time(&cut, rank)).collect();
+                cut = balanced(&cut, &times, blocks).unwrap();
+                prop_assert!(cut.is_sorted() && cut[0] == 0 && cut[ranks] == blocks);
+            }
+            let mean = costs.iter().sum::<f64>() / ranks as f64;
+            let dearest = costs.iter().copied().fold(0.0, f64::max);
+            for rank in 0..ranks {
+                prop_assert!(time(&cut, rank) <= mean + 2.0 * dearest, "{cut:?}");
+            }
+            // More blocks are divided likewise.
+            let times: Vec<f64> = (0..ranks).map(|rank| time(&cut, rank)).collect();
+            let more = if grows { 2 * blocks } else { blocks / 3 };
+            let next = balanced(&cut, &times, more).unwrap();
+            prop_assert!(next.is_sorted() && next[0] == 0 && next[ranks] == more);
+        }
+    }
+
+    #[test]
+    fn without_times_there_is_no_balance() {
+        assert_eq!(balanced(&[], &[], 4), None);
+        assert_eq!(balanced(&[0, 0, 0], &[0.0, 0.0], 4), None);
+        assert_eq!(balanced(&[0, 2, 4], &[0.0, 0.0], 4), None);
+        // A rank without blocks gets some.
+        assert_eq!(balanced(&[0, 4, 4], &[1.0, 0.0], 4), Some(vec![0, 3, 4]));
     }
 }

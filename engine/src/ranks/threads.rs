@@ -86,7 +86,7 @@ impl Ranks for Threads {
             .collect()
     }
 
-    fn to_first(&mut self, own: Vec<u8>) -> Vec<Vec<u8>> {
+    fn gather(&mut self, own: Vec<u8>) -> Vec<Vec<u8>> {
         self.send(0, own);
         match self.number {
             0 => (0..self.from.len())
@@ -96,7 +96,7 @@ impl Ranks for Threads {
         }
     }
 
-    fn from_first(&mut self, own: Vec<u8>) -> Vec<u8> {
+    fn broadcast(&mut self, own: Vec<u8>) -> Vec<u8> {
         if self.number == 0 {
             for rank in 1..self.to.len() {
                 self.send(rank, own.clone());

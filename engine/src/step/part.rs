@@ -149,7 +149,7 @@ pub trait Part: Any + Send {
     }
 
     /// Bytes for the same part on all ranks, at the end of a step; empty in most.
-    fn to_ranks(&mut self) -> Vec<u8> {
+    fn send_to_ranks(&mut self) -> Vec<u8> {
         Vec::new()
     }
 
@@ -157,7 +157,11 @@ pub trait Part: Any + Send {
     ///
     /// # Errors
     /// Why the run cannot go on; the same on all ranks.
-    fn from_ranks(&mut self, core: &mut Core, messages: &[Vec<u8>]) -> Result<(), RunError> {
+    fn receive_from_ranks(
+        &mut self,
+        core: &mut Core,
+        messages: &[Vec<u8>],
+    ) -> Result<(), RunError> {
         let _ = (core, messages);
         Ok(())
     }

@@ -122,7 +122,7 @@ impl Engine {
         let Some(share) = core.ranks.as_mut().filter(|share| share.is_divided()) else {
             return Ok(numbers);
         };
-        let messages: Vec<Vec<u8>> = parts.iter_mut().map(|part| part.to_ranks()).collect();
+        let messages: Vec<Vec<u8>> = parts.iter_mut().map(|part| part.send_to_ranks()).collect();
         let speaks = messages.iter().any(|message| !message.is_empty());
         let mut largest = [&[f64::from(speaks)], &numbers[..]].concat();
         share.ranks().largest(&mut largest);
@@ -139,7 +139,7 @@ impl Engine {
                     .filter_map(|of_rank| of_rank.get(number).cloned());
                 let of_part: Vec<Vec<u8>> = of_part.collect();
                 if of_part.iter().any(|message| !message.is_empty()) {
-                    part.from_ranks(core, &of_part)?;
+                    part.receive_from_ranks(core, &of_part)?;
                 }
             }
         }
@@ -209,7 +209,7 @@ impl Engine {
         let mut bytes = Vec::new();
         all.put_own(contacts, &mut bytes);
         share.traffic.bytes_of_looks += bytes.len() as u64;
-        let came = share.ranks().to_first(bytes);
+        let came = share.ranks().gather(bytes);
         let cut = share.cut();
         for (rank, bytes) in came.iter().enumerate().skip(1) {
             let taken = all.take_others(contacts, cut[rank]..cut[rank + 1], &mut &bytes[..]);
@@ -222,7 +222,7 @@ impl Engine {
         if let Some(share) = self.core.ranks.as_mut().filter(|share| share.is_first()) {
             let mut bytes = Vec::new();
             call.put(&mut bytes);
-            share.ranks().from_first(bytes);
+            share.ranks().broadcast(bytes);
         }
     }
 
@@ -234,7 +234,7 @@ impl Engine {
         if let Some(share) = options.ranks.as_mut().filter(|share| share.is_first()) {
             let mut bytes = Vec::new();
             beginning().put(&mut bytes);
-            share.ranks().from_first(bytes);
+            share.ranks().broadcast(bytes);
         }
     }
 
@@ -246,7 +246,7 @@ impl Engine {
         let Some(share) = &mut options.ranks else {
             return Ok(());
         };
-        let bytes = share.ranks().from_first(Vec::new());
+        let bytes = share.ranks().broadcast(Vec::new());
         let mut engine = match Beginning::take(&mut &bytes[..]) {
             Ok(Beginning::Start { records }) => {
                 Self::unstarted(setup.to_setup(), options)?.started(records)?
@@ -267,7 +267,7 @@ impl Engine {
             let Some(share) = &mut engine.core.ranks else {
                 return Ok(());
             };
-            let bytes = share.ranks().from_first(Vec::new());
+            let bytes = share.ranks().broadcast(Vec::new());
             // Errors are the same on all ranks, and the first one reports them.
             match Call::take(&mut &bytes[..]) {
                 Ok(Call::Steps { count, watch }) => drop(engine.steps_here(count, watch)),

@@ -300,12 +300,12 @@ impl Ranks for Reversed {
         self.0.all(own)
     }
 
-    fn to_first(&mut self, own: Vec<u8>) -> Vec<Vec<u8>> {
-        self.0.to_first(own)
+    fn gather(&mut self, own: Vec<u8>) -> Vec<Vec<u8>> {
+        self.0.gather(own)
     }
 
-    fn from_first(&mut self, own: Vec<u8>) -> Vec<u8> {
-        self.0.from_first(own)
+    fn broadcast(&mut self, own: Vec<u8>) -> Vec<u8> {
+        self.0.broadcast(own)
     }
 
     fn largest(&mut self, numbers: &mut [f64]) {
@@ -361,9 +361,9 @@ fn threads_exchange_bytes() {
             .collect();
         assert_eq!(came, expected);
         assert_eq!(rank.all(vec![own as u8]), [[0], [1], [2]]);
-        let first = rank.to_first(vec![own as u8]);
+        let first = rank.gather(vec![own as u8]);
         assert_eq!(first.len(), if own == 0 { 3 } else { 0 });
-        assert_eq!(rank.from_first(vec![own as u8]), [0]);
+        assert_eq!(rank.broadcast(vec![own as u8]), [0]);
         let mut numbers = [own as f64, -(own as f64)];
         rank.largest(&mut numbers);
         assert_eq!(numbers, [2.0, 0.0]);

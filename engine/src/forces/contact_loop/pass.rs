@@ -63,7 +63,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
     /// The blocks of this rank, one after the other, on this thread.
     pub(super) fn in_turn(
         &self,
-        (blocks, own): (&mut [Block<Histories<N, T, R, A>>], Range<usize>),
+        blocks: &mut [Block<Histories<N, T, R, A>>],
+        own: Range<usize>,
         sources: &[Vec<Source>],
         records: &mut [Particle],
         loads: &mut [Load],

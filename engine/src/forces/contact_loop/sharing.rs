@@ -59,7 +59,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
     /// The blocks of this rank, by the threads of `pool`.
     pub(super) fn shared(
         &self,
-        (blocks, own): (&mut [Block<Histories<N, T, R, A>>], Range<usize>),
+        blocks: &mut [Block<Histories<N, T, R, A>>],
+        own: Range<usize>,
         sources: &[Vec<Source>],
         mut records: &mut [Particle],
         mut loads: &mut [Load],
