@@ -183,6 +183,7 @@ fn main() -> Result<(), WallError> {
                             &walls,
                             &cell,
                             &Margin::of_skin(MARGIN),
+                            &(0..particles.len()),
                             false,
                         )
                     });
