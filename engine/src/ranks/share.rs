@@ -57,6 +57,8 @@ pub struct Share {
     busy: Duration,
     /// Whether the first rank has ended the run.
     has_ended: bool,
+    /// Listed pairs of all ranks.
+    pub listed: usize,
     /// What it has sent.
     pub traffic: Traffic,
     /// What all ranks had sent at the last look.
@@ -77,6 +79,7 @@ impl Share {
             is_complete: true,
             busy: Duration::ZERO,
             has_ended: false,
+            listed: 0,
             traffic: Traffic::default(),
             total: Traffic::default(),
         }

@@ -230,6 +230,8 @@ impl Core {
     /// Times the candidate list was built, and the listed pairs of the present one.
     #[must_use]
     pub fn list_statistics(&self) -> (u64, usize) {
-        (self.lists.rebuilds, self.contacts.count()[0])
+        let own = || self.contacts.count()[0];
+        let listed = self.ranks.as_ref().map_or_else(own, |share| share.listed);
+        (self.lists.rebuilds, listed)
     }
 }

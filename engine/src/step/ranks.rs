@@ -75,7 +75,12 @@ impl Core {
 
     /// Learns which rows go over to other ranks in each step, after contacts were divided.
     pub(super) fn note_readers(&mut self) {
+        if self.ranks.is_none() {
+            return;
+        }
+        let [listed, _] = self.count_pairs();
         if let Some(share) = &mut self.ranks {
+            share.listed = listed;
             share.note_readers(&self.contacts.read_rows());
         }
     }

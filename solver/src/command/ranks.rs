@@ -6,11 +6,12 @@
 use std::sync::Arc;
 
 use mercury_common::cli::{Failure, Outcome};
+use mercury_common::readable;
 use mercury_common::scene::Statement;
 use mercury_engine::ranks::Share;
 use mercury_engine::state::Plain;
 use mercury_engine::step::{Engine, StartOptions};
-use mercury_solver::plan::Plan;
+use mercury_solver::plan::{Memory, Plan};
 use sha2::{Digest as _, Sha256};
 
 use super::check::hex;
@@ -96,6 +97,11 @@ fn join(_: usize, _: usize) -> Result<Job, Failure> {
 }
 
 impl Team {
+    /// The number of ranks.
+    pub(crate) fn count(&self) -> usize {
+        self.share.place().1
+    }
+
     /// Whether this is the first rank.
     pub(crate) fn is_first(&self) -> bool {
         self.share.is_first()
@@ -146,6 +152,17 @@ impl Team {
         let _ = Engine::follow(Arc::new(plan), options.ranks(Some(self.share)));
         Ok(())
     }
+}
+
+/// The section of a plan on ranks.
+pub(crate) fn planned(count: usize, memory: &Memory) -> String {
+    let each = memory.spheres / count as f64;
+    // A part of a packing amid others: docs/theory/distribution.md.
+    let beside = (4.0 * libm::cbrt(each * each)).min(memory.spheres - each);
+    let [each, beside] = [each, beside].map(|spheres| readable::count(spheres.round() as u64));
+    format!(
+        "\nRanks\n  {count:<23} about {each} spheres each, and up to {beside} beside them whose motion or loads go over in each step"
+    )
 }
 
 /// A digest of a scene with its files, and of the version of the program.

@@ -33,12 +33,16 @@ pub(crate) fn execute(arguments: &Arguments, path: &Path, within: Option<Arc<Wit
         true => None,
         false => Some(Requests::listen()?),
     };
+    let mut checked = None;
     let team = match (&requests, Job::join()?) {
         (_, Job::Alone) => None,
         (_, Job::Silent) => return Ok(()),
         // A command that only prints needs one process.
         (None, Job::Rank(team)) if !team.is_first() => return Ok(()),
-        (None, Job::Rank(_)) => None,
+        (None, Job::Rank(team)) => {
+            checked = Some(team.count());
+            None
+        }
         (Some(_), Job::Rank(team)) if team.is_first() => Some(team),
         (Some(_), Job::Rank(team)) => return follow(arguments, path, within, team),
     };
@@ -62,7 +66,7 @@ pub(crate) fn execute(arguments: &Arguments, path: &Path, within: Option<Arc<Wit
         requests,
         &task_progress,
         progress.clone(),
-        team,
+        (team, checked),
     );
     if let Some(progress) = progress {
         progress.end(outcome.as_ref().map(Option::as_ref));
@@ -89,7 +93,7 @@ fn plan_and_run(
     requests: Option<Requests>,
     task_progress: &Arc<TaskProgress>,
     progress: Option<Arc<ProgressFile>>,
-    mut team: Option<Team>,
+    (mut team, checked): (Option<Team>, Option<usize>),
 ) -> Result<Option<Report>, Failure> {
     let quiet = arguments.quiet || (arguments.check && arguments.json);
     let stop = (requests.as_ref()).map(|requests| (&requests.stop, before_end(progress.clone())));
@@ -126,7 +130,8 @@ fn plan_and_run(
     let Some(requests) = requests else {
         drop(waiting);
         let ends = until.as_ref().map(Aims::lines);
-        let named = lines_of(&results, &plan, ends.unwrap_or_default());
+        let mut named = lines_of(&results, &plan, ends.unwrap_or_default());
+        named += &checked.map_or_else(String::new, |count| ranks::planned(count, &memory));
         let few = few_rows(&results, &plan);
         let said = (named.as_str(), few);
         check::execute(arguments, &input, &scene, plan, &memory, machine, said)?;
