@@ -80,6 +80,7 @@ bytes_of clumps/drum --set time.end=0.02 --set output.interval=0.01
 bytes_of clumps/rod-gas --set time.end=0.02 --set output.interval=0.01
 bytes_of clumps/dominoes --set time.end=0.02 --set output.interval=0.01
 bytes_of clumps/egg --set time.end=0.02 --set output.interval=0.01
+bytes_of wear/screen --set time.end=0.004 --set output.interval=0.002
 bytes_of stress/overlaps --set time.end=0.002
 
 # A clump over four ranks, a sphere a thousand times its neighbours, an insertion over a cut, all grains through a periodic face on a cut, a

@@ -205,7 +205,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         bytes: &mut &[u8],
     ) -> Result<(), String> {
         match contacts {
-            true => self.take_contacts(bytes),
+            true => self.take_contacts(blocks, bytes),
             false => self.take_observations(blocks, bytes),
         }
     }

@@ -26,6 +26,25 @@ pub struct Rub {
     pub impact: Option<Impact>,
 }
 
+crate::state::plain!(Rub {
+    wall,
+    feature,
+    foot,
+    normal,
+    load,
+    way,
+    slip,
+    work,
+    impact
+});
+
+crate::state::plain!(Impact {
+    mass,
+    diameter,
+    speed,
+    approach
+});
+
 /// A particle at its first touch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Impact {

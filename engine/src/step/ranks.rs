@@ -73,6 +73,25 @@ impl Core {
         sums.map(|own| words.next().map_or(own, Exact::of_words))
     }
 
+    /// Puts a list that each rank has of its own rows in place by those of all ranks, in the order of rows.
+    pub fn join_ranks<T: Plain>(&mut self, list: &mut Vec<T>) {
+        let Some(share) = self.ranks.as_mut().filter(|share| share.is_divided()) else {
+            return;
+        };
+        let mut bytes = Vec::new();
+        list.iter().for_each(|one| one.put(&mut bytes));
+        let all = share.ranks().all(bytes);
+        list.clear();
+        for bytes in &all {
+            let mut bytes = &bytes[..];
+            while !bytes.is_empty()
+                && let Ok(one) = T::take(&mut bytes)
+            {
+                list.push(one);
+            }
+        }
+    }
+
     /// Learns which rows go over to other ranks in each step, after contacts were divided.
     pub(super) fn note_readers(&mut self) {
         if self.ranks.is_none() {

@@ -55,6 +55,7 @@ impl Part for Wear {
 
     fn after_forces(&mut self, core: &mut Core, _: Option<&Observation>) {
         core.contacts.take_rubs(self.rubs());
+        core.join_ranks(&mut self.rubs);
         if core.steps() == 0 {
             // Contacts of the start are no impacts.
             self.rubs();
@@ -66,6 +67,11 @@ impl Part for Wear {
         self.note(&core.domain.walls);
         let is_last = core.steps() == core.physics().steps;
         self.move_surfaces(core, |worn| worn.is_due() || is_last)
+    }
+
+    /// Every rank wears its own copy of the walls by the contacts of all.
+    fn works_on_ranks(&self) -> bool {
+        true
     }
 
     fn ends_run(&self) -> bool {

@@ -214,6 +214,12 @@ fn a_drum_of_a_mesh() {
     assert!(counts.lists > 1, "{counts:?}");
 }
 
+/// Walls that wear do it on each rank, by the contacts of all.
+#[test]
+fn a_screen_that_wears() {
+    same_on_any_ranks(&scene("wear/screen.toml", &[]), 3_000);
+}
+
 #[test]
 fn a_press_with_a_servo() {
     same_on_any_ranks(&scene("press.toml", &[]), 20_000);

@@ -4,11 +4,15 @@
 //! A block of another rank is an empty shell here. Its outbox has the targets that lie on this rank, so that what it sends is delivered like
 //! what a block of this rank has parked.
 
+use std::ops::Range;
+
 use super::block::Block;
 use super::carry_histories::CarriedFromWall;
 use super::slots::{IMAGE, Slot, WallSlot};
 use super::{ContactLoop, ContactSection};
-use crate::contact::{AdhesionLaw, Histories, History, NormalLaw, RollingLaw, TangentialLaw};
+use crate::contact::{
+    AdhesionLaw, FrictionNow, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
+};
 use crate::forces::blocks::Outbox;
 use crate::forces::{Observation, SavedSlots};
 use crate::ranks::Across;
@@ -75,8 +79,7 @@ pub(super) fn send_pairs<H: History>(
     came
 }
 
-/// Sends slots at walls to the ranks of their rows, and returns those that have come here. Friction is not sent: walls that need it are not
-/// computed on several ranks.
+/// Sends slots at walls to the ranks of their rows, and returns those that have come here.
 pub(super) fn send_from_walls<H: History>(
     across: &mut Across<'_>,
     block_size: usize,
@@ -90,6 +93,7 @@ pub(super) fn send_from_walls<H: History>(
         |row, ((_, wall, image), slot), bytes| {
             (row, (wall.number(), image)).put(bytes);
             (slot.feature, slot.state).put(bytes);
+            slot.friction.put(bytes);
             put_history(&slot.history, &mut Vec::new(), bytes);
         },
     );
@@ -98,13 +102,14 @@ pub(super) fn send_from_walls<H: History>(
         let mut bytes = &bytes[..];
         while let Ok((row, (wall, image))) = <(u32, (u16, u32))>::take(&mut bytes)
             && let Ok((feature, state)) = Plain::take(&mut bytes)
+            && let Ok(friction) = Plain::take(&mut bytes)
             && let Some(history) = take_history(&mut bytes)
         {
             let slot = WallSlot {
                 feature,
                 state,
                 history,
-                friction: None,
+                friction,
             };
             came.push(((row, WallIndex::new(wall), image), slot));
         }
@@ -210,7 +215,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
     /// Takes what the blocks of another rank have observed.
     pub(super) fn take_observations(
         &mut self,
-        blocks: std::ops::Range<usize>,
+        blocks: Range<usize>,
         bytes: &mut &[u8],
     ) -> Result<(), String> {
         for block in &mut self.blocks[blocks] {
@@ -226,10 +231,17 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
             self.put_section(section, &mut pieces, None);
             pieces.into_bytes().put(bytes);
         }
+        let slots = self.own_blocks().iter().flat_map(|block| &block.wall_slots);
+        let friction: Vec<Option<FrictionNow>> = slots.map(|slot| slot.friction).collect();
+        friction.put(bytes);
     }
 
     /// Fills the shells of another rank with its contacts, until the next evaluation.
-    pub(super) fn take_contacts(&mut self, bytes: &mut &[u8]) -> Result<(), String> {
+    pub(super) fn take_contacts(
+        &mut self,
+        blocks: Range<usize>,
+        bytes: &mut &[u8],
+    ) -> Result<(), String> {
         let of_section = |bytes: &mut &[u8]| SavedSlots::take(&mut &Vec::<u8>::take(bytes)?[..]);
         let (pairs, walls) = (of_section(bytes)?, of_section(bytes)?);
         for saved in pairs.iter() {
@@ -243,6 +255,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
         for saved in walls.iter() {
             let block = &mut self.blocks[saved.row as usize / self.block_size];
             block.push_saved_at_wall(&saved, <Histories<N, T, R, A>>::read(saved.history));
+        }
+        let friction: Vec<Option<FrictionNow>> = Plain::take(bytes)?;
+        let slots = (self.blocks[blocks].iter_mut()).flat_map(|block| &mut block.wall_slots);
+        for (slot, friction) in slots.zip(friction) {
+            slot.friction = friction;
         }
         Ok(())
     }
