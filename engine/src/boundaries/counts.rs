@@ -74,7 +74,7 @@ crate::state::plain!(Event {
     look
 });
 
-/// What was counted so far.
+/// Counts since the start, or since the last reading.
 #[derive(Debug, Clone)]
 pub(super) struct Counts {
     /// The particles removed by each deletion region, in the order of the plan.

@@ -26,7 +26,7 @@ pub(crate) struct GuardPart {
     stop: Option<Finding>,
     /// Nothing stops it any more: the last step is made to be looked at.
     off: bool,
-    /// What this rank has found in this step, where there are several.
+    /// Findings of this rank in this step, where there are several.
     found: Vec<Finding>,
     /// Overlap over the smaller radius beyond which a contact is named; `None` if the guard is off.
     overlap: Option<f64>,

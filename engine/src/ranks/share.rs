@@ -59,9 +59,9 @@ pub struct Share {
     has_ended: bool,
     /// Listed pairs of all ranks.
     pub listed: usize,
-    /// What it has sent.
+    /// Messages and bytes that it has sent.
     pub traffic: Traffic,
-    /// What all ranks had sent at the last look.
+    /// Messages and bytes of all ranks until the last look.
     pub total: Traffic,
 }
 
@@ -414,7 +414,7 @@ fn take_motion(motion: &[u8; MOTION], record: &mut Particle) {
     [record.position, record.velocity, record.angular_velocity] = vectors;
 }
 
-/// What changes of some rows from step to step, column by column.
+/// Bytes of the columns that change from step to step, of some rows.
 fn pack_rows(particles: &Particles, rows: Range<usize>, with_loads: bool) -> Vec<u8> {
     let mut bytes = Vec::new();
     let records = &particles.records[rows.clone()];

@@ -25,7 +25,7 @@ pub(super) enum Call {
     Steps {
         /// Their number.
         count: u64,
-        /// What is observed in the last one.
+        /// Observation to make in the last one.
         watch: Option<Watch>,
     },
     /// [`Engine::complete_step`](crate::step::Engine::complete_step).

@@ -322,7 +322,8 @@ fn run_in(folder: &Path, mut plan: Draft, steps: u64, interval: f64, threads: us
     plan.prefix = "run".to_owned();
     plan.steps = steps;
     plan.output.walls = true;
-    (plan.output.interval, plan.output.vtk_interval) = (interval, interval);
+    plan.output.interval = interval;
+    (plan.output.rows_interval, plan.output.vtk_interval) = (interval, interval);
     let options = RunOptions {
         folder: folder.to_owned(),
         threads,
