@@ -111,7 +111,7 @@ def test_slips_are_refused(study, pour):
     with pytest.raises(md.RunError, match="did you mean `sweep`"):
         md.Study({"study": {"scene": "pour.json", "swep": {}}})
     with pytest.raises(md.SceneError, match="none.toml"):
-        md.Study({"study": {"scene": "none.toml"}})
+        md.Study({"study": {"scene": "none.toml", "sweep": {"seed": [1, 2]}}})
     with pytest.raises(ValueError, match="at least 1"):
         md.Study(study).advance(jobs=0)
     study["study"]["sweep"] = {"materials.glass.density": [-1.0]}
@@ -128,6 +128,9 @@ def test_one_thread_at_a_time_uses_a_study(study):
     swept = md.Study(study)
     thread = threading.Thread(target=lambda: swept.advance(jobs=1))
     thread.start()
+    # It holds the study when its folder is there.
+    while not pathlib.Path("swept").exists():
+        time.sleep(0.001)
     refused = False
     while thread.is_alive() and not refused:
         try:
@@ -140,7 +143,10 @@ def test_one_thread_at_a_time_uses_a_study(study):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
-def test_ctrl_c_stops_with_checkpoints(study, pour, tmp_path):
+def test_ctrl_c_stops_with_checkpoints(study, pour, tmp_path, request):
+    # A shell lets programs in the background ignore it.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    request.addfinalizer(lambda: signal.signal(signal.SIGINT, before))
     pour["time"]["end"] = 2.0
     pathlib.Path("pour.json").write_text(json.dumps(pour))
     swept = md.Study(study)
@@ -152,9 +158,9 @@ def test_ctrl_c_stops_with_checkpoints(study, pour, tmp_path):
     timer.join()
     states = list(swept.table()["status"])
     assert "stopped" in states and "failed" not in states
-    stopped = names = [name for name, state in zip(swept.table()["run"], states) if state == "stopped"]
-    for name in names:
-        assert list((tmp_path / "swept" / name).glob("*.restart")), stopped
+    for name, state in zip(swept.table()["run"], states):
+        if state == "stopped":
+            assert list((tmp_path / "swept" / name).glob("*.restart")), name
 
 
 def test_progress_goes_to_standard_error_of_python(pour, tmp_path, capsys, monkeypatch):

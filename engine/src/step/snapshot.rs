@@ -304,6 +304,15 @@ impl Engine {
         taken
     }
 
+    /// Goes back to a state of this engine itself: as [`Self::restore_in_place`], without a copy of the present state for the case that the
+    /// snapshot is refused.
+    ///
+    /// # Errors
+    /// If the snapshot is of another engine. This one cannot go on then.
+    pub fn return_to(&mut self, snapshot: &Snapshot) -> Result<(), RunError> {
+        self.go_to(snapshot)
+    }
+
     fn go_to(&mut self, snapshot: &Snapshot) -> Result<(), RunError> {
         let options = StartOptions::threads(1).task_progress(self.threads.task_progress.clone());
         // All that is of the plan begins anew, so that nothing of the present state is left.

@@ -243,7 +243,7 @@ impl Run {
         if !Arc::ptr_eq(&self.plan, &saved.plan) {
             return Err(CouplingError::OtherRun.into());
         }
-        self.engine.restore_in_place(&saved.snapshot)?;
+        self.engine.return_to(&saved.snapshot)?;
         let (positions, sent) = &saved.files;
         if *sent != self.sent {
             let history = self.engine.history_columns();
