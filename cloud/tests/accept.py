@@ -665,6 +665,19 @@ def check_extend():
             subprocess.run(command, cwd=folder, check=True)
         served.same_as_alone(run, folder / "out")
         shutil.rmtree(folder)
+        # Several at once: one is accepted, and the run ends there.
+        for _ in range(3):
+            before, ends, accepted = served.run(run)["time"], [0.01, 0.02, 0.03, 0.04], []
+            def extend(more):
+                answer = served.request("POST", f"/runs/{run}/extend", {"end": before + more})
+                accepted.extend([before + more] if answer.status == 200 else [])
+                must(answer.status in (200, 409), f"{answer.status} {answer.body}")
+            threads = [threading.Thread(target=extend, args=(more,)) for more in ends]
+            [thread.start() for thread in threads]
+            [thread.join() for thread in threads]
+            must(len(accepted) == 1, f"{len(accepted)} of 4 extensions were accepted")
+            time_of = served.wait(run)["time"]
+            must(abs(time_of - accepted[0]) < 1e-4, f"the run ends at {time_of}, {accepted[0]} was accepted")
 
 
 def check_stop_resume():
@@ -801,6 +814,33 @@ name = "hard"
             must([row["run"] for row in got] == [row["run"] for row in expected], f"runs: {text}")
             of = lambda row: float(next(value for key, value in row.items() if key.split(" [")[0] == "speed"))
             must([of(row) for row in got] == [of(row) for row in expected], f"results: {text}\n{expected}")
+        # Means over seeds, and differences seed by seed.
+        (folder / "drum.toml").write_text(SCENE)
+        (folder / "seeds.toml").write_text("""[study]
+scene = "drum.toml"
+seeds = 3
+set = { "output.pictures" = false, "time.end" = 0.02 }
+[study.results]
+height = "max(particles.z)"
+speed = "max(particles.vx)"
+[study.sweep]
+"materials.0.tangential.friction" = [0.1, 0.5]
+""")
+        subprocess.run([SOLVE, "seeds.toml", "--quiet", "--output", "alone"], cwd=folder, check=True, capture_output=True)
+        def numbers(text):
+            plain = lambda key: key.split(" [")[0]
+            return [{plain(key): float(value) for key, value in row.items() if value} for row in csv.DictReader(text.splitlines())]
+        means, differences = (numbers((folder / f"alone/study.{name}.csv").read_text()) for name in ("means", "differences"))
+        made = subprocess.run([CLOUD, "submit", "--link", served.link, "seeds.toml"], cwd=folder, check=True, capture_output=True, text=True)
+        seeds = made.stderr.split()[1]
+        wait_for(lambda: served.json("GET", f"/studies/{seeds}")["states"].get("finished") == 6, 120, "not finished")
+        must(numbers(served.request("GET", f"/studies/{seeds}/means.csv", expect=200).body.decode()) == means, f"other means: {means}")
+        points = served.json("GET", f"/studies/{seeds}")["means"]
+        must([point["seeds"] for point in points] == [3, 3], f"{points}")
+        for k, name in enumerate(("height", "speed")):
+            one = points[1]["results"][k]
+            got = [one["difference"], one["difference_error"], one["correlation"]]
+            must(got == [differences[0].get(column) for column in (name, f"{name}_error", f"{name}_correlation")], f"{got}: {differences}")
         table = served.json("GET", f"/studies/{study}")
         served.request("DELETE", f"/runs/{table['rows'][0]['id']}", expect=204)
         must(len(served.json("GET", f"/studies/{study}")["rows"]) == 1, "the deleted run is in the table")
@@ -1027,6 +1067,7 @@ def check_others():
         must(served.json("GET", "/projects") == [], "a share link shows projects")
         must(served.json("GET", f"/runs?project={project}")["runs"] == [], "a share link lists runs")
         served.request("GET", f"/runs/{other}", expect=404)
+        served.request("GET", "/hook", expect=404)
         served.request("POST", f"/runs/{run}/stop", {}, expect=403)
         served.request("POST", "/tokens", {"name": "x"}, expect=403)
 
@@ -1997,11 +2038,17 @@ def check_start():
 
 
 def check_second_server():
-    """A second server on the same data is refused."""
+    """A second server on the same data is refused; servers of one machine on other ports share no cookie."""
     with server() as served:
         command = [*SERVE, "--data", str(served.folder / "data"), "--port", "0", "--solver", SOLVE]
         second = subprocess.run(command, capture_output=True, text=True, timeout=20)
         must(second.returncode == 1 and "another server" in second.stderr, f"{second}")
+        with server() as other:
+            # A browser sends the cookies of a host to all of its ports.
+            both = {"Cookie": f"{served.cookie}; {other.cookie}"}
+            names = {one.cookie.split("=")[0] for one in (served, other)}
+            must(len(names) == 2, f"one cookie of two servers: {names}")
+            [one.request("GET", "/session", headers=both, expect=200) for one in (served, other)]
 
 
 def check_slurm():
@@ -2451,6 +2498,15 @@ def check_view():
         run = served.submit(sets=["time.end=0.6", "output.interval=0.005", "output.pictures=false"], result=results)
         served.wait(run)
         browser("view.mjs", served.link, run)
+
+
+def check_known():
+    """A run that ends when its result is known, in Chromium: value and error at each look, what is missing, the time left until then."""
+    with server() as served:
+        until = re.sub(r"(?m)^end *=.*$", 'end = 60\nuntil = { result = "torque", error = "1 %", at_least = 0.3 }', SCENE, count=1) + '\n[results]\ntorque = "mean(walls.drum.ty, 0.2..)"\n'
+        run = served.submit(until, sets=["output.interval=0.002", "output.pictures=false"])
+        wait_for(lambda: any(one["file"].endswith(".results.csv") for one in served.json("GET", f"/runs/{run}/tables")), 120, "no look at the result")
+        browser("known.mjs", served.link, run)
 
 
 def check_study_page():

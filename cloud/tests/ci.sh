@@ -58,4 +58,4 @@ if command -v npm > /dev/null && npm install --silent --no-audit --no-fund --pre
 else
   echo "cloud: types and accessibility of the page not checked, typescript and axe-core cannot be installed"
 fi
-tests/accept.sh page newcomer study-page draft view account-page
+tests/accept.sh page newcomer study-page draft view account-page known

@@ -233,6 +233,42 @@ pub struct StudyTable {
     pub plots: Vec<String>,
     /// The runs that are still there.
     pub rows: Vec<StudyRun>,
+    /// Means of the runs that differ in their `seed` alone; empty where each point has one run.
+    pub means: Vec<StudyPoint>,
+}
+
+/// A point of a study: its runs differ in their `seed` alone. Seeds count in their order, up to the first without all results.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct StudyPoint {
+    /// A value for each key but `seed`, as TOML; none: what the scene says.
+    pub values: Vec<Option<String>>,
+    /// How many seeds count.
+    pub seeds: u64,
+    /// A mean for each result.
+    pub results: Vec<PointResult>,
+}
+
+/// A result of a point, as in the solver's `study.means.csv` and `study.differences.csv`. None: there are too few seeds for it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PointResult {
+    /// Mean over the seeds.
+    pub mean: Option<f64>,
+    /// Standard error of the mean. Few seeds widen it, by Student's distribution.
+    pub error: Option<f64>,
+    /// Lower end of the 95 % interval.
+    pub low: Option<f64>,
+    /// Upper end of the 95 % interval.
+    pub high: Option<f64>,
+    /// Standard deviation of one seed.
+    pub spread: Option<f64>,
+    /// Root mean square of the errors that the runs have by themselves.
+    pub within: Option<f64>,
+    /// Mean difference from the first point, seed by seed.
+    pub difference: Option<f64>,
+    /// Standard error of that difference.
+    pub difference_error: Option<f64>,
+    /// Correlation of the two points over their seeds.
+    pub correlation: Option<f64>,
 }
 
 /// A column of the table of a study.

@@ -32,7 +32,7 @@ const AT_ONCE: usize = 8;
 const MOST_TRIES: u32 = 6;
 
 /// Growth of the wait from one try to the next: 10 s, 1 min, 6 min, 36 min, 3.6 h with the default of `--retry-wait`.
-const GROWTH: f64 = 6.0;
+const GROWTH: u32 = 6;
 
 /// Seconds from one look for messages to the next, at most and at least; the latter also where the database fails.
 const LOOKS: [f64; 2] = [0.05, 60.0];
@@ -113,7 +113,7 @@ fn deliver(app: &App, client: &Agent, due: &Due) -> Result<()> {
     let again = why.is_some() && due.tries + 1 < MOST_TRIES;
     let tried = Tried {
         status,
-        wait: again.then(|| app.options.first_wait * GROWTH.powi(due.tries as i32)),
+        wait: again.then(|| app.options.first_wait * f64::from(GROWTH.pow(due.tries))),
         message: why.unwrap_or_default(),
     };
     Ok(app.db.end_delivery(due, &tried)?)

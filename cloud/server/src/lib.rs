@@ -16,6 +16,7 @@ mod earlier;
 mod frames;
 mod hooks;
 mod inputs;
+mod means;
 mod openapi;
 mod prices;
 mod projects;

@@ -45,6 +45,7 @@ use crate::{accounts, audit, downloads, hooks, projects, routes};
         routes::study_list,
         routes::study_table,
         routes::study_csv,
+        routes::study_means,
         projects::project_list,
         projects::project_add,
         projects::project_remove,

@@ -31,7 +31,7 @@ use crate::runs::{
 };
 use crate::secrets::{self, User};
 use crate::state::App;
-use crate::{earlier, projects};
+use crate::{earlier, means, projects};
 
 /// The most keys of a grid.
 const MOST_SWEEPS: usize = 20;
@@ -488,6 +488,7 @@ pub(crate) fn table(app: &App, user: &User, id: &str) -> Result<StudyTable, ApiE
         });
     }
     Ok(StudyTable {
+        means: means::points(&plan.keys, columns.len(), &table),
         row: StudyRow {
             id: id.to_owned(),
             title,
@@ -651,6 +652,7 @@ mod tests {
                 unit: "m/s".into(),
             }],
             plots: Vec::new(),
+            means: Vec::new(),
             rows: vec![StudyRun {
                 id: "r".into(),
                 name: "one".into(),

@@ -63,7 +63,7 @@ mod tests {
 
     #[test]
     fn a_checksum_goes_on_where_another_reader_has_stopped() {
-        let content: Vec<u8> = (0..1000_u32).map(|k| (k * k >> 3) as u8).collect();
+        let content: Vec<u8> = (0..1000_u32).map(|k| ((k * k) >> 3) as u8).collect();
         let sums = Sums::default();
         let mut sum = sums.of("tag");
         sum.add(0, &content[..300]);

@@ -46,7 +46,7 @@ export function draw(box, title, curves, log = { time: false, value: false }) {
     return all;
   };
   // Where bins have more than one row, the band from least to largest is the curve.
-  const banded = curves.some((curve) => curve.chart.min.some((value, k) => value !== curve.chart.max[k]));
+  const banded = (/** @type {Curve} */ curve) => curve.chart.min.some((value, k) => value !== curve.chart.max[k]);
   // As in "Energies / J".
   const unit = title.split(" / ")[1] ?? "";
   const series = /** @type {any[]} */ ([{ label: "time", value: shown("s") }]);
@@ -56,7 +56,7 @@ export function draw(box, title, curves, log = { time: false, value: false }) {
     const stroke = COLOURS[k % COLOURS.length];
     series.push({ label: curve.label, stroke, value: shown(unit), width: 1.6, spanGaps: true, points: { show: curve.chart.time.length < 30 } });
     data.push(spread(curve, curve.chart.max));
-    if (banded) {
+    if (banded(curve)) {
       series.push({ label: `${curve.label} least`, stroke, value: shown(unit), width: 1, spanGaps: true, points: { show: false } });
       data.push(spread(curve, curve.chart.min));
       bands.push({ series: [series.length - 2, series.length - 1], fill: `${stroke}55` });

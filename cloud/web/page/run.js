@@ -1,5 +1,5 @@
 // The page of one run: progress, particles, charts, log, attempts, files; what can be done with it.
-import { get, listen, patch, post, remove } from "./api.js";
+import { bytes, get, listen, patch, post, remove } from "./api.js";
 import { box, draw } from "./chart.js";
 import { choices, Charts, column } from "./charts.js";
 import { ago, ask, duration, el, number, put, size, state, toast, whole } from "./dom.js";
@@ -8,7 +8,7 @@ import { money, price } from "./money.js";
 import { selection, takes } from "./projects.js";
 import { isShown, showFile } from "./preview.js";
 import { Player } from "./player.js";
-import { uncertain } from "./statistics.js";
+import { known, looks, uncertain } from "./statistics.js";
 
 const LIVE = ["queued", "running", "stopping"];
 const CAUSES = /** @type {Record<string, string>} */ ({
@@ -51,7 +51,13 @@ export async function showRun(main, id) {
   const chosen = el("div");
   const many = new Charts(chosen, id);
   const facts = el("div", { class: "card" });
-  const results = el("div", { class: "card", hidden: true });
+  const values = el("div");
+  const over = el("div");
+  const results = el("div", { class: "card", hidden: true }, el("h2", {}, "Results"), values, over, el("p", { class: "small quiet" }, "Behind ± is one standard error."));
+  /** Looks at the results that end the run. @type {import("./statistics.js").Looks[]} */
+  let seen = [];
+  /** @type {(() => void)[]} */
+  let bands = [];
 
   const parts = ["Overview", "Charts", "Log", "Attempts", "Files", "Scene"];
   for (const part of parts) {
@@ -96,6 +102,8 @@ export async function showRun(main, id) {
 
   function top() {
     const live = LIVE.includes(run.state);
+    const sooner = known(run, seen);
+    const left = sooner ?? run.seconds_left;
     const share = run.of_steps ? Math.min(1, run.step / run.of_steps) : null;
     const offers = JSON.stringify([run.state, run.writable, run.time > 0, run.title]);
     if (offers !== offered) put(actions, run.writable ? [
@@ -120,7 +128,7 @@ export async function showRun(main, id) {
     put(life, run.unseen && live && el("p", { class: "warn-text" }, `Not seen for ${duration(run.unseen)}.`),
     !live && (run.cause ? run.cause !== "finished" : run.message) && el("p", { class: run.state === "failed" ? "bad-text" : "quiet" }, run.cause === "user" && run.message ? run.message : [CAUSES[run.cause] ?? run.cause, run.message && el("pre", {}, run.message)]),
     live && el("div", {}, el("p", { class: "row spread small" }, el("span", {}, share !== null ? `${(100 * share).toFixed(1)} % · ${number(run.time)} s of simulated time` : `${number(run.time)} s of simulated time`, doing && ` · ${doing}`),
-      el("span", { class: "quiet" }, run.seconds_left ? `about ${duration(run.seconds_left)} left` : "")), el("progress", { max: 1, value: share ?? 0, "aria-label": "Progress" })));
+      el("span", { class: "quiet" }, left ? `about ${duration(left)} left${sooner == null ? "" : ", until the results are known"}` : "")), el("progress", { max: 1, value: share ?? 0, "aria-label": "Progress" })));
     const bad = run.notes.filter((/** @type {any} */ note) => ["not-reproduced", "damaged"].includes(note.kind));
     put(facts, el("h2", {}, "Run"), el("dl", { class: "facts" },
       el("dt", {}, "Steps"), el("dd", {}, run.of_steps ? `${whole(run.step)} of ${whole(run.of_steps)}` : whole(run.step)),
@@ -132,7 +140,7 @@ export async function showRun(main, id) {
       run.time_limit && [el("dt", {}, "Time limit"), el("dd", {}, duration(run.time_limit))],
       run.core_seconds > 0 && [el("dt", {}, "Spent"), el("dd", {}, `${duration(run.core_seconds)} of a core`, run.cost != null && `, ${money(run.cost, session.price)}`)],
       run.saved > 0 && [el("dt", {}, "Saved"), el("dd", {}, `${money(run.saved, session.price)} against the full price`)],
-      run.seconds_left && live && session.price && [el("dt", {}, "Still to pay"), el("dd", {}, `about ${price(run.seconds_left * run.spec.threads, session.price)}`)],
+      left && live && session.price && [el("dt", {}, "Still to pay"), el("dd", {}, `about ${price(left * run.spec.threads, session.price)}`)],
       session.user !== run.owner && [el("dt", {}, "Owner"), el("dd", {}, run.owner)],
       projects && [el("dt", {}, "Project"), el("dd", {}, projects)],
       el("dt", {}, "Solver"), el("dd", {}, run.spec.solver)),
@@ -209,14 +217,31 @@ export async function showRun(main, id) {
   async function showResults() {
     const found = (await get(`/runs/${id}/files/summary.json`)).results ?? {};
     results.hidden = Object.keys(found).length === 0;
-    put(results, el("h2", {}, "Results"), Object.entries(found).map(([name, one]) => el("div", { class: "result" },
+    put(values, Object.entries(found).map(([name, one]) => el("div", { class: "result" },
       el("div", {}, el("b", {}, name), one.value == null ? el("span", { class: "bad-text" }, ` has no value: ${one.problem}`) : ` = ${one.error ? uncertain(one.value, one.error) : number(one.value)}${one.unit && one.unit !== "1" ? ` ${one.unit}` : ""}`),
       el("div", { class: "small quiet" }, el("code", {}, one.of),
         one.interval && `; 95 %: ${number(one.interval[0])} to ${number(one.interval[1])}`, one.window && `; ${number(one.window[0])} to ${number(one.window[1])} s`, one.batches && `, ${Math.floor(one.batches)} independent batches`),
       one.why_no_error && el("div", { class: "small quiet" }, `no error: ${one.why_no_error}`),
       one.value != null && one.problem && el("div", { class: "small warn-text" }, one.problem),
-      one.note && el("div", { class: "small warn-text" }, one.note), one.steady === false && el("div", { class: "small warn-text" }, "The rows of the window are not steady."))),
-    el("p", { class: "small quiet" }, "Behind ± is one standard error."));
+      one.note && el("div", { class: "small warn-text" }, one.note), one.steady === false && el("div", { class: "small warn-text" }, "The rows of the window are not steady."))));
+  }
+
+  /** Results that end the run, at each look: the band of their 95 % intervals over time, and while the run computes what is missing. */
+  async function showLooks() {
+    const table = tables.find((one) => one.file.endsWith(".results.csv"));
+    if (!table) return;
+    seen = looks(new TextDecoder().decode(await bytes(`/runs/${id}/files/${table.file.split("/").map(encodeURIComponent).join("/")}`)));
+    if (!seen.length) return;
+    results.hidden = false;
+    const unit = (/** @type {any} */ one) => (one.unit && one.unit !== "1" ? ` ${one.unit}` : "");
+    if (run.state !== "finished") put(values, seen.map((one) => el("div", { class: "result" }, el("div", {}, el("b", {}, one.name), ` = ${uncertain(one.value[one.value.length - 1], one.error)}${unit(one)}`),
+      el("div", { class: "small quiet" }, `wanted: ± ${number(one.wanted)}${unit(one)}; ${one.more > 0 ? `about ${number(Number(one.more.toPrecision(2)))} s of simulated time more` : "known at this look"}`),
+      !one.steady && el("div", { class: "small warn-text" }, "The rows are not steady yet."))));
+    bands.forEach((end) => end());
+    const boxes = seen.map(() => box());
+    put(over, boxes);
+    bands = seen.map((one, k) => draw(boxes[k], `${one.name}${one.unit && one.unit !== "1" ? ` / ${one.unit}` : ""}`, [{ label: "value", chart: { time: one.time, min: one.value, max: one.value } }, { label: "95 %", chart: { time: one.time, min: one.low, max: one.high } }]));
+    top();
   }
 
   let [busy, wanted] = [false, false];
@@ -227,6 +252,7 @@ export async function showRun(main, id) {
     try {
       if (tab === "Overview") await viewer.load();
       if (tab === "Overview" || tab === "Charts") await plot();
+      if (tab === "Overview") await showLooks();
       if (tab === "Log") await showLog();
       if (tab === "Attempts") await showAttempts();
       if (tab === "Overview" && run.state === "finished") await showResults();
@@ -254,5 +280,5 @@ export async function showRun(main, id) {
       if (Date.now() - last > 4000) { last = Date.now(); refresh(); }
     } else again();
   }, again);
-  return () => { end(); charts.forEach((stop) => stop()); many.end(); viewer.end(); };
+  return () => { end(); [...charts, ...bands].forEach((stop) => stop()); many.end(); viewer.end(); };
 }

@@ -49,6 +49,7 @@ export async function showStudy(main, id) {
   const actions = el("div", { class: "row" });
   const place = el("div", { class: "chart" });
   const curves = el("div");
+  const means = el("div");
   let clear = () => {};
   let end = () => {};
   const numbers = table.keys.map((/** @type {string} */ _, /** @type {number} */ k) => k).filter((/** @type {number} */ k) => table.rows.some((/** @type {any} */ row) => numeric(row.values[k]) !== null));
@@ -60,7 +61,7 @@ export async function showStudy(main, id) {
   if (wished >= 0) up.value = String(wished);
 
   put(main, el("div", { class: "row spread" }, el("h1", {}, table.title), el("div", { class: "row" }, actions, el("a", { class: "button", href: `/api/v1/studies/${id}/table.csv`, download: "study.csv" }, "Download the table"))), states,
-    table.results.length > 0 && numbers.length > 0 && el("div", { class: "card" }, el("div", { class: "row" }, el("h2", {}, "Plot"), el("label", {}, "of", up), el("label", {}, "over", across)), place),
+    table.results.length > 0 && numbers.length > 0 && el("div", { class: "card" }, el("div", { class: "row" }, el("h2", {}, "Plot"), el("label", {}, "of", up), el("label", {}, "over", across)), place), means,
     el("div", { class: "card scroll" }, el("table", { class: "study" }, el("thead", {}, head), body)), curves);
 
   function plot() {
@@ -71,6 +72,21 @@ export async function showStudy(main, id) {
     if (!series.length) return put(place, el("p", { class: "quiet" }, "Points appear as runs finish."));
     put(place);
     clear = scatter(place, table.keys[Number(across.value)], heading(table.results[Number(up.value)]), series);
+  }
+
+  /** Means over seeds, and differences from the first point. */
+  function average() {
+    if (!table.means.length) return put(means);
+    const keys = table.keys.filter((/** @type {string} */ key) => key !== "seed");
+    const differ = table.means.some((/** @type {any} */ point) => point.results.some((/** @type {any} */ one) => one.difference != null));
+    /** @param {number | null} value @param {number | null} error */
+    const text = (value, error) => (value == null ? "" : error ? uncertain(value, error) : number(value));
+    put(means, el("div", { class: "card scroll" }, el("div", { class: "row spread" }, el("h2", {}, "Means over seeds"), el("a", { class: "button", href: `/api/v1/studies/${id}/means.csv`, download: "study.means.csv" }, "Download the means")),
+      el("p", { class: "quiet small" }, "With standard errors, which few seeds widen. Seeds count in their order, up to the first that is not finished.", differ && " Differences are those from the first row, seed by seed."),
+      el("table", { class: "means" }, el("thead", {}, el("tr", {}, keys.map((/** @type {string} */ key) => el("th", { class: "number" }, key)), el("th", { class: "number" }, "seeds"),
+        table.results.map((/** @type {any} */ column) => [el("th", { class: "number" }, heading(column)), differ && el("th", { class: "number" }, "difference")]))),
+        el("tbody", {}, table.means.slice(0, 500).map((/** @type {any} */ point) => el("tr", {}, point.values.map((/** @type {string | null} */ value) => el("td", { class: "number" }, value ?? "")), el("td", { class: "number" }, point.seeds),
+          point.results.map((/** @type {any} */ one) => [el("td", { class: "number", title: one.low == null ? "" : `95 %: ${number(one.low)} to ${number(one.high)}` }, text(one.mean, one.error)), differ && el("td", { class: "number" }, text(one.difference, one.difference_error))])))))));
   }
 
   /** @param {any} row @param {number} column */
@@ -135,10 +151,12 @@ export async function showStudy(main, id) {
     table = await get(`/studies/${id}`).catch(() => table);
     fill();
     plot();
+    average();
     if (Date.now() - drawn > 5000) await lay();
   }
   fill();
   plot();
+  average();
   await lay();
   const ids = new Set(table.rows.map((/** @type {any} */ row) => row.id));
   // Many runs end at once: the table is read anew once a second at most.

@@ -46,8 +46,22 @@ try {
   said("all finished; the plot is there");
   await browser.open(`${new URL(link).origin}${await browser.run("location.pathname")}`);
   await browser.until(`document.querySelectorAll(".chart canvas").length >= 2`, "no charts over each other");
+  // Two seeds of three frictions: means with errors, and differences from the first.
+  await browser.until(`document.querySelectorAll("table.means tbody tr").length === 3`, "no means");
+  const means = await browser.run(`[...document.querySelectorAll("table.means tbody tr")].map((row) => [...row.children].map((cell) => cell.innerText))`);
+  if (!means.every((row) => row[1] === "2" && row[2].includes("±")) || !means[1][3].includes("±") || means[0][3] !== "") throw new Error(`means: ${JSON.stringify(means)}`);
   await sleep(500);
   await browser.picture("study.png");
+  for (const [name, width, height, dark, phone] of [["light", 1366, 768, false, false], ["dark", 1366, 768, true, false], ["phone", 390, 844, false, true]]) {
+    await browser.look(width, height, dark, phone);
+    await browser.until(`document.querySelectorAll("table.means tbody tr").length === 3`, "no means");
+    await browser.run(`document.querySelector("table.means").scrollIntoView({ block: "center" })`);
+    await sleep(500);
+    await browser.picture(`study-means-${name}.png`);
+    if (await browser.run(`document.documentElement.scrollWidth > innerWidth`)) throw new Error(`the page is wider than ${width}`);
+  }
+  await browser.look(1280, 1000, false);
+  await sleep(1000);
   await browser.click("height / m");
   await browser.until(`(() => { const column = [...document.querySelectorAll("table.study tbody tr")].map((row) => Number(row.lastElementChild.innerText)); return column.every((value, k) => k === 0 || column[k - 1] <= value); })()`, "not sorted");
   for (const row of [0, 5]) await browser.run(`document.querySelectorAll("table.study tbody input")[${row}].click()`);

@@ -6,12 +6,14 @@
 
 mod batches;
 mod enough;
+mod mean;
 mod record;
 mod student;
 mod warm_up;
 
 pub use batches::{BATCH_BINS, Batches, FEWEST_BATCHES};
 pub use enough::{FIRST_LOOK, Look, Looks};
+pub use mean::{Mean, root_mean_square};
 pub use record::{MOST_BINS, Record};
 pub use student::student_t_975;
 pub use warm_up::{StartUp, start_up};

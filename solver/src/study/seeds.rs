@@ -8,7 +8,7 @@ use std::collections::{HashMap, HashSet};
 
 use mercury_common::readable::significant;
 use mercury_common::scene::nearest;
-use mercury_common::statistics::student_t_975;
+use mercury_common::statistics::{Mean, root_mean_square};
 
 use super::table::{StudyTable, error_column, number};
 use super::{MOST_RUNS, Study, StudyError, StudyRun};
@@ -22,8 +22,6 @@ pub const DIFFERENCES: &str = "study.differences.csv";
 pub const SEED: &str = "seed";
 /// Seeds from which on intervals of normal outcomes hold the mean in 93 to 95 of 100 cases, also where the number of seeds follows from them.
 const TRUSTED: u32 = 8;
-/// The error of the normal law's 95 % interval, in standard errors.
-const NORMAL: f64 = 1.96;
 
 /// How many seeds each point has.
 #[derive(Debug, Clone, PartialEq)]
@@ -153,38 +151,6 @@ impl Outcome {
 fn values(outcomes: &[Outcome], name: &str) -> Vec<f64> {
     let values = outcomes.iter().filter_map(|outcome| outcome.value(name));
     values.collect()
-}
-
-/// A mean over seeds.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Mean {
-    value: f64,
-    /// Standard deviation of one value.
-    spread: f64,
-    /// Half the width of the 95 % interval.
-    half: f64,
-    /// That in units of a standard error of the normal law, which a few seeds widen.
-    error: f64,
-}
-
-impl Mean {
-    /// Of one value or more; a single value has no error.
-    fn of(values: &[f64]) -> Self {
-        let count = values.len() as f64;
-        let value = values.iter().sum::<f64>() / count;
-        let squares: f64 = values.iter().map(|v| (v - value) * (v - value)).sum();
-        let (mut spread, mut half) = (f64::NAN, f64::NAN);
-        if values.len() > 1 {
-            spread = (squares / (count - 1.0)).sqrt();
-            half = student_t_975(count - 1.0) * spread / count.sqrt();
-        }
-        Self {
-            value,
-            spread,
-            half,
-            error: half / NORMAL,
-        }
-    }
 }
 
 impl Study {
@@ -346,8 +312,6 @@ impl Study {
                     .filter_map(|o| o.error(&result.name))
                     .collect();
                 let mean = Mean::of(&values);
-                let squares: f64 = within.iter().map(|error| error * error).sum();
-                let within = (squares / within.len() as f64).sqrt();
                 row.extend(
                     [
                         mean.value,
@@ -355,7 +319,7 @@ impl Study {
                         mean.value - mean.half,
                         mean.value + mean.half,
                         mean.spread,
-                        within,
+                        root_mean_square(&within),
                     ]
                     .map(cell),
                 );
@@ -411,12 +375,7 @@ impl Study {
             for result in &self.results {
                 let [ours, theirs] =
                     [outcomes, first].map(|outcomes| values(&outcomes[..count], &result.name));
-                let pairs = || ours.iter().zip(&theirs);
-                let difference: Vec<f64> = pairs().map(|(a, b)| a - b).collect();
-                let (difference, a, b) =
-                    (Mean::of(&difference), Mean::of(&ours), Mean::of(&theirs));
-                let product: f64 = pairs().map(|(x, y)| (x - a.value) * (y - b.value)).sum();
-                let correlation = product / ((count as f64 - 1.0) * a.spread * b.spread);
+                let (difference, correlation) = Mean::of_differences(&ours, &theirs);
                 row.extend([difference.value, difference.error, correlation].map(cell));
             }
             differences.rows.push(row);

@@ -31,13 +31,19 @@ fn is_public(address: IpAddr) -> bool {
     match address.to_canonical() {
         IpAddr::V4(v4) => {
             let [a, b, c, _] = v4.octets();
-            let special = match (a, b, c) {
-                (0 | 10 | 127 | 224.., ..) => true,
-                (100, 64..=127, _) | (169, 254, _) | (172, 16..=31, _) | (192, 168, _) => true,
-                (192, 0, 0 | 2) | (192, 88, 99) | (198, 18 | 19, _) => true,
-                (198, 51, 100) | (203, 0, 113) => true,
-                _ => false,
-            };
+            let special = matches!(
+                (a, b, c),
+                (0 | 10 | 127 | 224.., ..)
+                    | (100, 64..=127, _)
+                    | (169, 254, _)
+                    | (172, 16..=31, _)
+                    | (192, 168, _)
+                    | (192, 0, 0 | 2)
+                    | (192, 88, 99)
+                    | (198, 18 | 19, _)
+                    | (198, 51, 100)
+                    | (203, 0, 113)
+            );
             !special
         }
         // Global unicast is 2000::/3. Within it are protocols (2001::/23), documentation (2001:db8::/32, 3fff::/20), and 2002::/16, which

@@ -13,7 +13,7 @@ use super::{Answer, JsonBody, QueryParams, Shared};
 use crate::access::{Anyone, ApiError, LoggedIn};
 use crate::runs::blocking;
 use crate::secrets::Caller;
-use crate::{projects, studies};
+use crate::{means, projects, studies};
 
 /// Runs that a study would have, or its problems.
 #[utoipa::path(post, path = "/api/v1/studies/check", request_body = Study, responses((status = 200, body = StudyChecked)))]
@@ -87,10 +87,26 @@ pub(crate) async fn study_csv(
     Path(study): Path<String>,
 ) -> Result<Response, ApiError> {
     let table = blocking(move || studies::table(&app, &user, &study)).await?;
-    let name = "attachment; filename=\"study.csv\"";
+    Ok(saved("study.csv", studies::csv(&table)))
+}
+
+/// The means of a study over its seeds as comma-separated values, as the solver's `study.means.csv`.
+#[utoipa::path(get, path = "/api/v1/studies/{study}/means.csv", params(("study" = String, Path)), responses((status = 200, content_type = "text/csv")))]
+pub(crate) async fn study_means(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Path(study): Path<String>,
+) -> Result<Response, ApiError> {
+    let table = blocking(move || studies::table(&app, &user, &study)).await?;
+    Ok(saved("study.means.csv", means::csv(&table)))
+}
+
+/// A table that browsers save under a name.
+fn saved(name: &str, text: String) -> Response {
+    let disposition = format!("attachment; filename=\"{name}\"");
     let head = [
-        (header::CONTENT_TYPE, "text/csv; charset=utf-8"),
-        (header::CONTENT_DISPOSITION, name),
+        (header::CONTENT_TYPE, "text/csv; charset=utf-8".to_owned()),
+        (header::CONTENT_DISPOSITION, disposition),
     ];
-    Ok((head, studies::csv(&table)).into_response())
+    (head, text).into_response()
 }
