@@ -14,9 +14,11 @@ if ! has_mpi; then
     exit 0
 fi
 target="${CARGO_TARGET_DIR:-$PWD/target}"
-cargo clippy --locked -p engine -p solver --features mpi --lib --bins -- -D warnings
+# The whole workspace is selected, so that what it depends on has the features that it had before.
+cargo clippy --locked --workspace --features solver/mpi --lib --bin mercury-solve -- -D warnings
 # Programs of the tests, which are made with checks of overflow; the one without MPI is there already.
 cp "$target/debug/mercury-solve" "$target/without-mpi"
-cargo build --locked -p solver --features mpi --bin mercury-solve
-cp "$target/debug/mercury-solve" "$target/with-mpi"
+cargo build --locked --workspace --features solver/mpi --bin mercury-solve
+mv "$target/debug/mercury-solve" "$target/with-mpi"
+cp "$target/without-mpi" "$target/debug/mercury-solve"
 tests/mpi/accept.sh "$target/with-mpi" "$target/without-mpi"
