@@ -13,12 +13,12 @@ use mercury_common::within::Within;
 use mercury_engine::task::TaskProgress;
 use mercury_solver::output::summary::Status;
 use mercury_solver::results::{Aims, NamedResult, requested};
-use mercury_solver::run::{Progress, Report, check_fit, plan_within};
+use mercury_solver::run::{Branch, Progress, Report, check_fit, plan_within};
 use serde_json::Value;
 
 use super::input::{Input, refused};
 use super::progress::ProgressFile;
-use super::run::{How, Ran, Requests, Stated, run_plan};
+use super::run::{How, Ran, Requests, Stated, not_branched, run_plan};
 use super::waiting::{BeforeEnd, Waiting};
 use super::{check, problems, study};
 use crate::Arguments;
@@ -80,20 +80,30 @@ fn plan_and_run(
     let quiet = arguments.quiet || (arguments.check && arguments.json);
     let stop = (requests.as_ref()).map(|requests| (&requests.stop, before_end(progress.clone())));
     let waiting = Waiting::begin(task_progress, stop, quiet)?;
-    let input = match path == Path::new("-") {
-        true => {
+    let branch = match (&arguments.from, arguments.at) {
+        (Some(run), Some(at)) => {
+            Some(Branch::plan(run, at, &arguments.set).map_err(|error| not_branched(&error))?)
+        }
+        _ => None,
+    };
+    let set = (branch.as_ref()).map_or(&arguments.set, |branch| &branch.input.set);
+    let input = match (&branch, path == Path::new("-")) {
+        (Some(branch), _) => Input::of_run(&branch.input),
+        (None, true) => {
             if std::io::stdin().is_terminal() && !arguments.quiet {
                 eprintln!("reading the scene from standard input");
             }
             Input::of_standard_input(within.as_ref())?
         }
-        false => Input::read(path, within.as_ref())?,
+        (None, false) => Input::read(path, within.as_ref())?,
     };
-    if let Some(requested) = study::requested(&input, arguments, within.as_ref())? {
+    if branch.is_none()
+        && let Some(requested) = study::requested(&input, arguments, within.as_ref())?
+    {
         study::execute(&requested, arguments, requests, task_progress, waiting)?;
         return Ok(None);
     }
-    let scene = input.scene(&arguments.set)?;
+    let scene = input.scene(set)?;
     let machine = machine::memory();
     let limit = machine.filter(|_| !arguments.force_memory);
     let (plan, memory) = plan_within(&scene, limit).map_err(|errors| refused(&errors))?;
@@ -131,7 +141,9 @@ fn plan_and_run(
     let prefix = plan.outputs().prefix().to_owned();
     let stated = Stated {
         input: &input,
-        statement: &scene.statement,
+        set,
+        scene: &scene,
+        branch: branch.as_ref(),
     };
     let result = run_plan(
         &how,

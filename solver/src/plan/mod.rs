@@ -33,6 +33,7 @@ mod settled;
 mod stages;
 mod start_from_frame;
 mod start_from_run;
+mod sums;
 #[cfg(test)]
 mod tests;
 mod time_step;
@@ -48,6 +49,7 @@ pub use draft::Draft;
 pub use expected::{Counted, Expected, LeftOut, expected};
 pub use fields::{FieldPlan, MOST_FIELDS};
 pub use files::{SceneFile, files};
+pub use sums::{FileSum, hex, sha256, summed};
 pub use largest::{Largest, largest, lattice_grains};
 pub use memory::{Memory, StartBytes};
 pub use mercury_engine::contact::parameter::{Origin, Parameter, Value};

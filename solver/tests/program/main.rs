@@ -1,5 +1,7 @@
 //! The program `mercury-solve` from its command line: input, output, signals, studies.
 
+mod branch;
+mod chain;
 mod cli;
 #[path = "../common/mod.rs"]
 mod common;
