@@ -39,6 +39,7 @@ Examples:
   mercury-solve drum.toml --resume                go on from there: the same bytes as without a stop
   mercury-solve drum.toml --resume --set time.end=4   longer than it was
   mercury-solve --from drum --at 0.7 --set gravity=[0,0,-1.62] --output moon   as drum/ up to 0.7 s, and on with other gravity
+  mercury-solve verify drum                       whether its files are what its steps give; some steps are made again
   mercury-solve --inspect drum/drum.0.restart     what is in a checkpoint; --json for scripts
   mercury-solve repose.toml --sweep materials.grain.rolling.friction=0,0.1,0.2 --result \"height=max(particles.z)\"
                                                   a study: a run for each value, a table and a plot in repose-study/
@@ -189,6 +190,8 @@ struct Arguments {
 enum Command {
     /// Write a commented scene to start from, with the files it needs; nothing is ever replaced
     New(command::new::New),
+    /// Check a run against its chain: all its files, and a share of its steps made again; nothing in RUN is changed
+    Verify(command::verify::Verify),
 }
 
 fn lanes(text: &str) -> Result<Width, String> {
@@ -265,6 +268,7 @@ fn main() -> ExitCode {
 fn execute(arguments: &Arguments) -> Outcome {
     match &arguments.command {
         Some(Command::New(new)) => return command::new::execute(new),
+        Some(Command::Verify(verify)) => return command::verify::execute(verify),
         None => {}
     }
     if let Some(shell) = arguments.completions {

@@ -17,3 +17,4 @@ mod stopping;
 mod study;
 mod trial;
 mod until;
+mod verify;
