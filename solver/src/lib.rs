@@ -1,7 +1,7 @@
 //! The solver: from a scene to the files of a run, over the [engine](mercury_engine).
 //!
 //! The modules, each of which may use those below it: [`run`], [`results`], [`output`], [`plan`]. Beside them [`study`]: many runs of one
-//! scene; [`starters`]: scenes to start from. Plans and output of some features have a folder for each: `bonds`, `boundaries`, `liquid`, `membranes`,
+//! scene; [`starters`]: scenes to start from; [`verify`]: runs against their chains. Plans and output of some features have a folder for each: `bonds`, `boundaries`, `liquid`, `membranes`,
 //! `sprays`, `wear`.
 
 #![warn(clippy::disallowed_methods)]
@@ -18,4 +18,5 @@ pub mod run;
 mod sprays;
 pub mod starters;
 pub mod study;
+pub mod verify;
 mod wear;

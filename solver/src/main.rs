@@ -12,6 +12,7 @@ use command::input::lies_within;
 use command::problems;
 use command::run::How;
 use mercury_common::cli::{self, Failure, Outcome, say};
+use mercury_common::units::Dimension;
 use mercury_common::within::Within;
 use mercury_engine::forces::fix_block_size;
 use mercury_engine::lanes::Width;
@@ -38,6 +39,8 @@ Examples:
   mercury-solve drum.toml --time-limit 55m        stop before a queue's limit, with a checkpoint
   mercury-solve drum.toml --resume                go on from there: the same bytes as without a stop
   mercury-solve drum.toml --resume --set time.end=4   longer than it was
+  mercury-solve --from drum --at 0.7 --set gravity=[0,0,-1.62] --output moon   as drum/ up to 0.7 s, and on with other gravity
+  mercury-solve verify drum                       whether its files are what its steps give; some steps are made again
   mercury-solve --inspect drum/drum.0.restart     what is in a checkpoint; --json for scripts
   mercury-solve repose.toml --sweep materials.grain.rolling.friction=0,0.1,0.2 --result \"height=max(particles.z)\"
                                                   a study: a run for each value, a table and a plot in repose-study/
@@ -61,7 +64,7 @@ struct Arguments {
     command: Option<Command>,
 
     /// The scene file, in TOML or JSON; `-`: standard input
-    #[arg(value_name = "SCENE.toml", required_unless_present_any = ["completions", "inspect", "schema"])]
+    #[arg(value_name = "SCENE.toml", required_unless_present_any = ["completions", "inspect", "schema", "from"])]
     scene: Option<PathBuf>,
 
     /// Folder for the files of the run [default: ./SCENE/]
@@ -75,6 +78,14 @@ struct Arguments {
     /// Go on from the newest checkpoint in that folder; from the beginning where there is none
     #[arg(long, conflicts_with_all = ["force", "check"])]
     resume: bool,
+
+    /// Branch off from the run in this folder at the time --at: the same bytes up to there, and on with what --set changes
+    #[arg(long, value_name = "RUN", requires_all = ["at", "output"], conflicts_with_all = ["scene", "resume", "sweep", "seeds", "within", "inspect"])]
+    from: Option<PathBuf>,
+
+    /// The time at which it branches off: seconds, or "20 ms"
+    #[arg(long, value_name = "TIME", requires = "from", allow_negative_numbers = true, value_parser = cli::quantity(Dimension::TIME))]
+    at: Option<f64>,
 
     /// Stop after this wall-clock time, with a checkpoint: 55m, 1h30m, 90s
     #[arg(long, value_name = "TIME", value_parser = cli::duration)]
@@ -184,6 +195,8 @@ struct Arguments {
 enum Command {
     /// Write a commented scene to start from, with the files it needs; nothing is ever replaced
     New(command::new::New),
+    /// Check a run against its chain: all its files, and a share of its steps made again; nothing in RUN is changed
+    Verify(command::verify::Verify),
 }
 
 fn lanes(text: &str) -> Result<Width, String> {
@@ -261,6 +274,7 @@ fn main() -> ExitCode {
 fn execute(arguments: &Arguments) -> Outcome {
     match &arguments.command {
         Some(Command::New(new)) => return command::new::execute(new),
+        Some(Command::Verify(verify)) => return command::verify::execute(verify),
         None => {}
     }
     if let Some(shell) = arguments.completions {

@@ -97,7 +97,7 @@ pub fn growth(name: &str) -> Growth {
         "arrow" if !last.ends_with(".surfaces.arrow") && !last.ends_with(".clumps.arrow") => {
             Growth::Frames
         }
-        "ene" | "csv" | "data" | "fstat" | "stat" | "fields" => Growth::Lines,
+        "ene" | "csv" | "data" | "fstat" | "stat" | "fields" | "jsonl" => Growth::Lines,
         _ => Growth::Whole,
     }
 }
@@ -171,6 +171,7 @@ mod tests {
         assert_eq!(growth("drum.particles.arrow"), Growth::Frames);
         assert_eq!(growth("drum.surfaces.arrow"), Growth::Whole);
         assert_eq!(growth("drum.ene"), Growth::Lines);
+        assert_eq!(growth("drum.chain.jsonl"), Growth::Lines);
         assert_eq!(growth("run.log"), Growth::Whole);
         assert_eq!(growth("png/drum.0001.png"), Growth::Whole);
         assert_eq!(growth("drum.0.restart"), Growth::Checkpoint);

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::FrameSchema;
-use super::schema::TITLE_KEY;
+use super::schema::{GRAVITY_KEY, TITLE_KEY};
 
 /// Facts about the run in a file of particles or contacts. Everything is optional to a reader.
 ///
@@ -60,7 +60,7 @@ impl FramesHeader {
             entries.push(("dimensions".to_owned(), dimensions.to_string()));
         }
         if let Some(gravity) = self.gravity {
-            entries.push(("gravity".to_owned(), write_vector(gravity)));
+            entries.push((GRAVITY_KEY.to_owned(), write_vector(gravity)));
         }
         entries
     }
@@ -102,7 +102,7 @@ impl FramesHeader {
             domain,
             periodic: ['x', 'y', 'z'].map(|axis| periodic.contains(axis)),
             dimensions,
-            gravity: vector("gravity")?,
+            gravity: vector(GRAVITY_KEY)?,
         })
     }
 }

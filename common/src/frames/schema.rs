@@ -12,6 +12,7 @@ const UNIT: &str = "unit";
 const DESCRIPTION: &str = "description";
 pub(super) const VERSION_KEY: &str = "mercury_frames";
 pub(super) const TITLE_KEY: &str = "title";
+pub(super) const GRAVITY_KEY: &str = "gravity";
 pub(super) const KIND_KEY: &str = "kind";
 
 /// The type of the values of a column.
@@ -153,11 +154,12 @@ impl FrameSchema {
         self
     }
 
-    /// Whether columns and metadata are the same, but for the title of the run.
+    /// Whether columns and metadata are the same, but for the title of the run and gravity, which a branch of a run may change.
     pub(super) fn is_alike(&self, other: &Self) -> bool {
         let facts = |schema: &Self| {
             let mut facts = schema.metadata.clone();
             facts.remove(TITLE_KEY);
+            facts.remove(GRAVITY_KEY);
             facts
         };
         self.columns == other.columns && facts(self) == facts(other)

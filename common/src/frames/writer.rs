@@ -86,7 +86,7 @@ impl FrameWriter {
     ///
     /// A checkpoint should keep [`len`](Self::len) for this, after [`sync`](Self::sync). Frames appended then give the
     /// same bytes as a run that never stopped. Damage behind the frames that stay does not matter. A reader that is amid
-    /// one of the frames cut off gets an error. The title of the run may have changed: the file keeps its own.
+    /// one of the frames cut off gets an error. The title of the run and gravity may have changed: the file keeps its own.
     ///
     /// # Errors
     /// [`FrameWriteError::Format`] when the file has fewer whole frames or its schema is not `schema`;

@@ -32,6 +32,10 @@ pub struct Output {
     pub energy_budget: bool,
     /// Between checkpoints, s of simulated time; none: by wall time.
     pub restart_interval: Option<Located<f64>>,
+    /// Between links of the chain, s of simulated time; default a hundredth of `time.end`.
+    pub link_interval: Option<Located<f64>>,
+    /// Checkpoints that stay, at most; default none.
+    pub keep_checkpoints: u64,
     /// Significant digits of text files, 1 to 17; none: the shortest that read back exactly.
     pub digits: Option<Located<u64>>,
 }
@@ -76,6 +80,8 @@ pub(super) static OUTPUT: TableKeys = TableKeys::new(&[&[
     key("clumps_as", word::<ClumpsAs>(), "\"pebbles\"", "rows of `.data`, to which `.fstat` refers: one for each body, with its circumscribed radius and its orientation, or with `\"pebbles\"` one for each pebble").or_word("bodies"),
     key("energy_budget", Kind::Flag, "true", "the full audit by mechanism, in every step: [`<prefix>.budget.csv`](tables.md#energy-budget)").or_flag(false),
     key("restart_interval", positive("s"), "0.5", "simulated time between [checkpoints](checkpoint.md), besides those by the clock (`--checkpoint-every`), at a stop and at the end").or_open("by the clock"),
+    key("link_interval", positive("s"), "0.05", "simulated time between links of the [chain](chain.md)").or_open("a hundredth of `time.end`, and at least 200 steps"),
+    key("keep_checkpoints", Kind::Whole(0, 100_000), "16", "checkpoints that stay, at most, at links evenly spaced over the run: `<prefix>.checkpoints/<step>.restart`, from which [branches](../how-to/branch-and-verify.md) begin").or_open("0"),
     // 17 significant digits tell any two doubles apart.
     key("digits", Kind::Whole(1, 17), "10", "significant digits of text files; 10 has MercuryDPM's look").or_open("shortest exact"),
 ]]);
@@ -89,6 +95,7 @@ pub(super) fn read(fields: &Fields<'_>, names: &[(String, Trackable)]) -> Output
     };
     let tracked = fields.get("track").and_then(|item| item.list());
     let tracked = tracked.unwrap_or_default();
+    let keep: Option<Located<u64>> = fields.read("keep_checkpoints");
     let track = tracked.iter().filter_map(|item| read_tracked(item, names));
     Output {
         switches: Switches::read(|key| fields.read(key)),
@@ -101,6 +108,8 @@ pub(super) fn read(fields: &Fields<'_>, names: &[(String, Trackable)]) -> Output
         clumps_as: fields.read("clumps_as"),
         energy_budget: fields.read("energy_budget"),
         restart_interval: fields.read("restart_interval"),
+        link_interval: fields.read("link_interval"),
+        keep_checkpoints: keep.map_or(0, |keep| keep.value),
         digits: fields.read("digits"),
         interval,
     }

@@ -462,17 +462,27 @@ impl Encoder {
         ends.chain([self.pieces.filled.len()]).collect()
     }
 
+    /// Names of the sections, and their contents in pieces.
+    pub fn contents(&self) -> impl Iterator<Item = (&str, Vec<&[u8]>)> {
+        let pieces = &self.pieces.filled;
+        let places = self.sections.iter().zip(self.ends());
+        let names = self.names.iter();
+        names.zip(places).map(|(name, (&(first, at), end))| {
+            let begin = &pieces[first].bytes[at + LENGTH_AND_CHECKSUM..];
+            let others = pieces[first + 1..end].iter().map(|piece| &piece.bytes[..]);
+            (
+                name.as_str(),
+                std::iter::once(begin).chain(others).collect(),
+            )
+        })
+    }
+
     /// The sections, as a decoder would find them.
     #[must_use]
     pub fn into_sections(self) -> Sections {
         let mut sections = Sections::default();
-        let ends = self.ends();
-        let pieces = &self.pieces.filled;
-        let places = self.sections.into_iter().zip(ends);
-        for (name, ((first, at), end)) in self.names.into_iter().zip(places) {
-            let begin = &pieces[first].bytes[at + LENGTH_AND_CHECKSUM..];
-            let others = pieces[first + 1..end].iter().map(|piece| &piece.bytes[..]);
-            sections.push(name, std::iter::once(begin).chain(others));
+        for (name, content) in self.contents() {
+            sections.push(name.to_owned(), content.into_iter());
         }
         sections
     }

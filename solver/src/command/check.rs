@@ -1,17 +1,14 @@
 //! `--check`: the meaning of a scene, whether its run fits into the machine, and how long it will take if a trial was requested.
 
-use std::fs::File;
-use std::io::{self, Read};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use mercury_common::cli::{Failure, Outcome, say};
 use mercury_common::machine::MachineMemory;
 use mercury_common::readable;
 use mercury_common::scene::{Scene, SceneErrors};
-use mercury_solver::plan::{Disk, Memory, Plan, document_as_json, files, report};
+use mercury_solver::plan::{Disk, Memory, Plan, document_as_json, files, report, sha256, summed};
 use mercury_solver::run::check_fit;
 use serde_json::{Value, json};
-use sha2::{Digest as _, Sha256};
 
 use super::input::{Input, refused};
 use super::problems::{self, say_object};
@@ -95,7 +92,7 @@ fn as_json(input: &Input, scene: &Scene, plan: &Plan, memory: &Memory) -> Result
     object["scene"] = json!({
         "name": input.path.display().to_string(),
         "bytes": input.text.len(),
-        "sha256": hex(&Sha256::digest(input.text.as_bytes())),
+        "sha256": sha256(input.text.as_bytes()),
     });
     let mut all = Vec::new();
     for file in files(scene, plan) {
@@ -113,49 +110,4 @@ fn as_json(input: &Input, scene: &Scene, plan: &Plan, memory: &Memory) -> Result
     }
     object["files"] = all.into();
     Ok(object)
-}
-
-/// Bytes of a file and their SHA-256 in hexadecimal digits.
-fn summed(path: &Path) -> io::Result<(u64, String)> {
-    let mut file = File::open(path)?;
-    let (mut sum, mut bytes) = (Sha256::new(), 0);
-    let mut piece = vec![0; 1 << 20];
-    loop {
-        match file.read(&mut piece)? {
-            0 => return Ok((bytes, hex(&sum.finalize()))),
-            count => {
-                sum.update(&piece[..count]);
-                bytes += count as u64;
-            }
-        }
-    }
-}
-
-pub(crate) fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sums_are_those_of_the_standard() {
-        // FIPS 180-4, examples for SHA-256: "abc", and a million times "a".
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a");
-        for (text, sum) in [
-            (
-                "abc".to_owned(),
-                "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad",
-            ),
-            (
-                "a".repeat(1_000_000),
-                "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0",
-            ),
-        ] {
-            std::fs::write(&path, &text).unwrap();
-            assert_eq!(summed(&path).unwrap(), (text.len() as u64, sum.to_owned()));
-        }
-    }
 }

@@ -10,6 +10,7 @@ use mercury_common::scene::{
 };
 use mercury_common::within::Within;
 use mercury_solver::plan::{read_all, refusal};
+use mercury_solver::run::SceneInput;
 
 /// The text of a scene or a study.
 #[derive(Debug, Clone)]
@@ -31,6 +32,15 @@ impl Input {
             text,
             files: allowed(within),
         })
+    }
+
+    /// The scene of another run.
+    pub(crate) fn of_run(input: &SceneInput) -> Self {
+        Self {
+            path: input.path.clone(),
+            text: input.text.clone(),
+            files: Files::MustExist,
+        }
     }
 
     /// Reads standard input, whose files are looked for in the folder in which the program runs.

@@ -10,4 +10,5 @@ pub(crate) mod run;
 pub(crate) mod scene;
 pub(crate) mod study;
 pub(crate) mod trial;
+pub(crate) mod verify;
 pub(crate) mod waiting;

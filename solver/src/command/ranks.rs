@@ -11,10 +11,7 @@ use mercury_common::scene::Statement;
 use mercury_engine::ranks::Share;
 use mercury_engine::state::Plain;
 use mercury_engine::step::{Engine, StartOptions};
-use mercury_solver::plan::{Memory, Plan};
-use sha2::{Digest as _, Sha256};
-
-use super::check::hex;
+use mercury_solver::plan::{Memory, Plan, sha256};
 
 /// Names of the variables in which launchers say how many processes there are, and which this one is: of Open MPI, of PMI (MPICH, Intel MPI), of
 /// Slurm, whose variables are there for single programs too.
@@ -29,7 +26,7 @@ pub(crate) enum Job {
     /// There are no others.
     Alone,
     /// One of several ranks.
-    Rank(Team),
+    Rank(Box<Team>),
     /// One of several processes whose first one reports why they cannot work together.
     #[cfg_attr(feature = "mpi", expect(dead_code))]
     Silent,
@@ -90,10 +87,10 @@ fn join(_: usize, _: usize) -> Result<Job, Failure> {
         Mpi::abort(101);
     }));
     let on_machine = mpi.on_this_machine();
-    Ok(Job::Rank(Team {
+    Ok(Job::Rank(Box::new(Team {
         share: Share::new(Box::new(mpi)),
         on_machine,
-    }))
+    })))
 }
 
 impl Team {
@@ -173,7 +170,7 @@ pub(crate) fn digest(statement: &Statement) -> Result<String, String> {
     let entries = statement.entries();
     let entries = entries.map_err(|(path, error)| format!("{}: {error}", path.display()))?;
     let text = format!("{} {entries:?}", env!("CARGO_PKG_VERSION"));
-    Ok(hex(&Sha256::digest(text)))
+    Ok(sha256(text.as_bytes()))
 }
 
 /// Cores of this machine, also those that this process may not use; 1 where the system does not say.

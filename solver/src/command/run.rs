@@ -1,6 +1,6 @@
 //! A run from the command line: its folder, what is in it already, and how it ends.
 
-use super::input::{Input, lies_within};
+use super::input::{Input, lies_within, refused};
 use super::progress::ProgressFile;
 use super::waiting::stopped_early;
 use std::io::Write as _;
@@ -13,7 +13,7 @@ use std::time::Duration;
 use mercury_common::cli::{self, Failure};
 use mercury_common::machine;
 use mercury_common::readable::bytes;
-use mercury_common::scene::Statement;
+use mercury_common::scene::Scene;
 use mercury_common::within::Within;
 use mercury_engine::lanes::Width;
 use mercury_engine::ranks::Share;
@@ -22,7 +22,8 @@ use mercury_solver::output::folder::{self, Earlier, FolderError};
 use mercury_solver::plan::{Disk, Memory, Plan, document};
 use mercury_solver::results::{Aims, NamedResult};
 use mercury_solver::run::{
-    Checkpoints, Claim, Progress, Report, RunFailure, RunOptions, run_from, useful_threads,
+    Branch, BranchError, Checkpoints, Claim, Progress, Report, RunFailure, RunOptions, run_from,
+    useful_threads,
 };
 
 /// Requests of signals to a run.
@@ -110,8 +111,12 @@ pub(crate) fn plan_as_toml(plan: &Plan, memory: &Memory) -> Result<String, Failu
 pub(crate) struct Stated<'a> {
     /// Its text.
     pub(crate) input: &'a Input,
+    /// What was put on top of it.
+    pub(crate) set: &'a [String],
     /// All keys and files.
-    pub(crate) statement: &'a Statement,
+    pub(crate) scene: &'a Scene,
+    /// Where it branches off from another run.
+    pub(crate) branch: Option<&'a Branch>,
 }
 
 /// The outcome of a run.
@@ -151,17 +156,19 @@ pub(crate) fn run_plan(
         ));
     }
     keeps_within(how.within.as_ref(), &folder)?;
+    if let Some(branch) = stated.branch {
+        branch.check_folder(&folder).map_err(Failure::input)?;
+    }
     // The folder is this run's until the end of the function; one that was made for it is not left empty.
     let is_new = !folder.exists();
     let made = is_new.then(|| cli::Temporary::new(&folder));
     let lock_file = cli::Temporary::new(&folder.join(folder::LOCK));
     let scene_file = &stated.input.path;
-    let mut claim =
-        Claim::new(&folder, &plan, scene_file, stated.statement, how.earlier).map_err(|error| {
-            match error.is_of_system() {
-                true => Failure::run(error),
-                false => Failure::input(error),
-            }
+    let text = (stated.input.text.as_str(), stated.set);
+    let mut claim = Claim::new(&folder, &plan, scene_file, stated.scene, text, how.earlier)
+        .map_err(|error| match error.is_of_system() {
+            true => Failure::run(error),
+            false => Failure::input(error),
         })?;
     let from = claim.from.take();
     let mut notes = std::mem::take(&mut claim.notes);
@@ -196,6 +203,12 @@ pub(crate) fn run_plan(
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
         plan_document: Some(plan_as_toml(&plan, memory)?),
         scene_text: Some(stated.input.text.clone()),
+        scene_folder: Some(stated.scene.directory().to_owned()),
+        chain: Some(Arc::clone(&claim.stated)),
+        branch_of: stated
+            .branch
+            .map(Branch::origin)
+            .or(claim.branch_of.clone()),
         stop: requests.stop,
         task_progress: Arc::clone(task_progress),
         time_limit: how.time_limit,
@@ -203,13 +216,21 @@ pub(crate) fn run_plan(
             every: how.checkpoint_every,
             at_end: how.checkpoint_every.is_some(),
             now: requests.checkpoint,
-            scene: claim.statement.clone(),
+            scene: claim.stated.statement.clone(),
         }),
         notes,
         results: how.results.clone(),
         until: how.until.clone(),
         ranks: Arc::clone(&how.ranks),
         ..RunOptions::default()
+    };
+    let from = match stated.branch {
+        Some(branch) => Some(
+            branch
+                .make(&options)
+                .map_err(|error| not_branched(&error))?,
+        ),
+        None => from,
     };
     let result = run_from(from, plan, &options, tell);
     drop(claim);
@@ -225,6 +246,15 @@ pub(crate) fn run_plan(
         false => failed(&failure),
     })?;
     Ok(Ran::Now(Box::new(report)))
+}
+
+/// A branch that cannot be made.
+pub(crate) fn not_branched(error: &BranchError) -> Failure {
+    match error.mistakes() {
+        Some(mistakes) => refused(mistakes),
+        None if error.is_failure() => Failure::run(error),
+        None => Failure::input(error),
+    }
 }
 
 /// The planned end of a run, s.
@@ -263,8 +293,11 @@ pub(crate) fn keeps_within(within: Option<&Arc<Within>>, folder: &Path) -> Resul
     if within.is_none() {
         return Ok(());
     }
-    for inside in [folder.to_owned(), folder.join(folder::VTK)] {
-        for entry in std::fs::read_dir(inside).into_iter().flatten().flatten() {
+    // In it, in vtk/ and in the folder of checkpoints.
+    let entries = |folder: &Path| std::fs::read_dir(folder).into_iter().flatten().flatten();
+    for entry in entries(folder) {
+        let inside = entries(&entry.path());
+        for entry in std::iter::once(entry).chain(inside) {
             if entry.file_type().is_ok_and(|kind| kind.is_symlink()) {
                 lies_within(within, &entry.path())?;
             }

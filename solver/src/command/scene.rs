@@ -15,13 +15,13 @@ use mercury_engine::task::TaskProgress;
 use mercury_solver::output::summary::Status;
 use mercury_solver::plan::{Memory, Plan};
 use mercury_solver::results::{Aims, NamedResult, PlannedRows, requested};
-use mercury_solver::run::{Progress, Report, check_fit, plan_within};
+use mercury_solver::run::{Branch, Progress, Report, check_fit, plan_within};
 use serde_json::Value;
 
 use super::input::{Input, refused};
 use super::progress::ProgressFile;
 use super::ranks::{self, Job, Team};
-use super::run::{How, Ran, Requests, Stated, run_plan};
+use super::run::{How, Ran, Requests, Stated, not_branched, run_plan};
 use super::waiting::{BeforeEnd, Waiting};
 use super::{check, problems, study};
 use crate::Arguments;
@@ -93,7 +93,7 @@ fn plan_and_run(
     requests: Option<Requests>,
     task_progress: &Arc<TaskProgress>,
     progress: Option<Arc<ProgressFile>>,
-    (mut team, checked): (Option<Team>, Option<usize>),
+    (mut team, checked): (Option<Box<Team>>, Option<usize>),
 ) -> Result<Option<Report>, Failure> {
     let quiet = arguments.quiet || (arguments.check && arguments.json);
     let stop = (requests.as_ref()).map(|requests| (&requests.stop, before_end(progress.clone())));
@@ -107,7 +107,7 @@ fn plan_and_run(
                 false => Err(failure),
             })?;
     }
-    let (input, scene, plan, memory) = match prepared? {
+    let (input, scene, plan, memory, branch) = match prepared? {
         Prepared::Study(requested) => {
             study::execute(&requested, arguments, requests, task_progress, waiting)?;
             return Ok(None);
@@ -117,8 +117,11 @@ fn plan_and_run(
             scene,
             plan,
             memory,
-        } => (*input, *scene, *plan, memory),
+            branch,
+        } => (*input, *scene, *plan, memory, branch),
     };
+    let branch = branch.as_deref();
+    let set = branch.map_or(&arguments.set, |branch| &branch.input.set);
     let machine = machine::memory();
     let limit = machine.filter(|_| !arguments.force_memory);
     let (mut results, until) = requested(&scene, &plan).map_err(|errors| refused(&errors))?;
@@ -141,7 +144,7 @@ fn plan_and_run(
         let fit = check_fit(&scene, &plan, &memory, limit);
         fit.map_err(|error| refused(&SceneErrors(vec![error])))?;
     }
-    let threads = team.as_ref().map(Team::threads);
+    let threads = team.as_ref().map(|team| team.threads());
     let mut line = cli::Progress::in_logs_too(arguments.quiet);
     let mut tell = |now: &Progress<'_>| {
         if let Some(progress) = &progress {
@@ -167,7 +170,9 @@ fn plan_and_run(
     let prefix = plan.outputs().prefix().to_owned();
     let stated = Stated {
         input: &input,
-        statement: &scene.statement,
+        set,
+        scene: &scene,
+        branch,
     };
     let result = run_plan(
         &how,
@@ -212,6 +217,8 @@ enum Prepared {
         scene: Box<Scene>,
         plan: Box<Plan>,
         memory: Memory,
+        /// The branch that it is, if it is one.
+        branch: Option<Box<Branch>>,
     },
     Study(Box<study::Asked>),
 }
@@ -223,22 +230,36 @@ fn prepared(
     within: Option<&Arc<Within>>,
     is_divided: bool,
 ) -> Result<Prepared, Failure> {
-    let input = match path == Path::new("-") {
-        true if is_divided => {
+    let branch = match (&arguments.from, arguments.at) {
+        (Some(_), Some(_)) if is_divided => {
+            return Err(Failure::input("a branch begins in one process")
+                .with_help("start it without mpirun or srun, stop it, and go on with --resume"));
+        }
+        (Some(run), Some(at)) => {
+            Some(Branch::plan(run, at, &arguments.set).map_err(|error| not_branched(&error))?)
+        }
+        _ => None,
+    };
+    let set = (branch.as_ref()).map_or(&arguments.set, |branch| &branch.input.set);
+    let input = match (&branch, path == Path::new("-")) {
+        (Some(branch), _) => Input::of_run(&branch.input),
+        (None, true) if is_divided => {
             return Err(
                 Failure::input("several ranks cannot read the scene from standard input")
                     .with_help("put it into a file that all of them can read"),
             );
         }
-        true => {
+        (None, true) => {
             if std::io::stdin().is_terminal() && !arguments.quiet {
                 eprintln!("reading the scene from standard input");
             }
             Input::of_standard_input(within)?
         }
-        false => Input::read(path, within)?,
+        (None, false) => Input::read(path, within)?,
     };
-    if let Some(requested) = study::requested(&input, arguments, within)? {
+    if branch.is_none()
+        && let Some(requested) = study::requested(&input, arguments, within)?
+    {
         if is_divided {
             return Err(
                 Failure::input("a study makes each of its runs in one process").with_help(
@@ -248,7 +269,7 @@ fn prepared(
         }
         return Ok(Prepared::Study(Box::new(requested)));
     }
-    let scene = input.scene(&arguments.set)?;
+    let scene = input.scene(set)?;
     let limit = machine::memory().filter(|_| !arguments.force_memory);
     let (plan, memory) = plan_within(&scene, limit).map_err(|errors| refused(&errors))?;
     Ok(Prepared::Scene {
@@ -256,6 +277,7 @@ fn prepared(
         scene: Box::new(scene),
         plan: Box::new(plan),
         memory,
+        branch: branch.map(Box::new),
     })
 }
 
@@ -273,7 +295,7 @@ fn follow(
     arguments: &Arguments,
     path: &Path,
     within: Option<Arc<Within>>,
-    mut team: Team,
+    mut team: Box<Team>,
 ) -> Outcome {
     let prepared = prepared(arguments, path, within.as_ref(), true);
     let agreed = team.agree(digest_of(&prepared));

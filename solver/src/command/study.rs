@@ -563,7 +563,9 @@ impl Work<'_> {
             &memory,
             Stated {
                 input: &self.asked.scene,
-                statement: &scene.statement,
+                set: &self.study.overrides(run),
+                scene: &scene,
+                branch: None,
             },
             self.requests.clone(),
             &self.requests.task_progress(),

@@ -54,9 +54,12 @@ enum Table {
 }
 
 impl FieldTable {
+    /// Beginning of the endings of all such files.
+    pub(super) const BEGIN: &str = "fields.";
+
     /// Ending of the file of an entry; by this name checkpoints store how far it has come.
     pub(super) fn ending(fields: &FieldPlan) -> String {
-        format!("fields.{}.csv", fields.name)
+        format!("{}{}.csv", Self::BEGIN, fields.name)
     }
 
     /// The table of the plan's `index`-th entry; continues from the memory of an interrupted run.

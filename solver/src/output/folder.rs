@@ -13,6 +13,7 @@ use mercury_common::scene::is_json;
 use mercury_common::whole_file::{FileError, TEMPORARY, write_whole};
 
 use super::STREAMS;
+use super::chain::{CHAIN, kept_checkpoints, kept_folder};
 pub use lock::FolderLock;
 pub use mercury_common::folder_owner::{LOCK, Owner};
 
@@ -100,6 +101,7 @@ const ENDINGS: &[&str] = &[
     "clumps.arrow",
     "0.restart",
     "1.restart",
+    CHAIN,
     // Written as a whole at each look.
     RESULTS.file,
     "final.png",
@@ -328,9 +330,12 @@ pub fn clear(folder: &Path, prefix: &str) -> Result<(), FolderError> {
         remove(&folder.join(name))?;
     }
     for prefix in prefixes() {
-        for path in vtk_files(folder, prefix) {
+        let kept = kept_checkpoints(folder, prefix).into_values();
+        for path in vtk_files(folder, prefix).into_iter().chain(kept) {
             remove(&path)?;
         }
+        // Only if it holds no other files.
+        let _ = fs::remove_dir(kept_folder(folder, prefix));
     }
     // Only if it holds no other files.
     let _ = fs::remove_dir(folder.join(VTK));
@@ -371,7 +376,8 @@ const PROBE: &str = ".mercury-";
 
 /// Removes the temporary files of a killed run.
 fn remove_unfinished(folder: &Path, prefix: &str) -> Result<(), FolderError> {
-    for inside in [folder.to_owned(), folder.join(VTK)] {
+    let kept = kept_folder(folder, prefix);
+    for inside in [folder, &folder.join(VTK), &kept] {
         for entry in fs::read_dir(inside).into_iter().flatten().flatten() {
             let name = entry.file_name().to_string_lossy().into_owned();
             let is_number = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
@@ -385,7 +391,8 @@ fn remove_unfinished(folder: &Path, prefix: &str) -> Result<(), FolderError> {
             let is_ours = whole
                 .strip_prefix(prefix)
                 .is_some_and(|rest| rest.starts_with('.'))
-                || FIXED_NAMES.contains(&whole);
+                || FIXED_NAMES.contains(&whole)
+                || inside == kept && whole.ends_with(".restart");
             if is_ours && mark.bytes().all(|byte| byte.is_ascii_alphanumeric()) {
                 remove(&entry.path())?;
             }

@@ -7,6 +7,7 @@
 mod body_frames;
 mod budget;
 mod budget_file;
+pub mod chain;
 mod contact_frames;
 mod data_file;
 mod data_rows;

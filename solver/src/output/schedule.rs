@@ -83,6 +83,7 @@ pub struct Schedule {
     contacts: Option<Every>,
     vtk: Option<Every>,
     checkpoints: Option<Every>,
+    links: Every,
     fields: Vec<Looks>,
     /// In s.
     time_step: f64,
@@ -107,6 +108,7 @@ impl Schedule {
             contacts: output.fstat.then(|| every(output.fstat_interval)),
             vtk: output.vtk.then(|| every(output.vtk_interval)),
             checkpoints: output.restart_interval.map(every),
+            links: every(output.link_interval),
             fields: (output.fields.iter())
                 .map(|fields| Looks {
                     every: every(fields.interval),
@@ -142,7 +144,7 @@ impl Schedule {
     pub fn next_step(&self) -> u64 {
         let others = self.contacts.iter().chain(&self.vtk).chain(&self.tracks);
         let others = others.chain(self.fields.iter().map(|looks| &looks.every));
-        let others = others.chain(&self.checkpoints);
+        let others = others.chain(&self.checkpoints).chain([&self.links]);
         let others = others.map(Every::next_step).min();
         let both = self.frames.next_step().min(self.rows.next_step());
         both.min(others.unwrap_or(u64::MAX))
@@ -172,6 +174,11 @@ impl Schedule {
     /// Whether a checkpoint is due at the end of this step; called like [`Schedule::due`].
     pub fn is_checkpoint_due(&mut self, step: u64) -> bool {
         self.checkpoints.as_mut().is_some_and(|e| e.is_due(step))
+    }
+
+    /// Whether a link of the chain is due at the end of this step; called like [`Schedule::due`].
+    pub fn is_link_due(&mut self, step: u64) -> bool {
+        self.links.is_due(step)
     }
 }
 

@@ -11,6 +11,7 @@ use mercury_common::whole_file::FileError;
 use mercury_pictures::PictureError;
 
 use super::FrameCopy;
+use super::chain::ChainError;
 use super::particle_frames::frames_header;
 use crate::plan::Plan;
 use mercury_engine::audit::Losses;
@@ -38,6 +39,9 @@ pub enum OutputError {
     /// The summary is no JSON.
     #[error("the summary cannot be written as JSON: {0}")]
     Json(#[from] serde_json::Error),
+    /// The plan cannot be written as TOML.
+    #[error("the plan cannot be written: {0}")]
+    Plan(String),
     /// A file that a run was writing was changed.
     #[error(
         "{}: the file has {found} bytes, the run had written {expected}\nhelp: it was changed since; begin anew with --force",
@@ -51,6 +55,9 @@ pub enum OutputError {
         /// Bytes that it should have at least.
         expected: u64,
     },
+    /// The chain of a run that goes on does not hold.
+    #[error("{0}\nhelp: it was changed since; begin anew with --force")]
+    Chain(#[from] Box<ChainError>),
     /// The writer thread ended unexpectedly.
     #[error("the writer thread ended unexpectedly; this is a defect of the program")]
     Lost,

@@ -1,6 +1,6 @@
 //! `summary.json`: a run in numbers, under names that scripts rely on.
 
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
 
 use mercury_engine::audit::Losses;
 use mercury_engine::liquid::LiquidRow;
@@ -77,6 +77,15 @@ pub struct Summary {
     /// Results that end the run when they are known, in scenes that have such.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub until: Vec<UntilSummary>,
+    /// [`PHYSICS`](super::chain::PHYSICS) of a run with a chain.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub physics: Option<u32>,
+    /// Last link of its chain.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub link: Option<String>,
+    /// The run from which it branched off.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub branch_of: Option<BranchOf>,
     /// How it ended.
     pub status: Status,
     /// Why it ended: `planned`, `at_rest`, `worn`, `known`, `request`, `file` (STOP) or `time_limit`.
@@ -96,6 +105,19 @@ pub struct RanksSummary {
     pub bytes_of_lists: u64,
     /// Bytes to the first rank for looks and checkpoints.
     pub bytes_of_looks: u64,
+}
+
+/// Where a run branched off from another one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BranchOf {
+    /// Folder of the other run, as it was named.
+    pub run: String,
+    /// Step from which on the new scene holds.
+    pub step: u64,
+    /// Its time, s.
+    pub time: f64,
+    /// Link of the other run at this step or before; none before its first.
+    pub link: Option<String>,
 }
 
 /// A result that ends a run when it is known.

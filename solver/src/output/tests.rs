@@ -461,6 +461,7 @@ fn outputs_continued_are_the_same_bytes() {
             &plan,
             (&columns, &losses),
             from,
+            None,
             &Arc::default(),
         )
         .unwrap()
@@ -492,13 +493,13 @@ fn outputs_continued_are_the_same_bytes() {
     let at_end = (writer.positions().unwrap(), files(place.path()));
     assert!(at_end.1.len() > 20, "{:?}", at_end.1.keys());
     writer.finish().unwrap();
-    let writer = begin(Some(positions.clone()));
+    let writer = begin(Some((positions.clone(), 0, 0.0)));
     assert_eq!(writer.positions().unwrap(), positions);
     assert_eq!(files(place.path()), amid);
     assert!(second.iter().all(|moment| writer.send(moment.clone())));
     assert_eq!(writer.positions().unwrap(), at_end.0);
     assert_eq!(files(place.path()), at_end.1);
-    let written = writer.finish().unwrap();
+    let (written, _) = writer.finish().unwrap();
     assert_eq!(written.energies.len(), 26);
 
     // A file that has lost what was written is refused by name.
@@ -510,7 +511,8 @@ fn outputs_continued_are_the_same_bytes() {
         place.path(),
         &plan,
         (&columns, &losses),
-        Some(positions),
+        Some((positions, 0, 0.0)),
+        None,
         &Arc::default(),
     );
     let refused = refused.unwrap_err().to_string();

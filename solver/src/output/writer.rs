@@ -13,8 +13,9 @@ use mercury_pictures::{EnergyFlows, EnergyRow, SheetEnergies};
 use rayon::ThreadPoolBuilder;
 
 use super::budget::{BudgetRow, gap, is_closed, largest_term};
+use super::chain::{self, CHAIN, ChainFile, ChainScene};
 use super::field_tables::FieldTable;
-use super::stream::{Beginning, Stream};
+use super::stream::{Beginning, Sink, Stream};
 use super::{FrameCopy, OutputError, STREAMS, energies};
 use crate::plan::{POSITIONS, Plan};
 use mercury_engine::audit::Losses;
@@ -34,7 +35,9 @@ pub struct Writer {
     memory: Receiver<Vec<Piece>>,
     /// The way by which it comes.
     lent: Sender<Vec<Piece>>,
-    thread: JoinHandle<Result<Written, OutputError>>,
+    thread: JoinHandle<Result<(Written, Option<ChainFile>), OutputError>>,
+    /// The scene, for the chain.
+    scene: Option<Arc<ChainScene>>,
 }
 
 /// Messages to the thread.
@@ -48,7 +51,7 @@ enum Message {
     /// Close all files as they are, and answer.
     LetGo(SyncSender<()>),
     /// Go on with these files and sums.
-    GoOn(Box<(Vec<Named>, RunningSums)>),
+    GoOn(Box<(Files, RunningSums)>),
 }
 
 /// The positions of all files, and the growing files.
@@ -57,8 +60,10 @@ type Reported = (Positions, Vec<OutputFile>);
 /// A checkpoint but for what the writer adds.
 #[derive(Debug)]
 pub struct ToWrite {
-    /// Where to.
-    pub path: PathBuf,
+    /// Where to; `None`: only a link is made of it.
+    pub path: Option<PathBuf>,
+    /// Whether it is a link of the chain.
+    pub is_link: bool,
     /// Steps made.
     pub step: u64,
     /// s
@@ -176,6 +181,22 @@ impl Positions {
     pub fn frames(&self) -> usize {
         self.sums.energies.len()
     }
+
+    /// Whether two states of a run wrote as much: the same files but its chain, and the same sums. Means of fields are not compared.
+    #[must_use]
+    pub fn is_alike(&self, other: &Self) -> bool {
+        let files = |of: &Self| -> Vec<(String, u64)> {
+            let files = of.streams.iter().filter(|(name, _)| *name != CHAIN);
+            files.map(|(name, at)| (name.clone(), *at)).collect()
+        };
+        files(self) == files(other) && self.sums == other.sums
+    }
+
+    /// How far each output had come, by its name: bytes of text files, frames of all others.
+    #[must_use]
+    pub fn streams(&self) -> &BTreeMap<String, u64> {
+        &self.streams
+    }
 }
 
 /// Values that the writer collected.
@@ -196,8 +217,8 @@ pub struct Written {
 }
 
 impl Writer {
-    /// Makes the files of the plan, or continues them `from` the positions of an interrupted run, and starts the thread. `history` and `losses`
-    /// name what contacts remember and what takes energy.
+    /// Makes the files of the plan, or continues them `from` the positions of an interrupted run at a step and a time (s), and starts the thread.
+    /// `history` and `losses` name what contacts remember and what takes energy. With a `scene` it writes a chain.
     ///
     /// # Errors
     /// If a file cannot be made or continued, or no thread started.
@@ -205,11 +226,23 @@ impl Writer {
         folder: &Path,
         plan: &Plan,
         (history, losses): (&[HistoryNumber], &Losses),
-        from: Option<Positions>,
+        from: Option<(Positions, u64, f64)>,
+        scene: Option<Arc<ChainScene>>,
         task_progress: &Arc<TaskProgress>,
     ) -> Result<Self, OutputError> {
-        let streams = streams(folder, plan, (history, losses), from.as_ref())?;
-        let sums = from.map_or_else(RunningSums::default, |positions| positions.sums);
+        let positions = from.as_ref().map(|(positions, ..)| positions);
+        let streams = streams(folder, plan, (history, losses), positions)?;
+        let chain = scene.as_ref().map(|scene| {
+            let at = from.as_ref().and_then(|(positions, step, time)| {
+                Some((*positions.streams.get(CHAIN)?, *step, *time))
+            });
+            ChainFile::begin(folder, plan, &scene.stated, at)
+        });
+        let files = Files {
+            streams,
+            chain: chain.transpose()?,
+        };
+        let sums = from.map_or_else(RunningSums::default, |(positions, ..)| positions.sums);
         let cell = plan.physics().cell;
         let accounting = Accounting {
             gravity: plan.physics().gravity,
@@ -226,7 +259,7 @@ impl Writer {
         };
         let thread = std::thread::Builder::new()
             .name("output".to_owned())
-            .spawn(move || write_all(receiver, streams, sums, &cell, accounting, &spent, watched))
+            .spawn(move || write_all(receiver, files, sums, &cell, accounting, &spent, watched))
             .map_err(FileError::of(
                 folder,
                 "the thread that writes cannot be started",
@@ -236,6 +269,7 @@ impl Writer {
             lent,
             memory,
             thread,
+            scene,
         })
     }
 
@@ -261,7 +295,7 @@ impl Writer {
         reported.recv().ok()
     }
 
-    /// Cuts the files back to earlier positions, and goes on behind them.
+    /// Cuts the files back to earlier positions, those of a step and its time (s), and goes on behind them.
     ///
     /// # Errors
     /// If a file cannot be cut, or the writer has given up.
@@ -270,7 +304,7 @@ impl Writer {
         folder: &Path,
         plan: &Plan,
         (history, losses): (&[HistoryNumber], &Losses),
-        to: &Positions,
+        (to, step, time): (&Positions, u64, f64),
     ) -> Result<(), OutputError> {
         let (answer, closed) = sync_channel(1);
         let lost = |_| OutputError::Lost;
@@ -278,7 +312,17 @@ impl Writer {
         sent.map_err(|_| OutputError::Lost)?;
         closed.recv().map_err(lost)?;
         let streams = streams(folder, plan, (history, losses), Some(to))?;
-        let message = Message::GoOn(Box::new((streams, to.sums.clone())));
+        let at = to
+            .streams
+            .get(CHAIN)
+            .map(|position| (*position, step, time));
+        let scene = self.scene.as_ref().filter(|_| at.is_some());
+        let chain = scene.map(|scene| ChainFile::begin(folder, plan, &scene.stated, at));
+        let files = Files {
+            streams,
+            chain: chain.transpose()?,
+        };
+        let message = Message::GoOn(Box::new((files, to.sums.clone())));
         self.sender.send(message).map_err(|_| OutputError::Lost)
     }
 
@@ -301,11 +345,11 @@ impl Writer {
         self.sender.send(message).is_ok()
     }
 
-    /// Waits until everything is written.
+    /// Waits until everything is written; the chain has no end yet.
     ///
     /// # Errors
     /// The first error of the writer.
-    pub fn finish(self) -> Result<Written, OutputError> {
+    pub fn finish(self) -> Result<(Written, Option<ChainFile>), OutputError> {
         drop(self.sender);
         self.thread.join().unwrap_or(Err(OutputError::Lost))
     }
@@ -313,6 +357,42 @@ impl Writer {
 
 /// A stream, and the name by which its position is stored.
 type Named = (String, Box<dyn Stream>);
+
+/// The files of a run.
+struct Files {
+    streams: Vec<Named>,
+    chain: Option<ChainFile>,
+}
+
+impl Files {
+    /// Brings them to the disk.
+    fn sync(&self) -> Result<(), OutputError> {
+        for (_, stream) in &self.streams {
+            stream.sink().sync()?;
+        }
+        self.chain.iter().try_for_each(|chain| chain.file().sync())
+    }
+
+    /// The growing files that promise equal bytes on any machine, for the chain: all but fields, which are means.
+    fn linked(&self) -> Vec<OutputFile> {
+        let is_linked = |(name, _): &&Named| !name.starts_with(FieldTable::BEGIN);
+        let linked = self.streams.iter().filter(is_linked);
+        linked
+            .filter_map(|(_, stream)| stream.sink().file())
+            .collect()
+    }
+
+    /// Appends the link of a state; the file for its checkpoint, if that is to stay.
+    fn link(&mut self, checkpoint: &ToWrite) -> Result<Option<PathBuf>, OutputError> {
+        let linked = self.linked();
+        let Some(chain) = &mut self.chain else {
+            return Ok(None);
+        };
+        let state = chain::sum_of(&checkpoint.state);
+        chain.link(checkpoint.step, checkpoint.time, state, &linked)?;
+        Ok(chain.to_keep()?)
+    }
+}
 
 /// The files of the plan.
 fn streams(
@@ -353,13 +433,13 @@ fn streams(
 /// The writer's thread: ends when the sender is gone, or with the first error.
 fn write_all(
     receiver: Receiver<Message>,
-    mut streams: Vec<Named>,
+    mut files: Files,
     mut sums: RunningSums,
     cell: &Cell,
     accounting: Accounting,
     spent: &Sender<Vec<Piece>>,
     mut watched: Watched,
-) -> Result<Written, OutputError> {
+) -> Result<(Written, Option<ChainFile>), OutputError> {
     let mut last = None;
     let mut at_end = None;
     for message in receiver {
@@ -371,74 +451,96 @@ fn write_all(
                 let budget = sums.take_in(&state, &accounting);
                 state.budget = (budget.energies.flows.is_some()).then(|| budget.clone());
                 at_end = Some(budget);
-                for (_, stream) in &mut streams {
+                for (_, stream) in &mut files.streams {
                     stream.write(&state)?;
                 }
-                watched.tell_of(&state, &mut streams);
+                watched.tell_of(&state, &mut files);
                 // They are written, and as large as all particles together.
                 state.observation.records = Vec::new();
                 last = Some(state);
             }
             Message::Tell(answer) => {
                 // The receiver may have been dropped.
-                let _ = answer.send((positions(&streams, &sums), growing(&streams)));
+                let _ = answer.send((positions(&files, &sums), growing(&files)));
             }
             Message::LetGo(answer) => {
-                streams.clear();
+                files.streams.clear();
+                files.chain = None;
                 let _ = answer.send(());
             }
             Message::GoOn(anew) => {
-                (streams, sums) = *anew;
+                (files, sums) = *anew;
                 (last, at_end) = (None, None);
             }
             Message::Checkpoint(checkpoint) => {
+                let kept = match checkpoint.is_link {
+                    true => files.link(&checkpoint)?,
+                    false => None,
+                };
                 let ToWrite {
                     path,
                     step,
                     time,
                     mut state,
+                    ..
                 } = *checkpoint;
-                for (_, stream) in &streams {
-                    stream.sink().sync()?;
+                if path.is_none() && kept.is_none() {
+                    // The receiver may have been dropped.
+                    let _ = spent.send(state.into_memory());
+                    continue;
                 }
-                state.section(POSITIONS, &positions(&streams, &sums));
+                files.sync()?;
+                state.section(POSITIONS, &positions(&files, &sums));
                 let pieces = state.finish_in_pieces();
-                let mut file = WholeFile::create(&path)?;
-                for piece in &pieces {
-                    file.append(&piece.bytes)?;
+                for path in path.iter().chain(&kept) {
+                    let mut file = WholeFile::create(path)?;
+                    for piece in &pieces {
+                        file.append(&piece.bytes)?;
+                    }
+                    file.finish()?;
                 }
-                file.finish()?;
-                if watched.task_progress.has_receiver() {
+                if let (Some(_), Some(chain)) = (kept, &files.chain) {
+                    chain.thin_out()?;
+                }
+                if let Some(path) = path.filter(|_| watched.task_progress.has_receiver()) {
                     let bytes = pieces.iter().map(|piece| piece.bytes.len() as u64).sum();
                     watched.task_progress.report(RunEvent::Checkpoint {
                         step,
                         time,
                         file: watched.file(&path, bytes),
-                        outputs: growing(&streams),
+                        outputs: growing(&files),
                     });
                 }
-                // The receiver may have been dropped.
                 let _ = spent.send(pieces);
             }
         }
     }
-    for (_, stream) in &mut streams {
+    let linked = files.linked();
+    if let Some(chain) = &mut files.chain {
+        chain.note(&linked);
+    }
+    for (_, stream) in &mut files.streams {
         stream.close()?;
     }
-    Ok(Written {
+    let written = Written {
         energies: sums.energies,
         at_end,
         initial: sums.initial.unwrap_or_default(),
         deep_frames: sums.deep_frames,
         deepest: sums.deepest,
         last,
-    })
+    };
+    Ok((written, files.chain))
 }
 
-fn positions(streams: &[Named], sums: &RunningSums) -> Positions {
+fn positions(files: &Files, sums: &RunningSums) -> Positions {
+    let streams = &files.streams;
+    let chain = files.chain.iter();
+    let chain = chain.map(|chain| (CHAIN.to_owned(), chain.file().position()));
     Positions {
         streams: (streams.iter())
             .map(|(name, stream)| (name.clone(), stream.sink().position()))
+            .chain(chain)
             .collect(),
         sums: sums.clone(),
         memories: (streams.iter())
@@ -448,11 +550,12 @@ fn positions(streams: &[Named], sums: &RunningSums) -> Positions {
 }
 
 /// The growing files, in the order of the plan.
-fn growing(streams: &[Named]) -> Vec<OutputFile> {
-    streams
-        .iter()
-        .filter_map(|(_, stream)| stream.sink().file())
-        .collect()
+fn growing(files: &Files) -> Vec<OutputFile> {
+    let chain = files.chain.iter();
+    let chain = chain.filter_map(|chain| Sink::Text(chain.file()).file());
+    let streams = files.streams.iter();
+    let streams = streams.filter_map(|(_, stream)| stream.sink().file());
+    streams.chain(chain).collect()
 }
 
 /// The observer of the run, and what was reported to it.
@@ -474,14 +577,18 @@ impl Watched {
     }
 
     /// Reports what was written of a state.
-    fn tell_of(&mut self, state: &FrameCopy, streams: &mut [Named]) {
+    fn tell_of(&mut self, state: &FrameCopy, files: &mut Files) {
         if !self.task_progress.has_receiver() {
             return;
         }
-        let all = growing(streams);
+        let all = growing(files);
         let is_new = |file: &&OutputFile| !self.reported.contains(file);
         let mut outputs: Vec<OutputFile> = all.iter().filter(is_new).cloned().collect();
-        for path in streams.iter_mut().flat_map(|(_, stream)| stream.made()) {
+        for path in files
+            .streams
+            .iter_mut()
+            .flat_map(|(_, stream)| stream.made())
+        {
             // It is on the disk and is not removed.
             let bytes = std::fs::metadata(&path).map_or(0, |file| file.len());
             outputs.push(self.file(&path, bytes));

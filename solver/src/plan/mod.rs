@@ -33,6 +33,7 @@ mod settled;
 mod stages;
 mod start_from_frame;
 mod start_from_run;
+mod sums;
 #[cfg(test)]
 mod tests;
 mod time_step;
@@ -63,6 +64,7 @@ pub use schema::schema;
 pub use settled::Settled;
 pub use stages::{plan, sketch};
 pub use start_from_run::StartedFrom;
+pub use sums::{FileSum, hex, sha256, summed};
 pub use time_step::{Limit, Meeting, StepPlan};
 pub use workload::{Ahead, Here, Workload};
 

@@ -76,6 +76,10 @@ pub struct OutputPlan {
     pub vtk_interval: f64,
     /// Simulated time between checkpoints, s; `None`: only by the clock and at the end.
     pub restart_interval: Option<f64>,
+    /// Simulated time between links of the chain, s.
+    pub link_interval: f64,
+    /// Checkpoints at links that stay, at most.
+    pub keep_checkpoints: u64,
     /// Rows of `.data`, which `.fstat` refers to, are pebbles instead of bodies.
     pub pebbles: bool,
     /// Particles and bodies to follow: name and id.
@@ -153,6 +157,8 @@ impl Default for OutputPlan {
             fstat_interval: f64::INFINITY,
             vtk_interval: f64::INFINITY,
             restart_interval: None,
+            link_interval: f64::INFINITY,
+            keep_checkpoints: 0,
             pebbles: false,
             track: Vec::new(),
             track_insertions: Vec::new(),

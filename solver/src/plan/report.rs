@@ -150,6 +150,18 @@ fn write_report(
     for (name, value) in Disk::of(plan).lines(plan) {
         line(text, name, &value)?;
     }
+    let files = plan.outputs().files();
+    let links =
+        (plan.physics().steps as f64 * plan.physics().time_step / files.link_interval).floor();
+    let kept = links.min(files.keep_checkpoints as f64);
+    if kept > 0.0 {
+        let size = bytes(kept * memory.checkpoint);
+        line(
+            text,
+            "kept checkpoints",
+            &format!("{kept} at most, about {size}"),
+        )?;
+    }
     write_memory(text, memory, machine)?;
     if !plan.notes().remarks().is_empty() {
         heading(text, "Notes")?;

@@ -18,11 +18,11 @@ use super::rest_criterion::Rest;
 use crate::output::{Exchanged, Positions};
 use crate::plan::{Head, POSITIONS, Plan, checkpoint_paths};
 use mercury_engine::forces::{SavedSlots, SlotState};
-use mercury_engine::state::{DecodeError, Decoder, Encoder};
+use mercury_engine::state::{DecodeError, Decoder, Encoder, Plain as _};
 use mercury_engine::step::Snapshot;
 
 /// Keys of a scene that may change before its run goes on: they decide when a run ends and when it writes, not the physics.
-pub const MAY_CHANGE: [&str; 13] = [
+pub const MAY_CHANGE: [&str; 15] = [
     "title",
     "time.end",
     "time.until.*",
@@ -35,6 +35,8 @@ pub const MAY_CHANGE: [&str; 13] = [
     "output.vtk_interval",
     "output.track_interval",
     "output.restart_interval",
+    "output.link_interval",
+    "output.keep_checkpoints",
     "output.pictures",
 ];
 
@@ -126,15 +128,24 @@ pub struct Checkpoint {
 }
 
 /// All but the positions of the outputs, which the writer adds.
-pub(super) fn encode(run: &Run, scene: &BTreeMap<String, String>) -> Encoder {
-    let head = Head::of(&run.plan, scene, run.engine.steps());
+pub(super) fn encode(run: &Run) -> Encoder {
+    let (chain, checkpoints) = (&run.options.chain, &run.options.checkpoints);
+    let none = BTreeMap::new();
+    let scene = chain.as_ref().map(|scene| &scene.statement);
+    let scene = scene.or(checkpoints.as_ref().map(|checkpoints| &checkpoints.scene));
+    let head = Head::of(&run.plan, scene.unwrap_or(&none), run.engine.steps());
+    encode_as(run, &head)
+}
+
+/// The same with another identity.
+pub(super) fn encode_as(run: &Run, head: &Head) -> Encoder {
     let known = Known {
         rest: run.rest.clone(),
         is_worn: run.engine.is_worn(),
         at_start: run.at_start,
     };
     let mut encoder = Encoder::reusing(run.writer.spent_memory());
-    encoder.section("head", &head);
+    encoder.section("head", head);
     encoder.section("run", &known);
     run.engine.add_state_to(&mut encoder);
     encoder
@@ -240,6 +251,16 @@ impl Checkpoint {
             });
         }
         Ok(())
+    }
+
+    /// The sections of its state, with their contents: those of a link.
+    #[must_use]
+    pub fn sections(&self) -> Vec<(&str, Vec<u8>)> {
+        let mut known = Vec::new();
+        self.known.put(&mut known);
+        let state = self.snapshot.sections().iter();
+        let state = state.map(|(name, content)| (name, content.to_vec()));
+        std::iter::once(("run", known)).chain(state).collect()
     }
 
     /// Whether a run of this plan has reached its end.

@@ -1,14 +1,17 @@
 //! The folder of a run: taken for it alone, with the checkpoint from which it goes on.
 
-use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use mercury_common::readable::rounded;
-use mercury_common::scene::Statement;
+use mercury_common::scene::Scene;
 
 use super::checkpoint::{self, Checkpoint, CheckpointError};
+use super::origin::Origin;
+use crate::output::chain::{ChainScene, stated};
 use crate::output::folder::{self, Earlier, FolderError, FolderLock, Found};
+use crate::output::summary::BranchOf;
 use crate::plan::Plan;
 
 /// Why a run cannot use a folder.
@@ -52,12 +55,30 @@ impl ClaimError {
     }
 }
 
+/// The scene as its run is made from it. `text` is that of the scene, and `set` was put on top.
+///
+/// # Errors
+/// If a file that it names cannot be read.
+pub fn stated_by(
+    scene: &Scene,
+    plan: &Plan,
+    text: (&str, &[String]),
+) -> Result<ChainScene, ClaimError> {
+    let unread = |(path, error)| ClaimError::File { path, error };
+    let mut statement = scene.statement.entries().map_err(unread)?;
+    let started_from = plan.notes().started_from().iter();
+    statement.extend(started_from.map(|from| from.statement.clone()));
+    stated(scene, plan, statement, text).map_err(unread)
+}
+
 /// A folder that belongs to a run until this is dropped.
 #[derive(Debug)]
 pub struct Claim {
     _lock: FolderLock,
-    /// Keys and values of the scene, for checkpoints.
-    pub statement: BTreeMap<String, String>,
+    /// The scene, for checkpoints and the chain.
+    pub stated: Arc<ChainScene>,
+    /// The run from which the run in the folder branched off.
+    pub branch_of: Option<BranchOf>,
     /// The checkpoint to go on from.
     pub from: Option<Checkpoint>,
     /// Notes for the user.
@@ -65,37 +86,36 @@ pub struct Claim {
 }
 
 impl Claim {
-    /// Takes a folder for the run of a plan. `scene` is the file of the scene, and `statement` its keys.
+    /// Takes a folder for the run of a plan. `file` is that of the scene, `text` its content and the `KEY=VALUE` put on top.
     ///
     /// # Errors
     /// Every reason why the run must not write there, or cannot go on from what is there.
     pub fn new(
         folder: &Path,
         plan: &Plan,
-        scene: &Path,
-        statement: &Statement,
+        file: &Path,
+        scene: &Scene,
+        text: (&str, &[String]),
         earlier: Earlier,
     ) -> Result<Self, ClaimError> {
-        let entries = statement.entries();
-        let mut statement = entries.map_err(|(path, error)| ClaimError::File { path, error })?;
+        let stated = stated_by(scene, plan, text)?;
         for from in plan.notes().started_from() {
-            let (key, state) = &from.statement;
-            statement.insert(key.clone(), state.clone());
             let [there, here] = [&from.folder, folder].map(std::fs::canonicalize);
             if there.is_ok_and(|there| here.is_ok_and(|here| there == here)) {
                 return Err(ClaimError::StartsFromItself(folder.to_owned()));
             }
         }
-        if folder::is_of_earlier_run(folder, scene) {
+        if folder::is_of_earlier_run(folder, file) {
             return Err(ClaimError::SceneOfRun {
-                scene: scene.to_owned(),
+                scene: file.to_owned(),
                 folder: folder.to_owned(),
             });
         }
         let (lock, found) = folder::prepare(folder, plan.outputs().prefix(), earlier)?;
         let mut claim = Self {
             _lock: lock,
-            statement,
+            stated: Arc::new(stated),
+            branch_of: None,
             from: None,
             notes: Vec::new(),
         };
@@ -117,7 +137,8 @@ impl Claim {
             folder::clear(folder, plan.outputs().prefix())?;
             return Ok(());
         };
-        checkpoint.fits(plan, &self.statement)?;
+        checkpoint.fits(plan, &self.stated.statement)?;
+        self.branch_of = Origin::read(folder).branch_of;
         let notes = damaged.iter().map(|what| format!("not used: {what}"));
         self.notes.extend(notes);
         self.notes.push(format!(

@@ -6,6 +6,7 @@ use glam::{DQuat, DVec3};
 
 use super::rest_criterion::Rest;
 use super::{Ending, Run, RunFailure};
+use crate::output::chain::WALL_LOADS;
 use crate::output::{OutputError, Positions, Schedule};
 use crate::plan::Plan;
 use crate::results::Aims;
@@ -64,7 +65,7 @@ impl WallLoads {
 
 impl Part for WallLoads {
     fn name(&self) -> &str {
-        "wall loads"
+        WALL_LOADS
     }
 
     fn inform<'a>(&'a self, context: &mut StepContext<'a>) {
@@ -248,8 +249,9 @@ impl Run {
         if *sent != self.sent {
             let history = self.engine.history_columns();
             let columns = (&history[..], &self.engine.audit().losses);
+            let to = (&**positions, self.engine.steps(), self.engine.time());
             self.writer
-                .go_back(&self.options.folder, &self.plan, columns, positions)?;
+                .go_back(&self.options.folder, &self.plan, columns, to)?;
             self.sent = *sent;
         }
         let dt = self.plan.physics().time_step;

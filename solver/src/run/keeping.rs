@@ -6,8 +6,8 @@ use std::time::Instant;
 
 use mercury_engine::state::Encoder;
 
-use super::{Ending, Run, checkpoint};
-use crate::output::ToWrite;
+use super::{Ending, Run, RunFailure, checkpoint};
+use crate::output::{ToWrite, chain};
 use crate::plan::{POSITIONS, checkpoint_paths};
 
 /// From so many on a checkpoint takes tens of megabytes.
@@ -21,74 +21,101 @@ impl Run {
         if let Some(checkpoints) = self.options.checkpoints.as_ref().filter(|_| many)
             && checkpoints.every.is_some()
         {
-            self.writer
-                .lend_memory(checkpoint::encode(self, &checkpoints.scene));
+            self.writer.lend_memory(checkpoint::encode(self));
         }
     }
 
-    /// Writes a checkpoint if one is due at the end of this step. False if the writer has given up.
-    pub(super) fn keep_checkpoints(&mut self, step: u64) -> bool {
+    /// Makes a link of the chain and writes a checkpoint, if they are due at the end of this step. False if the writer has given up.
+    ///
+    /// # Errors
+    /// If a particle's motion is no longer a number.
+    pub(super) fn keep_checkpoints(&mut self, step: u64) -> Result<bool, RunFailure> {
         let is_due = self.schedule.is_checkpoint_due(step);
-        let Some(checkpoints) = &self.options.checkpoints else {
-            return true;
-        };
-        let is_asked = checkpoints.now.swap(false, Ordering::Relaxed);
-        let waited = self.last_checkpoint.elapsed();
-        let is_time = checkpoints.every.is_some_and(|every| waited >= every);
-        let is_wanted = match self.ended {
-            None => is_due || is_asked || is_time,
-            Some(Ending::Stopped(_)) => true,
-            Some(_) => checkpoints.at_end,
-        };
-        if !is_wanted {
-            return true;
+        let has_chain = self.options.chain.is_some();
+        let is_link = self.schedule.is_link_due(step) && has_chain;
+        let is_end = !matches!(self.ended, None | Some(Ending::Stopped(_)));
+        if is_link || is_end && has_chain {
+            // So that the state does not depend on when other outputs are due.
+            self.engine.complete_step()?;
         }
-        let Some((path, state)) = self.next_checkpoint() else {
-            return true;
-        };
-        if matches!(
-            self.ended,
-            Some(Ending::Planned | Ending::AtRest | Ending::Worn | Ending::Known)
-        ) {
+        let waited = self.last_checkpoint.elapsed();
+        let is_wanted = self
+            .options
+            .checkpoints
+            .as_ref()
+            .is_some_and(|checkpoints| {
+                let is_asked = checkpoints.now.swap(false, Ordering::Relaxed);
+                let is_time = checkpoints.every.is_some_and(|every| waited >= every);
+                match self.ended {
+                    None => is_due || is_asked || is_time,
+                    Some(Ending::Stopped(_)) => true,
+                    Some(_) => checkpoints.at_end,
+                }
+            });
+        if !is_end {
+            if !is_wanted && !is_link {
+                return Ok(true);
+            }
+            let (path, state) = self.encode(is_wanted);
+            let checkpoint = self.to_write(path, state, is_link);
+            return Ok(self.writer.write_checkpoint(checkpoint));
+        }
+        if is_link {
+            let (_, state) = self.encode(false);
+            let link = self.to_write(None, state, true);
+            if !self.writer.write_checkpoint(link) {
+                return Ok(false);
+            }
+        }
+        if !is_wanted && !has_chain {
+            return Ok(true);
+        }
+        let (path, mut state) = self.encode(is_wanted);
+        self.end_state = has_chain.then(|| chain::sum_of(&state));
+        if path.is_some() {
             // It is written last: its presence means that everything is done. The outputs have less now than they will have then.
-            let mut state = state;
             let Some((positions, outputs)) = self.writer.reported() else {
-                return false;
+                return Ok(false);
             };
             state.section(POSITIONS, &positions);
-            self.at_end = Some((self.to_write(path, state), outputs));
-            return true;
+            self.at_end = Some((self.to_write(path, state, false), outputs));
         }
-        self.writer.write_checkpoint(self.to_write(path, state))
+        Ok(true)
     }
 
     /// Writes a checkpoint of now, whatever the schedule; a run without [`RunOptions::checkpoints`](super::RunOptions::checkpoints) writes none. False if the writer has
     /// given up: [`Self::finish`] returns the reason.
     pub fn write_checkpoint(&mut self) -> bool {
-        let Some((path, state)) = self.next_checkpoint() else {
+        if self.options.checkpoints.is_none() {
             return true;
-        };
-        self.writer.write_checkpoint(self.to_write(path, state))
+        }
+        let (path, state) = self.encode(true);
+        self.writer
+            .write_checkpoint(self.to_write(path, state, false))
     }
 
-    /// The state of now, and the file for it; `None` for a run without checkpoints.
-    pub(super) fn next_checkpoint(&mut self) -> Option<(PathBuf, Encoder)> {
+    /// The state of now, and the file for its checkpoint if that `is_wanted`.
+    fn encode(&mut self, is_wanted: bool) -> (Option<PathBuf>, Encoder) {
         let since = Instant::now();
         self.engine.collect(true);
-        let state = checkpoint::encode(self, &self.options.checkpoints.as_ref()?.scene);
+        let state = checkpoint::encode(self);
+        if !is_wanted {
+            return (None, state);
+        }
         self.checkpoints_made.0 += 1;
         self.checkpoints_made.1 += since.elapsed();
         let files = checkpoint_paths(&self.options.folder, self.plan.outputs().prefix());
-        let path = files.into_iter().nth(self.next_file)?;
+        let path = files.into_iter().nth(self.next_file);
         self.next_file = 1 - self.next_file;
         self.last_checkpoint = Instant::now();
-        Some((path, state))
+        (path, state)
     }
 
-    /// A checkpoint of now.
-    pub(super) fn to_write(&self, path: PathBuf, state: Encoder) -> ToWrite {
+    /// A checkpoint of now, a link, or both.
+    pub(super) fn to_write(&self, path: Option<PathBuf>, state: Encoder, is_link: bool) -> ToWrite {
         ToWrite {
             path,
+            is_link,
             step: self.engine.steps(),
             time: self.engine.time(),
             state,

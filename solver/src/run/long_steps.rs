@@ -86,6 +86,6 @@ impl Run {
         let options = self.options.start(&self.schedule);
         self.engine = Engine::resume(Arc::clone(&self.plan), before, options)?;
         self.ended = Some(Ending::Stopped(StopReason::Request));
-        Ok(self.keep_checkpoints(steps))
+        self.keep_checkpoints(steps)
     }
 }

@@ -31,7 +31,7 @@ pub(super) fn rows_until(plan: &Plan, step: u64) -> impl Iterator<Item = f64> {
             if past.due(last).rows {
                 return Some(last);
             }
-            let _ = past.is_checkpoint_due(last);
+            let _ = (past.is_checkpoint_due(last), past.is_link_due(last));
         }
     });
     std::iter::once(0)

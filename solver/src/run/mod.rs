@@ -1,5 +1,6 @@
 //! A run: from the plan to the files it leaves.
 
+mod branch;
 mod budget;
 pub mod checkpoint;
 mod claim;
@@ -13,8 +14,10 @@ mod looks;
 mod memory;
 mod open;
 mod options;
+mod origin;
 mod pictures;
 mod progress;
+mod recorded;
 mod report;
 mod rest_criterion;
 mod servos;
@@ -25,6 +28,7 @@ mod tests;
 mod time_left;
 mod trial;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -32,13 +36,17 @@ use std::time::{Duration, Instant};
 use mercury_common::readable::duration;
 use mercury_common::whole_file::write_whole;
 
+pub(crate) use branch::copy_files;
+pub use branch::{Branch, BranchError};
 pub use budget::Budget;
-pub use claim::{Claim, ClaimError};
+pub use claim::{Claim, ClaimError, stated_by};
 pub use coupling::{CouplingError, Saved, WallDrive};
 pub use memory::{check_fit, memory, plan_within};
 pub use open::{OpenError, OpenRun, SceneInput};
 pub use options::{Checkpoints, RunFailure, RunOptions, useful_threads};
+pub use origin::Origin;
 pub use progress::Progress;
+pub use recorded::{Recorded, RecordedError};
 pub use report::Report;
 pub use tables::Rows;
 pub use trial::{Trial, trial};
@@ -52,7 +60,8 @@ use report::{Looped, log_body, log_head, report};
 use rest_criterion::Rest;
 use time_left::Cost;
 
-use crate::output::summary::Status;
+use crate::output::chain::{EndResult, PHYSICS};
+use crate::output::summary::{ResultValue, Status};
 use crate::output::{
     Due, Exchanged, FrameCopy, OutputError, Positions, Schedule, ToWrite, Writer, folder,
 };
@@ -164,6 +173,8 @@ pub struct Run {
     workload: Workload,
     /// Checkpoint from which a run that has come to its end can continue.
     at_end: Option<(ToWrite, Vec<OutputFile>)>,
+    /// Sum of the last state, for the end of the chain.
+    end_state: Option<String>,
     /// Time of the time loop, without output.
     stepping: Duration,
     particle_steps: u64,
@@ -284,6 +295,7 @@ impl Run {
             task_progress.may_give_up(false);
             task_progress.begin(Task::Stepping);
             if let Some(document) = &options.plan_document {
+                let document = origin::of(&options)? + document;
                 write_whole(&folder.join("plan.toml"), document.as_bytes())
                     .map_err(OutputError::from)?;
             }
@@ -296,6 +308,7 @@ impl Run {
                 &plan,
                 (&engine.history_columns(), &engine.audit().losses),
                 from,
+                options.chain.clone(),
                 task_progress,
             )?)
         };
@@ -323,7 +336,8 @@ impl Run {
             }
             Some(from) => {
                 let engine = Engine::resume(Arc::clone(&plan), from.snapshot, start)?;
-                let writer = open(&engine, Some(from.positions))?;
+                let at = (from.positions, engine.steps(), engine.time());
+                let writer = open(&engine, Some(at))?;
                 (engine, writer, from.known)
             }
         };
@@ -364,6 +378,7 @@ impl Run {
             workload: Workload::of(&plan),
             plan,
             at_end: None,
+            end_state: None,
             stepping: Duration::ZERO,
             particle_steps: 0,
             seen: None,
@@ -586,7 +601,7 @@ impl Run {
                 return Ok(false);
             }
         }
-        if !self.keep_checkpoints(step) {
+        if !self.keep_checkpoints(step)? {
             return Ok(false);
         }
         let (Some(closing), Some(seen)) = (closing, seen) else {
@@ -611,7 +626,8 @@ impl Run {
             self.advance_a_bit(self.engine.steps() + 1, Some(StopReason::Request))?;
         }
         self.options.task_progress.begin(Task::Finishing);
-        let written = Arc::new(self.writer.finish()?);
+        let (written, chain) = self.writer.finish()?;
+        let written = Arc::new(written);
         let folder = &self.options.folder;
         let plan = &self.plan;
         let is_drawn = !plan.outputs().files().pictures
@@ -659,6 +675,14 @@ impl Run {
                 report.summary.warnings.extend(warnings);
             }
         }
+        if let Some(mut chain) = chain {
+            if let (Some(state), Some(ending)) = (self.end_state, looped.ending.word()) {
+                let at = (self.engine.steps(), self.engine.time());
+                chain.end(ending, at, state, end_results(&report.summary.results))?;
+            }
+            report.summary.physics = Some(PHYSICS);
+            report.summary.link = Some(chain.last().to_owned());
+        }
         let json = serde_json::to_string_pretty(&report.summary).map_err(OutputError::Json)?;
         write_whole(&folder.join("summary.json"), (json + "\n").as_bytes())
             .map_err(OutputError::from)?;
@@ -666,8 +690,8 @@ impl Run {
         // The log names all files, including itself and those still to come.
         report.files = folder::present(folder, plan.outputs().prefix());
         report.files.push("run.log".to_owned());
-        let to_come =
-            (self.at_end.as_ref()).and_then(|(checkpoint, _)| checkpoint.path.file_name());
+        let to_come = (self.at_end.as_ref())
+            .and_then(|(checkpoint, _)| checkpoint.path.as_ref()?.file_name());
         report
             .files
             .extend(to_come.map(|name| name.to_string_lossy().into_owned()));
@@ -678,10 +702,12 @@ impl Run {
         let held = duration(held.as_secs_f64());
         log += &format!("checkpoints: {made}, for which the steps were held for {held}\n");
         write_whole(&folder.join("run.log"), log.as_bytes()).map_err(OutputError::from)?;
-        if let Some((checkpoint, outputs)) = self.at_end {
+        if let Some((checkpoint, outputs)) = self.at_end
+            && let Some(path) = &checkpoint.path
+        {
             let bytes = checkpoint.state.finish();
-            write_whole(&checkpoint.path, &bytes).map_err(OutputError::from)?;
-            let name = checkpoint.path.file_name().unwrap_or_default();
+            write_whole(path, &bytes).map_err(OutputError::from)?;
+            let name = path.file_name().unwrap_or_default();
             self.options.task_progress.report(RunEvent::Checkpoint {
                 step: checkpoint.step,
                 time: checkpoint.time,
@@ -694,4 +720,31 @@ impl Run {
         }
         Ok(report)
     }
+}
+
+impl Ending {
+    /// Word of the chain for it; none of a run that was stopped.
+    fn word(self) -> Option<&'static str> {
+        match self {
+            Self::Planned => Some("planned"),
+            Self::AtRest => Some("at_rest"),
+            Self::Worn => Some("worn"),
+            Self::Known => Some("known"),
+            Self::Stopped(_) => None,
+        }
+    }
+}
+
+/// Results for the end of the chain.
+fn end_results(results: &[(String, ResultValue)]) -> BTreeMap<String, EndResult> {
+    let of = |(name, result): &(String, ResultValue)| {
+        let error = result.estimate.as_ref().and_then(|known| known.error);
+        let end = EndResult {
+            of: result.of.clone(),
+            value: result.value,
+            error,
+        };
+        (name.clone(), end)
+    };
+    results.iter().map(of).collect()
 }

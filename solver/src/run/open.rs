@@ -10,8 +10,8 @@ use mercury_common::scene::{Files, Scene, SceneError, SceneErrors, read_scene_te
 use mercury_engine::task::TaskProgress;
 
 use super::{
-    Checkpoints, Claim, ClaimError, Run, RunFailure, RunOptions, check_fit, plan_within,
-    useful_threads,
+    Branch, BranchError, Checkpoints, Claim, ClaimError, Run, RunFailure, RunOptions, check_fit,
+    plan_within, useful_threads,
 };
 use crate::output::folder::Earlier;
 use crate::plan::{Memory, Plan, document, read_all};
@@ -56,6 +56,9 @@ pub enum OpenError {
         /// The end, s.
         time: f64,
     },
+    /// It cannot branch off.
+    #[error(transparent)]
+    Branch(#[from] BranchError),
     /// The plan cannot be written.
     #[error("the plan cannot be written: {0}")]
     Plan(String),
@@ -130,6 +133,18 @@ impl OpenRun {
     /// # Errors
     /// Every reason why it cannot begin.
     pub fn begin(self) -> Result<(Run, Claim), OpenError> {
+        self.begin_with(None)
+    }
+
+    /// Makes the steps of another run up to a branch, and goes on with the scene of the branch, whose [`input`](Branch::input) this has.
+    ///
+    /// # Errors
+    /// Every reason why it cannot begin.
+    pub fn begin_branch(self, branch: &Branch) -> Result<(Run, Claim), OpenError> {
+        self.begin_with(Some(branch))
+    }
+
+    fn begin_with(self, branch: Option<&Branch>) -> Result<(Run, Claim), OpenError> {
         let (scene, plan, memory) = self.input.plan()?;
         let (mut results, until) = requested(&scene, &plan)?;
         for result in &self.results {
@@ -141,8 +156,11 @@ impl OpenRun {
         results.retain(|result| self.results.iter().all(|other| other.name != result.name));
         results.extend(self.results);
         let folder = self.folder;
-        let statement = &scene.statement;
-        let mut claim = Claim::new(&folder, &plan, &self.input.path, statement, self.earlier)?;
+        if let Some(branch) = branch {
+            branch.check_folder(&folder)?;
+        }
+        let SceneInput { path, text, set } = &self.input;
+        let mut claim = Claim::new(&folder, &plan, path, &scene, (text, set), self.earlier)?;
         let from = claim.from.take();
         if let Some(from) = from.as_ref().filter(|from| from.is_at_end(&plan)) {
             let time = from.head.time();
@@ -160,6 +178,9 @@ impl OpenRun {
             command_line: self.called,
             plan_document: Some(document),
             scene_text: Some(self.input.text),
+            scene_folder: Some(scene.directory().to_owned()),
+            chain: Some(Arc::clone(&claim.stated)),
+            branch_of: branch.map(Branch::origin).or(claim.branch_of.clone()),
             task_progress: Arc::new(TaskProgress::new(Arc::clone(&stop))),
             stop,
             pause: self.pause,
@@ -169,12 +190,16 @@ impl OpenRun {
                 every: Some(every),
                 at_end: true,
                 now: Arc::default(),
-                scene: claim.statement.clone(),
+                scene: claim.stated.statement.clone(),
             }),
             notes: claim.notes.clone(),
             results,
             until,
             ..RunOptions::default()
+        };
+        let from = match branch {
+            Some(branch) => Some(branch.make(&options)?),
+            None => from,
         };
         let run = match from {
             Some(from) => Run::resume(plan, options, from)?,

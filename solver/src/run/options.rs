@@ -15,6 +15,8 @@ use mercury_engine::task::TaskProgress;
 
 use super::CouplingError;
 use super::coupling::WallLoads;
+use crate::output::chain::ChainScene;
+use crate::output::summary::BranchOf;
 use crate::output::{OutputError, Schedule};
 use crate::plan::Plan;
 use crate::results::{Aims, NamedResult};
@@ -40,6 +42,12 @@ pub struct RunOptions {
     pub plan_document: Option<String>,
     /// Text of the scene, in TOML or JSON, of which the run keeps a copy.
     pub scene_text: Option<String>,
+    /// Folder from which the scene names its files, for `plan.toml`.
+    pub scene_folder: Option<PathBuf>,
+    /// The scene, for the chain; `None`: the run has none.
+    pub chain: Option<Arc<ChainScene>>,
+    /// The run from which this one branched off.
+    pub branch_of: Option<BranchOf>,
     /// Set to end the run after the present step.
     pub stop: Arc<AtomicBool>,
     /// Set to leave [`Run::advance`](super::Run::advance) after the present step, until it is called again.

@@ -328,6 +328,9 @@ pub(super) fn report(
             warnings,
             results: Vec::new(),
             until: Vec::new(),
+            physics: None,
+            link: None,
+            branch_of: options.branch_of.clone(),
             status: match looped.ending {
                 Ending::Stopped(_) => Status::Stopped,
                 Ending::Planned | Ending::AtRest | Ending::Worn | Ending::Known => Status::Finished,

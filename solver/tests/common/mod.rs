@@ -55,15 +55,17 @@ pub(crate) fn signal(child: &Child, name: &str) {
 /// differ.
 pub(crate) fn results(folder: &Path, prefix: &str) -> BTreeMap<String, Vec<u8>> {
     let mut all = BTreeMap::new();
-    for inside in [folder.to_owned(), folder.join("vtk")] {
+    let kept = folder.join(format!("{prefix}.checkpoints"));
+    for inside in [folder.to_owned(), folder.join("vtk"), kept] {
         let Ok(entries) = fs::read_dir(&inside) else {
             continue;
         };
         for entry in entries {
             let path = entry.unwrap().path();
             let name = path.strip_prefix(folder).unwrap().display().to_string();
-            let tells_times = ["summary.json", "run.log", "plan.toml", "vtk"];
-            if !tells_times.contains(&name.as_str()) && !name.ends_with(".restart") {
+            let tells_times = ["summary.json", "run.log", "plan.toml"];
+            let alternates = name.ends_with(".restart") && inside == folder;
+            if path.is_file() && !tells_times.contains(&name.as_str()) && !alternates {
                 all.insert(name, fs::read(&path).unwrap());
             }
         }

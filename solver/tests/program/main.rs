@@ -1,5 +1,7 @@
 //! The program `mercury-solve` from its command line: input, output, signals, studies.
 
+mod branch;
+mod chain;
 mod cli;
 #[path = "../common/mod.rs"]
 mod common;
@@ -15,3 +17,4 @@ mod stopping;
 mod study;
 mod trial;
 mod until;
+mod verify;

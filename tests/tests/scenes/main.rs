@@ -2,6 +2,7 @@
 
 mod example_scenes;
 mod frozen_scenes;
+mod physics;
 mod plain_english;
 mod run_tables;
 mod schema;

@@ -16,6 +16,11 @@ use crate::plan::{Counted, FieldPlan, Material, Notes, OutputPlan, Outputs, Plan
 use mercury_engine::guard::Guard;
 use mercury_engine::physics::Inputs;
 
+/// Links of the chain in a run, unless the scene says otherwise.
+const LINKS: f64 = 100.0;
+/// A link costs about as much as a step: so it stays below a hundredth.
+const STEPS_OF_LINK: f64 = 200.0;
+
 /// Results of the stages before.
 pub(super) struct Resolved {
     pub(super) parts: Parts,
@@ -169,6 +174,8 @@ pub(super) fn assemble(
         SceneErrors(vec![scene.time.end.error(message)])
     })?;
     let closing = closing::closing_walls(&physics);
+    let link_interval = (scene.output.link_interval.as_deref().copied())
+        .unwrap_or_else(|| (*scene.time.end / LINKS).max(STEPS_OF_LINK * physics.time_step));
     let mut plan = Plan {
         physics: Arc::new(physics.with_closing_walls(closing)),
         outputs: Outputs {
@@ -184,6 +191,8 @@ pub(super) fn assemble(
                 fstat_interval: *scene.output.fstat_interval,
                 vtk_interval: *scene.output.vtk_interval,
                 restart_interval: scene.output.restart_interval.as_deref().copied(),
+                link_interval,
+                keep_checkpoints: scene.output.keep_checkpoints,
                 pebbles: scene.output.clumps_as == ClumpsAs::Pebbles,
                 track,
                 track_insertions,

@@ -90,6 +90,7 @@ fn what_a_part_takes_stands_by_its_name_in_the_budget() {
         &plan,
         (&columns, &losses),
         None,
+        None,
         &task_progress,
     )
     .unwrap();
@@ -108,7 +109,7 @@ fn what_a_part_takes_stands_by_its_name_in_the_budget() {
             assert!(writer.send(FrameCopy::take(&mut engine, due, &at_start)));
         }
     }
-    let written = writer.finish().unwrap();
+    let (written, _) = writer.finish().unwrap();
     let file = std::fs::read_to_string(place.path().join("drag.budget.csv")).unwrap();
     let rows: Vec<Vec<&str>> = file.lines().map(|row| row.split(',').collect()).collect();
     assert!(
