@@ -307,8 +307,9 @@ mod tests {
         engine.submit(&launch).unwrap();
         let record = records.join("mc-test-1");
         let of_worker = || process_of(&fs::read_to_string(&record).unwrap_or_default());
+        let count = folder.path().join("worker.count");
         for _ in 0..500 {
-            if of_worker().is_some() {
+            if of_worker().is_some() && count.exists() {
                 break;
             }
             std::thread::sleep(std::time::Duration::from_millis(10));
@@ -344,9 +345,6 @@ mod tests {
             std::thread::sleep(std::time::Duration::from_millis(10));
         }
         assert!(engine.observe().unwrap().is_empty());
-        assert_eq!(
-            fs::read_to_string(folder.path().join("worker.count")).unwrap(),
-            "x\n"
-        );
+        assert_eq!(fs::read_to_string(count).unwrap(), "x\n");
     }
 }
