@@ -236,8 +236,8 @@ fn drawn(recorded: &Recorded, all: &[Segment], options: &Options) -> Vec<Segment
     let mut chosen = vec![false; all.len()];
     let wanted = options.share * recorded.last_step() as f64;
     let mut steps = 0;
-    // Without checkpoints that stayed the only segment is all of the run.
-    if all.len() > 1 {
+    // Without checkpoints that stayed the only segment is all of the run; of a branch it is what lies behind the first one.
+    if all.len() > 1 || all.iter().any(|segment| segment.from.is_some()) {
         let seed = options
             .seed
             .unwrap_or_else(|| std::hash::RandomState::new().build_hasher().finish());
