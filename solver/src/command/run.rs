@@ -111,7 +111,7 @@ pub(crate) fn plan_as_toml(plan: &Plan, memory: &Memory) -> Result<String, Failu
 pub(crate) struct Stated<'a> {
     /// Its text.
     pub(crate) input: &'a Input,
-    /// What was put on top of it.
+    /// Values put on top of it.
     pub(crate) set: &'a [String],
     /// All keys and files.
     pub(crate) scene: &'a Scene,

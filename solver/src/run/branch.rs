@@ -37,7 +37,7 @@ pub enum BranchError {
         first: f64,
         /// Its end, s.
         last: f64,
-        /// What to do instead.
+        /// Remedy.
         help: &'static str,
     },
     /// The new scene ends before the branch.

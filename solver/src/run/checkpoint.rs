@@ -137,7 +137,7 @@ pub(super) fn encode(run: &Run) -> Encoder {
     encode_as(run, &head)
 }
 
-/// The same with another identity.
+/// Encodes all but the positions of the outputs with another identity.
 pub(super) fn encode_as(run: &Run, head: &Head) -> Encoder {
     let known = Known {
         rest: run.rest.clone(),

@@ -1,6 +1,6 @@
 //! `<prefix>.chain.jsonl`: links at simulated times, each a sum over the link before, the state, and the outputs up to there.
 //!
-//! Equal chains are equal runs, and who recomputes a link has made the same steps ([format](../../../../docs/formats/chain.md)).
+//! Equal chains are equal runs, and a program that recomputes a link has made the same steps ([format](../../../../docs/formats/chain.md)).
 
 mod lines;
 
