@@ -98,7 +98,7 @@ def killed(place, kills):
         run = subprocess.Popen(command(folder, UNTIL + ["seed=1"], "--resume", "--checkpoint-every", "0.05s", "--fixed-threads", "--threads", threads))
         try:
             # Such that all of them lie within the run.
-            run.wait(timeout=numbers.uniform(0.2, 1.6) * seconds / (kills + 1))
+            run.wait(timeout=numbers.uniform(0.1, 1.2) * seconds / (kills + 1))
             break
         except subprocess.TimeoutExpired:
             run.kill()
