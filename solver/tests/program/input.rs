@@ -70,6 +70,8 @@ fn a_scene_from_standard_input_runs_as_one_from_a_file_and_json_as_toml() {
     let of = |run: &str, ending: &str| {
         let mut all = results(&place.join(run), "scene");
         let copy = all.remove(&format!("scene.scene.{ending}"));
+        // It has the sum of the text of the scene.
+        assert!(all.remove("scene.chain.jsonl").is_some());
         (all, copy.unwrap())
     };
     let (expected, copy) = of("file", "toml");
