@@ -21,9 +21,10 @@ use mercury_engine::task::{RunEvent, TaskProgress};
 use mercury_solver::output::folder::{self, Earlier, FolderError};
 use mercury_solver::plan::{Disk, Memory, Plan, document};
 use mercury_solver::results::{Aims, NamedResult};
+use mercury_solver::run::checkpoint::Checkpoint;
 use mercury_solver::run::{
-    Branch, BranchError, Checkpoints, Claim, Progress, Report, RunFailure, RunOptions, run_from,
-    useful_threads,
+    Branch, BranchError, Checkpoints, Claim, Progress, Report, RunFailure, RunOptions, is_over,
+    run_from, useful_threads,
 };
 
 /// Requests of signals to a run.
@@ -172,7 +173,8 @@ pub(crate) fn run_plan(
         })?;
     let from = claim.from.take();
     let mut notes = std::mem::take(&mut claim.notes);
-    if let Some(checkpoint) = from.as_ref().filter(|from| from.is_at_end(&plan)) {
+    let is_over = |from: &&Checkpoint| is_over(from, &plan, &folder, how.until.as_ref());
+    if let Some(checkpoint) = from.as_ref().filter(is_over) {
         let time = checkpoint.head.time();
         return Ok(Ran::Before { folder, time });
     }

@@ -7,6 +7,7 @@ use mercury_common::whole_file::write_whole;
 use mercury_engine::task::RunEvent;
 
 use super::Run;
+use super::checkpoint::Checkpoint;
 use crate::output::{OutputError, Schedule};
 use crate::plan::Plan;
 use crate::results::Aims;
@@ -37,6 +38,18 @@ pub(super) fn rows_until(plan: &Plan, step: u64) -> impl Iterator<Item = f64> {
     std::iter::once(0)
         .chain(steps)
         .map(move |step| step as f64 * dt)
+}
+
+/// Whether the run of a checkpoint has come to its end: as planned, or with the results that end it.
+#[must_use]
+pub fn is_over(from: &Checkpoint, plan: &Plan, folder: &Path, until: Option<&Aims>) -> bool {
+    let is_known = |until: &Aims| {
+        let mut aims = until.clone();
+        let times = rows_until(plan, from.head.step);
+        aims.replay(folder, plan.outputs().prefix(), times);
+        aims.have_ended(from.head.time(), plan.physics().time_step)
+    };
+    from.is_at_end(plan) || until.is_some_and(is_known)
 }
 
 impl Run {

@@ -53,6 +53,7 @@ pub use trial::{Trial, trial};
 
 use checkpoint::{Checkpoint, Known};
 use long_steps::{LongStep, long_steps, next_long_step};
+pub use looks::is_over;
 use looks::{rows_until, write_results};
 use pictures::draw_pictures;
 use progress::ahead_of;

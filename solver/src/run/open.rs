@@ -9,9 +9,10 @@ use mercury_common::machine;
 use mercury_common::scene::{Files, Scene, SceneError, SceneErrors, read_scene_text};
 use mercury_engine::task::TaskProgress;
 
+use super::checkpoint::Checkpoint;
 use super::{
     Branch, BranchError, Checkpoints, Claim, ClaimError, Run, RunFailure, RunOptions, check_fit,
-    plan_within, useful_threads,
+    is_over, plan_within, useful_threads,
 };
 use crate::output::folder::Earlier;
 use crate::plan::{Memory, Plan, document, read_all};
@@ -162,9 +163,13 @@ impl OpenRun {
         let SceneInput { path, text, set } = &self.input;
         let mut claim = Claim::new(&folder, &plan, path, &scene, (text, set), self.earlier)?;
         let from = claim.from.take();
-        if let Some(from) = from.as_ref().filter(|from| from.is_at_end(&plan)) {
+        let is_over = |from: &&Checkpoint| is_over(from, &plan, &folder, until.as_ref());
+        if let Some(from) = from.as_ref().filter(is_over) {
             let time = from.head.time();
-            return Err(OpenError::Over { folder, time });
+            return Err(OpenError::Over {
+                folder: folder.clone(),
+                time,
+            });
         }
         let available = || std::thread::available_parallelism().map_or(1, usize::from);
         let threads = self.threads.unwrap_or_else(available);

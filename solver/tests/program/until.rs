@@ -137,13 +137,16 @@ fn a_run_ends_when_its_result_is_known() {
             whole["until"]
         );
     }
-    // It has come to its end: nothing is added.
+    // It has come to its end: nothing is added, and its last row stays.
     let steps = summary(&folder.path().join("again"))["steps"].clone();
+    let rows = || fs::read(folder.path().join("again/gas.walls.csv")).unwrap();
+    let before = rows();
     run(
         folder.path(),
         &["gas.toml", "--quiet", "--resume", "--output", "again"],
     );
     assert_eq!(summary(&folder.path().join("again"))["steps"], steps);
+    assert!(rows() == before);
     // A smaller error makes it longer.
     let finer = "time.until={ result = \"load\", error = \"7 %\" }";
     run(

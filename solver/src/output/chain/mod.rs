@@ -306,7 +306,10 @@ mod tests {
                 let stay = links / spacing;
                 assert!(stay as u64 <= most);
                 // Half of the most at least, once there are as many links.
-                assert!(stay as u64 >= most.div_ceil(2) || spacing == 1, "{links} {most}");
+                assert!(
+                    stay as u64 >= most.div_ceil(2) || spacing == 1,
+                    "{links} {most}"
+                );
             }
         }
     }
