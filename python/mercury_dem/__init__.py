@@ -1,6 +1,7 @@
 """Mercury: discrete element simulations. All quantities are in SI units."""
 
 from ._mercury_dem import (
+    PHYSICS,
     Column,
     Estimate,
     Plan,
@@ -12,12 +13,14 @@ from ._mercury_dem import (
     Study,
     Summary,
     Table,
+    Verification,
     __version__,
     open,
     run,
 )
 
 __all__ = [
+    "PHYSICS",
     "Column",
     "Estimate",
     "MercuryError",
@@ -32,6 +35,7 @@ __all__ = [
     "Study",
     "Summary",
     "Table",
+    "Verification",
     "__version__",
     "open",
     "run",

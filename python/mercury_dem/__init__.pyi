@@ -5,6 +5,7 @@ from os import PathLike
 from typing import Any, Literal, TypeAlias, final
 
 __all__ = [
+    "PHYSICS",
     "Column",
     "Estimate",
     "MercuryError",
@@ -19,6 +20,7 @@ __all__ = [
     "Study",
     "Summary",
     "Table",
+    "Verification",
     "__version__",
     "open",
     "run",
@@ -27,6 +29,8 @@ __all__ = [
 _Path: TypeAlias = str | PathLike[str]
 _SceneLike: TypeAlias = Scene | Plan | Mapping[str, Any] | _Path
 
+PHYSICS: int
+"""Programs with this number give the same bytes."""
 __version__: str
 
 class MercuryError(Exception):
@@ -201,6 +205,10 @@ class Summary:
         """Why the run ended: `planned`, `at_rest`, `worn`, `known`, `request`, `file` (STOP) or `time_limit`; None for runs of earlier versions."""
 
     @property
+    def link(self) -> str | None:
+        """The last link of the chain of the run: equal for equal runs."""
+
+    @property
     def time(self) -> float | None:
         """s"""
 
@@ -240,6 +248,18 @@ class Run:
         depend on them. `replace`: an earlier run in the folder is removed; `resume`: it goes on. `checkpoint_every`: seconds of the clock
         between checkpoints, 600 by default; None: none are written. `progress`: whether `advance` shows how far the run is, on `sys.stderr`;
         None: in a terminal."""
+
+    @classmethod
+    def branch(
+        cls,
+        run: _Path,
+        at: float,
+        *,
+        output: _Path | None = None,
+        set: Mapping[str, Any] | None = None,
+        threads: int | None = None,
+    ) -> Run:
+        """Begins a branch of the run in a folder: it has its bytes up to the time `at` (s), and from there the scene with the changes of `set`."""
 
     @property
     def time(self) -> float:
@@ -339,6 +359,28 @@ class Record:
 
     def result(self, request: str) -> Estimate:
         """A result such as `mean(walls.drum.ty, 1..)`, also one that the run did not name."""
+
+    def verify(self, steps: float = ..., *, seed: int | None = None) -> Verification:
+        """Compares all files with the chain of the run, and makes a share of its steps again, 0.01 by default. Ctrl-C stops it."""
+
+@final
+class Verification:
+    """The result of `Record.verify`. True if nothing differs."""
+
+    @property
+    def right(self) -> bool: ...
+    @property
+    def share(self) -> float:
+        """Share of the steps that were made again."""
+
+    @property
+    def first_difference(self) -> str | None: ...
+    @property
+    def link(self) -> str:
+        """The last link of the chain."""
+
+    def to_dict(self) -> dict[str, Any]: ...
+    def __bool__(self) -> bool: ...
 
 @final
 class Study:

@@ -82,6 +82,10 @@ pub(crate) fn run_error(py: Python<'_>, error: impl Display) -> PyErr {
 pub(crate) fn open_error(py: Python<'_>, error: &OpenError) -> PyErr {
     match error {
         OpenError::Scene(errors) => scene_error(py, errors),
+        OpenError::Branch(error) => match error.mistakes() {
+            Some(errors) => scene_error(py, errors),
+            None => run_error(py, error),
+        },
         other => run_error(py, other),
     }
 }

@@ -128,6 +128,11 @@ impl Summary {
     }
 
     #[getter]
+    fn link(&self) -> Option<&str> {
+        self.content["link"].as_str()
+    }
+
+    #[getter]
     fn time(&self) -> Option<f64> {
         self.content["time"].as_f64()
     }

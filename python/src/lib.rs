@@ -10,6 +10,7 @@ mod scene;
 mod study;
 mod table;
 mod values;
+mod verification;
 
 use pyo3::prelude::*;
 
@@ -29,11 +30,14 @@ mod _mercury_dem {
     use super::study::Study;
     #[pymodule_export]
     use super::table::{Column, Table};
+    #[pymodule_export]
+    use super::verification::Verification;
 
     use super::{Bound, PyModule, PyModuleMethods, PyResult};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("PHYSICS", mercury_solver::output::chain::PHYSICS)?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -15,6 +15,7 @@ use pyo3::prelude::*;
 use crate::errors::{run_error, without_interpreter};
 use crate::estimate::{Estimate, Summary};
 use crate::table::{Column, Table, no_column};
+use crate::verification::{Verification, verified};
 
 /// A run that is there, ended or not.
 #[pyclass(frozen, module = "mercury_dem")]
@@ -229,6 +230,11 @@ impl Record {
         let result = NamedResult::new("result", request).map_err(|error| run_error(py, error))?;
         let read = without_interpreter(py, || result.read(&self.folder, &self.prefix, None))?;
         Ok(Estimate::read("result", &read))
+    }
+
+    #[pyo3(signature = (steps = 0.01, *, seed = None))]
+    fn verify(&self, py: Python<'_>, steps: f64, seed: Option<u64>) -> PyResult<Verification> {
+        verified(py, &self.folder, steps, seed)
     }
 
     fn __repr__(&self) -> String {

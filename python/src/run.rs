@@ -12,11 +12,11 @@ use mercury_common::readable::rounded;
 use mercury_solver::output::folder::Earlier;
 use mercury_solver::results::NamedResult;
 use mercury_solver::run::{
-    Advance, Claim, OpenRun, Progress, Rows, Run as SolverRun, RunFailure, Saved, WallDrive,
+    Advance, Branch, Claim, OpenError, OpenRun, Progress, Rows, Run as SolverRun, RunFailure, Saved, WallDrive,
 };
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyMapping;
+use pyo3::types::{PyMapping, PyType};
 use tempfile::TempDir;
 
 use crate::errors::{open_error, run_error, without_interpreter};
@@ -182,6 +182,72 @@ fn observed(rows: Result<Option<Rows>, RunFailure>) -> Result<Rows, String> {
     })
 }
 
+/// How a run is begun.
+struct Begin {
+    scene: Scene,
+    output: Option<PathBuf>,
+    results: Vec<NamedResult>,
+    threads: Option<usize>,
+    earlier: Earlier,
+    checkpoint_every: Option<f64>,
+    progress: Option<bool>,
+}
+
+impl Begin {
+    /// Begins it, as a branch of another run where there is one.
+    fn run(self, py: Python<'_>, branch: Option<&Branch>) -> PyResult<Run> {
+        if self.threads == Some(0) {
+            return Err(PyValueError::new_err("`threads` must be at least 1"));
+        }
+        let checkpoint_every = self
+            .checkpoint_every
+            .map(Duration::try_from_secs_f64)
+            .transpose();
+        let checkpoint_every = checkpoint_every.map_err(|_| {
+            PyValueError::new_err("`checkpoint_every` must be a time of at least 0 s, or None")
+        })?;
+        let (folder, temporary) = match self.output {
+            Some(folder) => (folder, None),
+            None => {
+                let made = tempfile::Builder::new().prefix("mercury-").tempdir()?;
+                (made.path().to_owned(), Some(made))
+            }
+        };
+        let pause = Arc::new(AtomicBool::new(false));
+        let opening = OpenRun {
+            input: self.scene.input.clone(),
+            folder: folder.clone(),
+            earlier: self.earlier,
+            results: self.results.clone(),
+            threads: self.threads,
+            checkpoint_every,
+            called: "mercury_dem.Run".to_owned(),
+            pause: Arc::clone(&pause),
+            pieces_observed: true,
+        };
+        let begun = without_interpreter(py, || match branch {
+            Some(branch) => opening.begin_branch(branch),
+            None => opening.begin(),
+        })?;
+        let (run, claim) = begun.map_err(|error| open_error(py, &error))?;
+        let moment = (run.engine().time(), run.engine().steps());
+        Ok(Run {
+            stage: Mutex::new(Stage {
+                open: Some(Open { run, _claim: claim }),
+                summary: None,
+                moment,
+            }),
+            scene: self.scene,
+            folder,
+            pause,
+            results: self.results,
+            line: line(py, self.progress),
+            process: std::process::id(),
+            _temporary: temporary,
+        })
+    }
+}
+
 #[pymethods]
 impl Run {
     #[new]
@@ -215,51 +281,44 @@ impl Run {
                 "`resume` needs `output`, the folder of the run",
             ));
         }
-        if threads == Some(0) {
-            return Err(PyValueError::new_err("`threads` must be at least 1"));
-        }
-        let checkpoint_every = checkpoint_every
-            .map(Duration::try_from_secs_f64)
-            .transpose();
-        let checkpoint_every = checkpoint_every.map_err(|_| {
-            PyValueError::new_err("`checkpoint_every` must be a time of at least 0 s, or None")
-        })?;
-        let (folder, temporary) = match output {
-            Some(folder) => (folder, None),
-            None => {
-                let made = tempfile::Builder::new().prefix("mercury-").tempdir()?;
-                (made.path().to_owned(), Some(made))
-            }
-        };
-        let pause = Arc::new(AtomicBool::new(false));
-        let opening = OpenRun {
-            input: scene.input.clone(),
-            folder: folder.clone(),
-            earlier,
-            results: results.clone(),
-            threads,
-            checkpoint_every,
-            called: "mercury_dem.Run".to_owned(),
-            pause: Arc::clone(&pause),
-            pieces_observed: true,
-        };
-        let begun = without_interpreter(py, || opening.begin())?;
-        let (run, claim) = begun.map_err(|error| open_error(py, &error))?;
-        let moment = (run.engine().time(), run.engine().steps());
-        Ok(Self {
-            stage: Mutex::new(Stage {
-                open: Some(Open { run, _claim: claim }),
-                summary: None,
-                moment,
-            }),
+        let begin = Begin {
             scene,
-            folder,
-            pause,
+            output,
             results,
-            line: line(py, progress),
-            process: std::process::id(),
-            _temporary: temporary,
-        })
+            threads,
+            earlier,
+            checkpoint_every,
+            progress,
+        };
+        begin.run(py, None)
+    }
+
+    #[classmethod]
+    #[pyo3(signature = (run, at, *, output = None, set = None, threads = None))]
+    fn branch(
+        class: &Bound<'_, PyType>,
+        run: PathBuf,
+        at: f64,
+        output: Option<PathBuf>,
+        set: Option<&Bound<'_, PyAny>>,
+        threads: Option<usize>,
+    ) -> PyResult<Self> {
+        let py = class.py();
+        let set = overrides(set)?;
+        let planned = without_interpreter(py, || Branch::plan(&run, at, &set))?;
+        let branch = planned.map_err(|error| open_error(py, &OpenError::Branch(error)))?;
+        let begin = Begin {
+            scene: Scene {
+                input: branch.input.clone(),
+            },
+            output,
+            results: Vec::new(),
+            threads,
+            earlier: Earlier::Refuse,
+            checkpoint_every: Some(600.0),
+            progress: None,
+        };
+        begin.run(py, Some(&branch))
     }
 
     #[getter]
