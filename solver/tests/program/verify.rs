@@ -110,7 +110,7 @@ fn a_run_is_verified_in_parts_and_as_a_whole() {
     assert!(ran.status.success(), "{}", errors(&ran));
     let branch = verified(place.path(), "c", &["--all"]);
     assert!(
-        branch.0 == Some(0) && branch.1.contains("900 of 2500 steps"),
+        branch.0 == Some(0) && branch.1.contains("1500 of 2500 steps"),
         "{}",
         branch.1
     );
