@@ -680,6 +680,47 @@ def check_extend():
             must(abs(time_of - accepted[0]) < 1e-4, f"the run ends at {time_of}, {accepted[0]} was accepted")
 
 
+def check_verify():
+    """A finished run with kept checkpoints, moved to another worker meanwhile, is verified in a cage: share and link; the kept checkpoints are
+    those of the solver alone, also from an archive. Another byte in the store is named, by the page as well, and nothing stays behind."""
+    sets = LONG + ["output.keep_checkpoints=4"]
+    with server() as served:
+        run = served.submit(sets=sets)
+        served.request("POST", f"/runs/{run}/verification", {}, expect=409)
+        wait_for(lambda: any(name.startswith("drum.checkpoints/") for name in served.head(run)["whole"]), 120, "no kept checkpoint")
+        served.json("POST", f"/runs/{run}/stop", {})
+        served.wait(run, "stopped")
+        served.json("POST", f"/runs/{run}/resume", {})
+        served.wait(run)
+        must(served.json("GET", f"/runs/{run}/verification")["verdict"] == "never", "verified before")
+        served.same_as_alone(run, alone(sets))
+        kept = sorted(path.name for path in (served.folder / f"got-{run}/drum.checkpoints").iterdir())
+        must(kept == sorted(path.name for path in (alone(sets) / "drum.checkpoints").iterdir()) and kept, f"kept checkpoints: {kept}")
+
+        def verify(code):
+            done = subprocess.run([CLOUD, "verify", "--link", served.link, run], capture_output=True, text=True)
+            must(done.returncode == code, f"exit code {done.returncode}: {done.stdout}{done.stderr}")
+            found = served.json("GET", f"/runs/{run}/verification")
+            must(str(served.folder) not in json.dumps(found) and ".run" not in json.dumps(found), f"{found}")
+            return found
+        found = verify(0)
+        summary = json.loads((served.folder / f"got-{run}/summary.json").read_text())
+        must(found["verdict"] == "verified" and 0.01 <= found["share"] < 1 and found["link"] == summary["link"], f"{found}")
+        segment = next(part for name, stream in served.head(run)["streams"].items() if name == "drum.ene" for part in stream["segments"])
+        path = served.folder / "data/store/runs" / run / segment["key"]
+        text = path.read_bytes()
+        path.write_bytes(text[:-2] + bytes([text[-2] ^ 1]) + text[-1:])
+        found = verify(1)
+        must(found["verdict"] == "differs" and "drum.ene" in found["message"], f"{found}")
+        path.write_bytes(text)
+        if shutil.which("node"):
+            browser("verify.mjs", served.link, run)
+        must(not list((served.folder / "data/checks").iterdir()), "a folder was left")
+        served.json("POST", f"/runs/{run}/extend", {"end": 0.41})
+        served.wait(run)
+        must(served.json("GET", f"/runs/{run}/verification")["verdict"] == "never", "a run that went on is another one")
+
+
 def check_stop_resume():
     """Stop from the page, resume: stopped in between, the same bytes; stop and resume as often as one likes."""
     reference = alone()
