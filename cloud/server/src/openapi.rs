@@ -24,6 +24,7 @@ use crate::{accounts, audit, downloads, hooks, projects, routes, verify};
         routes::run_resume,
         routes::run_extend,
         routes::run_clone,
+        routes::run_branch,
         verify::verification_get,
         verify::verification_begin,
         routes::run_share,

@@ -41,7 +41,7 @@ export async function showRun(main, id) {
   /** @type {(() => void)[]} */
   let charts = [];
   const stage = el("div");
-  const viewer = new Player(stage, run);
+  const viewer = new Player(stage, run, { branch });
   const chartBox = el("div", { class: "charts" });
   const log = el("pre", { tabindex: "0", "aria-label": "Log" }, "");
   const logOf = el("select", { "aria-label": "Lines of", onchange: () => showLog() });
@@ -106,6 +106,7 @@ export async function showRun(main, id) {
     const sooner = known(run, seen);
     const left = sooner ?? run.seconds_left;
     const share = run.of_steps ? Math.min(1, run.step / run.of_steps) : null;
+    viewer.branch.hidden = !run.writable || !["finished", "stopped"].includes(run.state);
     const offers = JSON.stringify([run.state, run.writable, run.time > 0, run.title]);
     if (offers !== offered) put(actions, run.writable ? [
       ["running", "queued"].includes(run.state) && el("button", { onclick: () => act("stop") }, "Stop"),
@@ -164,6 +165,18 @@ export async function showRun(main, id) {
     try {
       await post(`/runs/${id}/verification`, {});
       await showVerified();
+    } catch (error) {
+      toast(error instanceof Error ? error.message : String(error), true);
+    }
+  }
+
+  /** Submits a run that is this one up to the time that is shown. @param {number} time */
+  async function branch(time) {
+    const text = await ask("Branch here", `The new run is this one up to ${number(time)} s, and goes on with these changes of its scene.`, "Submit", { label: "Changes, one a line", value: "gravity = [0, 0, -1.62]", lines: 4 });
+    if (text === null) return;
+    try {
+      const made = await post(`/runs/${id}/branch`, { at: time, set: text.split("\n").map((line) => line.trim()).filter(Boolean) });
+      go(`/runs/${made.id}`);
     } catch (error) {
       toast(error instanceof Error ? error.message : String(error), true);
     }

@@ -191,6 +191,42 @@ impl Extend {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct Branch {
+    #[command(flatten)]
+    server: Server,
+    /// The run
+    run: String,
+    /// Simulated time up to which the new run is that one, in s
+    #[arg(long, value_name = "S")]
+    at: f64,
+    /// Replace a value of the scene from there on; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Title in lists [default: that of the run]
+    #[arg(long)]
+    title: Option<String>,
+    /// Show progress until the new run ends
+    #[arg(long)]
+    watch: bool,
+}
+
+impl Branch {
+    pub(crate) fn run(self) -> Result<ExitCode> {
+        let client = self.server.connect()?;
+        let id = client.id(&self.run)?;
+        let body = json!({"at": self.at, "set": self.set, "title": self.title});
+        let run = client.post(&format!("/runs/{id}/branch"), &body)?;
+        let id = text_of(&run["id"]);
+        self.server.show(&run, |_| id.to_owned())?;
+        if self.watch {
+            watch(&client, id)
+        } else {
+            Ok(ExitCode::SUCCESS)
+        }
+    }
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct Clone {
     #[command(flatten)]
     server: Server,

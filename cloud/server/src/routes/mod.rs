@@ -98,6 +98,7 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route("/resume", post(run_resume))
         .route("/extend", post(run_extend))
         .route("/clone", post(run_clone))
+        .route("/branch", post(run_branch))
         .route(
             "/verification",
             get(verify::verification_get).post(verify::verification_begin),
