@@ -680,6 +680,85 @@ def check_extend():
             must(abs(time_of - accepted[0]) < 1e-4, f"the run ends at {time_of}, {accepted[0]} was accepted")
 
 
+def check_verify():
+    """A finished run with kept checkpoints, moved to another worker meanwhile, is verified in a cage: share and link; the kept checkpoints are
+    those of the solver alone, also from an archive. Another byte in the store is named, by the page as well, and nothing stays behind."""
+    sets = LONG + ["output.keep_checkpoints=4"]
+    with server() as served:
+        run = served.submit(sets=sets)
+        served.request("POST", f"/runs/{run}/verification", {}, expect=409)
+        wait_for(lambda: any(name.startswith("drum.checkpoints/") for name in served.head(run)["whole"]), 120, "no kept checkpoint")
+        served.json("POST", f"/runs/{run}/stop", {})
+        served.wait(run, "stopped")
+        served.json("POST", f"/runs/{run}/resume", {})
+        served.wait(run)
+        must(served.json("GET", f"/runs/{run}/verification")["verdict"] == "never", "verified before")
+        served.same_as_alone(run, alone(sets))
+        kept = sorted(path.name for path in (served.folder / f"got-{run}/drum.checkpoints").iterdir())
+        must(kept == sorted(path.name for path in (alone(sets) / "drum.checkpoints").iterdir()) and kept, f"kept checkpoints: {kept}")
+
+        def verify(code):
+            done = subprocess.run([CLOUD, "verify", "--link", served.link, run], capture_output=True, text=True)
+            must(done.returncode == code, f"exit code {done.returncode}: {done.stdout}{done.stderr}")
+            found = served.json("GET", f"/runs/{run}/verification")
+            must(str(served.folder) not in json.dumps(found) and ".run" not in json.dumps(found), f"{found}")
+            return found
+        found = verify(0)
+        summary = json.loads((served.folder / f"got-{run}/summary.json").read_text())
+        must(found["verdict"] == "verified" and 0.01 <= found["share"] < 1 and found["link"] == summary["link"], f"{found}")
+        segment = next(part for name, stream in served.head(run)["streams"].items() if name == "drum.ene" for part in stream["segments"])
+        path = served.folder / "data/store/runs" / run / segment["key"]
+        text = path.read_bytes()
+        path.write_bytes(text[:-2] + bytes([text[-2] ^ 1]) + text[-1:])
+        found = verify(1)
+        must(found["verdict"] == "differs" and "drum.ene" in found["message"], f"{found}")
+        path.write_bytes(text)
+        if shutil.which("node"):
+            browser("verify.mjs", served.link, run)
+        must(not list((served.folder / "data/checks").iterdir()), "a folder was left")
+        served.json("POST", f"/runs/{run}/extend", {"end": 0.41})
+        served.wait(run)
+        must(served.json("GET", f"/runs/{run}/verification")["verdict"] == "never", "a run that went on is another one")
+
+
+def check_branch():
+    """A branch of a run, stopped and resumed on the way, gives the bytes of `mercury-solve --from`, also from the page; what may not differ
+    is named; the run goes on when the other one was deleted, and is verified."""
+    sets = LONG + ["output.keep_checkpoints=4"]
+    gravity = "gravity=[0, 0, -5]"
+    with server() as served:
+        run = served.submit(sets=sets)
+        served.request("POST", f"/runs/{run}/branch", {"at": 0.1}, expect=409)
+        served.wait(run)
+        for at, code in ((0, 400), (9, 400), (0.2, 422)):
+            served.request("POST", f"/runs/{run}/branch", {"at": at, "set": ["gravity=7"]}, expect=code)
+        command = [CLOUD, "branch", "--link", served.link, run, "--at", "0.21", "--set", gravity, "--title", "Moon"]
+        made = subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
+        wait_for(lambda: served.head(made)["checkpoint"], 120, "no checkpoint of its own")
+        served.json("POST", f"/runs/{made}/stop", {})
+        served.wait(made, "stopped")
+        wrong = served.json("POST", f"/runs/{run}/branch", {"at": 0.2, "set": ["seed=7"]}, 201)["id"]
+        wait_for(lambda: served.run(wrong)["state"] == "failed", 60, "a branch with another seed runs")
+        must(served.run(wrong)["cause"] == "input" and "seed" in served.run(wrong)["message"], f"{served.run(wrong)}")
+        if shutil.which("node"):
+            browser("branch.mjs", served.link, run)
+        served.request("POST", "/users", {"name": "ada", "password": "correct horse"}, expect=204)
+        mine, served.cookie = served.cookie, None
+        answer = served.request("POST", "/session", {"name": "ada", "password": "correct horse"}, expect=200)
+        served.cookie = answer.headers["set-cookie"].split(";")[0]
+        served.request("POST", f"/runs/{run}/branch", {"at": 0.2}, expect=404)
+        served.cookie = mine
+        served.request("DELETE", f"/runs/{run}", expect=204)
+        served.json("POST", f"/runs/{made}/resume", {})
+        served.wait(made)
+        folder = Path(tempfile.mkdtemp(prefix="accept-branch-"))
+        command = [SOLVE, "--from", str(alone(sets)), "--at", "0.21", "--set", gravity, "--output", str(folder / "out"), "--quiet", "--threads", "1"]
+        subprocess.run(command, check=True)
+        served.same_as_alone(made, folder / "out")
+        shutil.rmtree(folder)
+        subprocess.run([CLOUD, "verify", "--link", served.link, made], check=True, capture_output=True)
+
+
 def check_stop_resume():
     """Stop from the page, resume: stopped in between, the same bytes; stop and resume as often as one likes."""
     reference = alone()

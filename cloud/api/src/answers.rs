@@ -175,6 +175,38 @@ pub struct Checked {
     pub unchecked: Option<String>,
 }
 
+/// Whether a run was verified.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// It was not verified since its end.
+    #[default]
+    Never,
+    /// It is being verified.
+    Running,
+    /// Nothing differs.
+    Verified,
+    /// Something differs.
+    Differs,
+    /// It could not be verified.
+    Unverifiable,
+}
+
+/// Answer of `GET /runs/R/verification`: the files of a finished run against its chain, and a share of its steps made again.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Verification {
+    /// Result.
+    pub verdict: Verdict,
+    /// Unix time of its end, in s.
+    pub at: Option<i64>,
+    /// Share of the steps that were made again, 0 to 1.
+    pub share: Option<f64>,
+    /// Last link of the chain: equal links are equal runs.
+    pub link: Option<String>,
+    /// The first difference, or why it could not be verified.
+    pub message: String,
+}
+
 /// Answer of `POST /studies/check`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct StudyChecked {

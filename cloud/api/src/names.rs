@@ -81,7 +81,7 @@ pub enum Growth {
     Whole,
     /// Belongs to the machine that computes, and is never kept: locks, requests, files under construction.
     Never,
-    /// A checkpoint.
+    /// A checkpoint from which the run goes on. Kept checkpoints, which lie in a folder of their own, are written as a whole.
     Checkpoint,
 }
 
@@ -93,7 +93,7 @@ pub fn growth(name: &str) -> Growth {
         return Growth::Never;
     }
     match extension {
-        "restart" => Growth::Checkpoint,
+        "restart" if !name.contains('/') => Growth::Checkpoint,
         "arrow" if !last.ends_with(".surfaces.arrow") && !last.ends_with(".clumps.arrow") => {
             Growth::Frames
         }
@@ -175,6 +175,7 @@ mod tests {
         assert_eq!(growth("run.log"), Growth::Whole);
         assert_eq!(growth("png/drum.0001.png"), Growth::Whole);
         assert_eq!(growth("drum.0.restart"), Growth::Checkpoint);
+        assert_eq!(growth("drum.checkpoints/480.restart"), Growth::Whole);
         assert_eq!(growth(".lock"), Growth::Never);
         assert_eq!(growth("drum.particles.arrow.new"), Growth::Never);
     }

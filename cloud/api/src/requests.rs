@@ -90,6 +90,20 @@ pub struct Extend {
     pub end: f64,
 }
 
+/// Body of `POST /runs/R/branch`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BranchOff {
+    /// Simulated time of the branch, in s: up to there the new run is that one.
+    pub at: f64,
+    /// Changes of the scene, arguments of `--set`.
+    #[serde(default)]
+    pub set: Vec<String>,
+    /// Title for lists; without it that of the run.
+    #[serde(default)]
+    pub title: Option<String>,
+}
+
 /// Body of `PATCH /runs/R`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]

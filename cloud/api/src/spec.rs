@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use crate::RunId;
+
 /// `runs/R/spec.<revision>.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Spec {
@@ -30,6 +32,21 @@ pub struct Spec {
     pub memory: u64,
     /// Version of the solver that the run is bound to, as `mercury-solve --version` says it.
     pub solver: String,
+    /// Where it branches off from another run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub branch: Option<Branch>,
+}
+
+/// Where a run branches off from another one. Needed until its first checkpoint is in the store.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Branch {
+    /// The other run.
+    #[schema(value_type = String)]
+    pub run: RunId,
+    /// Simulated time in s.
+    pub at: f64,
+    /// Changes of its scene, `key=value`.
+    pub set: Vec<String>,
 }
 
 /// A file that a scene needs, by its content.

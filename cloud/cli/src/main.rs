@@ -26,6 +26,8 @@ Examples:
   mercury-cloud watch RUN                          progress until it ends
   mercury-cloud stop RUN; mercury-cloud resume RUN
   mercury-cloud extend RUN --end 4                 a finished run to a later end
+  mercury-cloud verify RUN                         its files against its chain, some steps made again
+  mercury-cloud branch RUN --at 0.7 --set 'gravity=[0, 0, -1.62]'
   mercury-cloud clone RUN --set seed=2             its scene anew, with changes
   mercury-cloud log RUN --attempt 1                the lines of an attempt; without, the report of the run
   mercury-cloud get RUN -o drum                    its files
@@ -68,6 +70,10 @@ enum Command {
     Resume(commands::One),
     /// Go on with a run to a later end
     Extend(commands::Extend),
+    /// Submit a run that is another one up to a time, and goes on with a changed scene
+    Branch(commands::Branch),
+    /// Verify a finished run: all its files, and 1 % of its steps made again
+    Verify(commands::Verify),
     /// Submit the scene of a run anew, with changes
     Clone(commands::Clone),
     /// Print the report of a run, or the lines of an attempt
@@ -271,6 +277,8 @@ fn run(command: Command) -> Result<ExitCode> {
         Command::Kill(one) => one.change("kill"),
         Command::Resume(one) => one.change("resume"),
         Command::Extend(extend) => extend.run(),
+        Command::Verify(verify) => verify.run(),
+        Command::Branch(branch) => branch.run(),
         Command::Clone(clone) => clone.run(),
         Command::Log(log) => log.run(),
         Command::Table(table) => table.run(),

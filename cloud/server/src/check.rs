@@ -37,10 +37,13 @@ const MOST_SETS: usize = 1000;
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// The most memory of a check, in bytes: the plan of a scene is small, its meshes and tables need not be.
-const MEMORY: u64 = 4 << 30;
+pub(crate) const MEMORY: u64 = 4 << 30;
 
 /// The largest answer of the solver, in bytes.
-const LARGEST_ANSWER: u64 = 16 << 20;
+pub(crate) const LARGEST_ANSWER: u64 = 16 << 20;
+
+/// The largest file that a check writes, in bytes.
+const LARGEST_FILE: u64 = 256 << 20;
 
 /// A folder that is removed with its contents.
 pub(crate) struct Folder(pub(crate) PathBuf);
@@ -226,7 +229,15 @@ pub(crate) fn view(app: &App, folder: &Path, frame: Option<usize>) -> Result<Opt
     let program = Path::new("/proc/self/exe");
     let mut arguments = vec!["view".to_owned()];
     arguments.extend(frame.map(|frame| format!("--frame={frame}")));
-    let said = confined(app, program, folder, &arguments, VIEW, LARGEST_VIEW)?;
+    let said = confined(
+        app,
+        program,
+        folder,
+        &arguments,
+        VIEW,
+        LARGEST_VIEW,
+        LARGEST_FILE,
+    )?;
     match said.code {
         Some(0) if said.answer.is_empty() => Ok(None),
         Some(0) => Ok(Some(said.answer.into_bytes())),
@@ -326,23 +337,32 @@ pub(crate) fn solve(
     patience: Duration,
 ) -> Result<SolverAnswer> {
     let solver = &app.options.solver;
-    confined(app, solver, &folder.0, arguments, patience, LARGEST_ANSWER)
+    confined(
+        app,
+        solver,
+        &folder.0,
+        arguments,
+        patience,
+        LARGEST_ANSWER,
+        LARGEST_FILE,
+    )
 }
 
-/// Runs a program in a cage around `folder`, for so long at most.
-fn confined(
+/// Runs a program in a cage around `folder`, for so long at most, with an answer and files of so many bytes at most.
+pub(crate) fn confined(
     app: &App,
     program: &Path,
     folder: &Path,
     arguments: &[String],
     patience: Duration,
     largest: u64,
+    file: u64,
 ) -> Result<SolverAnswer> {
     let cage = Cage {
         folder: folder.to_owned(),
         sandbox: app.options.sandbox,
         memory: MEMORY,
-        file: 256 << 20,
+        file,
         cpu: patience.as_secs() * 2,
     };
     let checks = app.options.data.join("checks");

@@ -27,7 +27,8 @@ use crate::secrets::Caller;
 use crate::state::App;
 use crate::turns::{Turn, Turns};
 
-fn files(head: &Head) -> Vec<RunFile> {
+/// The files that a head names.
+pub(crate) fn files(head: &Head) -> Vec<RunFile> {
     let grows = head.phase != cloud_api::Phase::Ended;
     let id = RunId::of([0; 16]);
     let mut names: Vec<&String> = head.streams.keys().chain(head.whole.keys()).collect();

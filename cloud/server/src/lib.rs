@@ -31,6 +31,7 @@ mod templates;
 mod tries;
 mod turns;
 mod users;
+mod verify;
 mod views;
 mod web;
 

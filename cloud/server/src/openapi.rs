@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use utoipa::OpenApi;
 
-use crate::{accounts, audit, downloads, hooks, projects, routes};
+use crate::{accounts, audit, downloads, hooks, projects, routes, verify};
 
 #[derive(OpenApi)]
 #[openapi(
@@ -24,6 +24,9 @@ use crate::{accounts, audit, downloads, hooks, projects, routes};
         routes::run_resume,
         routes::run_extend,
         routes::run_clone,
+        routes::run_branch,
+        verify::verification_get,
+        verify::verification_begin,
         routes::run_share,
         routes::run_attempts,
         routes::run_events,

@@ -7,8 +7,8 @@ use axum::http::StatusCode;
 use cloud_api::answers::{RunRow, Usage};
 use cloud_api::lifecycle::RunEvent;
 use cloud_api::names::check_text;
-use cloud_api::requests::{Role, Scene, Submit};
-use cloud_api::{Head, InputFile, RunId, Spec};
+use cloud_api::requests::{BranchOff, Role, Scene, Submit};
+use cloud_api::{Branch, Head, InputFile, RunId, RunState, Spec};
 use cloud_store::sha256;
 use serde_json::Value;
 
@@ -237,6 +237,7 @@ pub(crate) fn prepare(
         disk: forecast.disk,
         memory: forecast.memory,
         solver: app.version.clone(),
+        branch: None,
     };
     let spec_text = serde_json::to_string(&spec).map_err(ApiError::internal)?;
     Ok(PreparedRun {
@@ -279,6 +280,7 @@ pub(crate) async fn submit(
     user: &User,
     mut submit: Submit,
     key: Option<&str>,
+    branch: Option<Branch>,
 ) -> Result<String, ApiError> {
     let body = serde_json::to_string(&submit).map_err(ApiError::internal)?;
     if let Some(id) = by_idempotency_key(app, "runs", user, key, &body)? {
@@ -301,7 +303,9 @@ pub(crate) async fn submit(
         let reserved = expected_bytes(&plan);
         may_compute(&app, user.id)?;
         within_quota(&app, user.id, submit.threads, reserved)?;
-        let run = prepare(&app, &user, &submit, &plan, title)?;
+        let mut run = prepare(&app, &user, &submit, &plan, title)?;
+        run.spec.branch = branch;
+        run.spec_text = serde_json::to_string(&run.spec).map_err(ApiError::internal)?;
         write(&app, &run)?;
         let id = run.id.to_string();
         let new = NewRun {
@@ -461,6 +465,75 @@ pub(crate) fn scene(app: &App, spec: &Spec) -> Result<Scene, ApiError> {
             .collect(),
         set: spec.set.clone(),
     })
+}
+
+/// Scene, files and settings for a new run like another one.
+pub(crate) fn like(app: &App, user: &User, run: VisibleRun) -> Result<Submit, ApiError> {
+    let VisibleRun { row, spec, .. } = run;
+    let scene = scene(app, &spec)?;
+    // Files of a run that one may see are files that one may use.
+    for file in spec.files.values() {
+        // A content that this run named, until now.
+        let gone = || Err(ApiError::not_found());
+        inputs::add(app, user.id, &file.sha256, file.bytes, gone)?;
+    }
+    let label = (!row.label.is_empty()).then_some(row.label);
+    Ok(Submit {
+        scene,
+        title: Some(row.title),
+        label,
+        threads: spec.threads,
+        time_limit: row.time_limit,
+        result: spec.result,
+        project: row
+            .project
+            .filter(|project| projects::need(app, user, project, Role::Member).is_ok()),
+    })
+}
+
+/// Submits a run that branches off from another one. Whether it can is said by the solver when the run begins.
+pub(crate) async fn branch(
+    app: &Arc<App>,
+    user: &User,
+    id: &str,
+    body: BranchOff,
+) -> Result<String, ApiError> {
+    let (shared, owner, id) = (Arc::clone(app), user.clone(), id.to_owned());
+    let (run, mut submit) = blocking(move || {
+        let run = visible_run(&shared, &Caller::User(owner.clone()), &id)?;
+        if !matches!(run.row.state, RunState::Finished | RunState::Stopped) {
+            let detail = "Stop the run first, or wait for its end.";
+            let title = "not in this state";
+            return Err(ApiError::new(StatusCode::CONFLICT, title, detail));
+        }
+        if !body.at.is_finite() || body.at <= 0.0 || body.at > run.row.time {
+            let detail = format!("The run was made from 0 to {} s.", run.row.time);
+            return Err(ApiError::bad_request("invalid time", detail));
+        }
+        let from = run.id.clone();
+        Ok((from, like(&shared, &owner, run)?))
+    })
+    .await?;
+    let then = plan(app, user, &submit.scene).await?;
+    submit.scene.set.extend(body.set.iter().cloned());
+    let now = plan(app, user, &submit.scene).await?;
+    let step = |plan: &Value| plan["time"]["step"].as_f64();
+    let (Some(then), Some(now)) = (step(&then), step(&now)) else {
+        let detail = "A scene that is too large for a check cannot branch off here.";
+        return Err(ApiError::bad_request("too large", detail));
+    };
+    let mut set = body.set;
+    // A branch keeps the step of its run.
+    if then.to_bits() != now.to_bits() {
+        let step = format!("time.step={then:?}");
+        submit.scene.set.push(step.clone());
+        set.push(step);
+    }
+    if body.title.is_some() {
+        submit.title = body.title;
+    }
+    let at = body.at;
+    self::submit(app, user, submit, None, Some(Branch { run, at, set })).await
 }
 
 /// Gives a run a later end: a further revision of its spec, on the same data.

@@ -24,7 +24,9 @@ use crate::frames::Cache;
 use crate::sums::Sums;
 use crate::tries::Tries;
 use crate::turns::Turns;
-use crate::{EngineChoice, Options, at_end, downloads, hooks, inputs, secrets, templates, users};
+use crate::{
+    EngineChoice, Options, at_end, downloads, hooks, inputs, secrets, templates, users, verify,
+};
 
 /// How many messages a slow listener may be behind before it gets a notice that it missed some.
 const BACKLOG: usize = 1024;
@@ -99,6 +101,7 @@ pub(crate) struct App {
     /// Held while a run gets a further revision.
     pub(crate) extensions: Mutex<()>,
     pub(crate) downloads: Turns,
+    pub(crate) verifying: verify::Verifying,
     /// Checksums for archives.
     pub(crate) sums: Sums,
     /// Turns of streams of events.
@@ -197,6 +200,7 @@ impl App {
             inputs: inputs::Busy::default(),
             extensions: Mutex::new(()),
             downloads: Turns::new(downloads::ALL, downloads::EACH),
+            verifying: verify::Verifying::default(),
             sums: Sums::default(),
             streams: Turns::new(STREAMS, STREAMS_EACH).with_waiting(0),
             frames: Turns::new(downloads::ALL_FRAMES, downloads::EACH_FRAMES),

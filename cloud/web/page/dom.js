@@ -44,12 +44,12 @@ export function toast(text, bad = false) {
  * @param {string} title
  * @param {string} text
  * @param {string} yes
- * @param {{label: string, value: string, type?: string}} [field]
+ * @param {{label: string, value: string, type?: string, lines?: number}} [field] with `lines` several lines, and `value` an example
  * @returns {Promise<string | null>}
  */
 export function ask(title, text, yes, field) {
   return new Promise((resolve) => {
-    const input = field && el("input", { type: field.type ?? "text", value: field.value, step: "any", class: "grow" });
+    const input = field && (field.lines ? el("textarea", { rows: String(field.lines), class: "grow", placeholder: field.value, spellcheck: "false" }) : el("input", { type: field.type ?? "text", value: field.value, step: "any", class: "grow" }));
     const form = el("form", { method: "dialog" },
       el("h2", {}, title), el("p", {}, text),
       field && el("p", {}, el("label", {}, field.label, input)),

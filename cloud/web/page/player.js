@@ -43,7 +43,7 @@ export class Player {
   /**
    * @param {HTMLElement} box
    * @param {{id: string}} run
-   * @param {{title?: string, led?: boolean}} [options] `led`: another player chooses its frames
+   * @param {{title?: string, led?: boolean, branch?: (time: number) => void}} [options] `led`: another player chooses its frames; `branch` is called with the time that is shown
    */
   constructor(box, run, options = {}) {
     this.run = run;
@@ -66,6 +66,7 @@ export class Player {
     this.slider = el("input", { type: "range", min: "0", max: "0", value: "0", class: "grow", "aria-label": "Frame", oninput: () => this.show(Number(this.slider.value), true) });
     this.play = el("button", { "aria-label": "Play", onclick: () => this.toggle() }, "▶");
     this.time = el("span", { class: "small quiet" });
+    this.branch = el("button", { hidden: true, onclick: () => options.branch?.(this.list.frames[this.at]?.time ?? 0) }, "Branch here");
     this.colour = el("select", { "aria-label": "Colour", onchange: () => this.recolour() });
     this.cut = el("input", { type: "range", min: "0", max: "1000", value: "1000", "aria-label": "Cut", oninput: () => this.viewer.cut(this.axis.value, Number(this.cut.value) / 1000) });
     this.axis = el("select", { "aria-label": "Axis of the cut", onchange: () => this.viewer.cut(this.axis.value, Number(this.cut.value) / 1000) }, ["x", "y", "z"].map((axis) => el("option", { value: axis }, axis)));
@@ -88,7 +89,7 @@ export class Player {
    */
   parts(options, stage, walls, card) {
     return [options.title && el("h2", {}, options.title), stage,
-      el("div", { class: "row controls", hidden: options.led === true }, this.play, this.slider, this.time),
+      el("div", { class: "row controls", hidden: options.led === true }, this.play, this.slider, this.time, this.branch),
       el("div", { class: "row small" }, el("label", {}, "Colour", this.colour), el("label", {}, "Cut", this.axis, this.cut), el("label", {}, walls, "Walls"),
         el("button", { onclick: () => this.reset() }, "Reset view"),
         this.viewer.gl && [el("button", { onclick: () => (document.fullscreenElement ? document.exitFullscreen() : card.requestFullscreen()) }, "Full screen"), el("button", { onclick: () => this.picture() }, "Picture"), this.film]), this.grain].flat(2).filter((part) => part);

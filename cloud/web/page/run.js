@@ -30,8 +30,9 @@ export async function showRun(main, id) {
     projects.onchange = () => patch(`/runs/${id}`, { project: projects.value }).then((found) => { run = { ...run, ...found }; }, (error) => toast(error.message, true));
   }
   document.title = `${run.title} · Mercury`;
-  const [named, actions, life] = [el("div"), el("div", { class: "row" }), el("div")];
-  const head = el("div", { class: "card" }, el("div", { class: "row spread" }, named, actions), life);
+  const [named, actions, life, verdict] = [el("div"), el("div", { class: "row" }), el("div"), el("div")];
+  const head = el("div", { class: "card" }, el("div", { class: "row spread" }, named, actions), life, verdict);
+  let verifying = 0;
   /** What the buttons of the head depend on, as text: they are made anew only where that changes. */
   let offered = "";
   const panes = /** @type {Record<string, HTMLElement>} */ ({});
@@ -40,7 +41,7 @@ export async function showRun(main, id) {
   /** @type {(() => void)[]} */
   let charts = [];
   const stage = el("div");
-  const viewer = new Player(stage, run);
+  const viewer = new Player(stage, run, { branch });
   const chartBox = el("div", { class: "charts" });
   const log = el("pre", { tabindex: "0", "aria-label": "Log" }, "");
   const logOf = el("select", { "aria-label": "Lines of", onchange: () => showLog() });
@@ -105,6 +106,7 @@ export async function showRun(main, id) {
     const sooner = known(run, seen);
     const left = sooner ?? run.seconds_left;
     const share = run.of_steps ? Math.min(1, run.step / run.of_steps) : null;
+    viewer.branch.hidden = !run.writable || !["finished", "stopped"].includes(run.state);
     const offers = JSON.stringify([run.state, run.writable, run.time > 0, run.title]);
     if (offers !== offered) put(actions, run.writable ? [
       ["running", "queued"].includes(run.state) && el("button", { onclick: () => act("stop") }, "Stop"),
@@ -114,6 +116,7 @@ export async function showRun(main, id) {
         const end = await ask("Extend", `The run has come to ${number(run.time)} s. It goes on from there.`, "Extend", { label: "New end / s", value: String(Number((run.time * 2).toPrecision(3))), type: "number" });
         if (end !== null) act("extend", { end: Number(end) });
       } }, "Extend"),
+      run.state === "finished" && el("button", { onclick: verify }, "Verify"),
       el("button", { onclick: () => go(`/new?from=${id}`) }, "Clone"),
       el("button", { onclick: shareLink }, "Share"),
       !live && el("button", { class: "danger", onclick: async () => {
@@ -145,6 +148,38 @@ export async function showRun(main, id) {
       projects && [el("dt", {}, "Project"), el("dd", {}, projects)],
       el("dt", {}, "Solver"), el("dd", {}, run.spec.solver)),
     bad.length > 0 && el("ul", { class: "problems" }, ...bad.map((/** @type {any} */ note) => el("li", {}, note.text))));
+  }
+
+  /** Shows whether the run was verified, until the answer is there. */
+  async function showVerified() {
+    const found = await get(`/runs/${id}/verification`);
+    clearTimeout(verifying);
+    if (found.verdict === "running") verifying = setTimeout(() => showVerified().catch((error) => toast(error.message, true)), 1000);
+    const texts = /** @type {Record<string, [string, string]>} */ ({ running: ["quiet", "is being verified"], differs: ["bad-text", `Differs: ${found.message}`], unverifiable: ["warn-text", `Cannot be verified: ${found.message}`],
+      verified: ["quiet", `Verified: ${number(100 * found.share)} % of the steps made again; last link `] });
+    const shown = texts[found.verdict];
+    put(verdict, shown && el("p", { class: `small ${shown[0]}`, role: "status" }, shown[1], found.verdict === "verified" && el("span", { class: "code", title: found.link }, found.link.slice(0, 12))));
+  }
+
+  async function verify() {
+    try {
+      await post(`/runs/${id}/verification`, {});
+      await showVerified();
+    } catch (error) {
+      toast(error instanceof Error ? error.message : String(error), true);
+    }
+  }
+
+  /** Submits a run that is this one up to the time that is shown. @param {number} time */
+  async function branch(time) {
+    const text = await ask("Branch here", `The new run is this one up to ${number(time)} s, and goes on with these changes of its scene.`, "Submit", { label: "Changes, one a line", value: "gravity = [0, 0, -1.62]", lines: 4 });
+    if (text === null) return;
+    try {
+      const made = await post(`/runs/${id}/branch`, { at: time, set: text.split("\n").map((line) => line.trim()).filter(Boolean) });
+      go(`/runs/${made.id}`);
+    } catch (error) {
+      toast(error instanceof Error ? error.message : String(error), true);
+    }
   }
 
   async function shareLink() {
@@ -255,6 +290,8 @@ export async function showRun(main, id) {
       if (tab === "Overview") await showLooks();
       if (tab === "Log") await showLog();
       if (tab === "Attempts") await showAttempts();
+      if (run.state === "finished") await showVerified();
+      else put(verdict);
       if (tab === "Overview" && run.state === "finished") await showResults();
       if (tab === "Files" || (tab === "Overview" && run.state === "finished")) await showFiles();
     } catch (error) {
@@ -280,5 +317,5 @@ export async function showRun(main, id) {
       if (Date.now() - last > 4000) { last = Date.now(); refresh(); }
     } else again();
   }, again);
-  return () => { end(); [...charts, ...bands].forEach((stop) => stop()); many.end(); viewer.end(); };
+  return () => { end(); clearTimeout(verifying); [...charts, ...bands].forEach((stop) => stop()); many.end(); viewer.end(); };
 }

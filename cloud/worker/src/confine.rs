@@ -111,7 +111,8 @@ impl Cage {
             .arg(program)
             .current_dir(&self.folder)
             // Without credentials of the store, which are the worker's.
-            .env_clear();
+            .env_clear()
+            .env("TMPDIR", &self.folder);
         command
     }
 

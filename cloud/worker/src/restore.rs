@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
 use cloud_api::names::{Growth, check_input, growth};
-use cloud_api::{Checkpoint, Spec, Stream};
+use cloud_api::{Checkpoint, Head, RunId, Spec, Stream};
 use cloud_store::frames::MARKER;
 
 use crate::claim::Held;
@@ -86,7 +86,7 @@ pub(crate) fn restore(attempt: &Attempt, held: &mut Held, spec: &Spec) -> Result
     held.head.whole.clear();
     let streams = std::mem::take(&mut held.head.streams);
     for (name, stream) in streams {
-        match fetch(attempt, &stream, &workspace.tail.join(&name)) {
+        match fetch(attempt, &attempt.run, &stream, &workspace.tail.join(&name)) {
             Ok(()) => drop(held.head.streams.insert(name, stream)),
             Err(error) if error.chain().any(|cause| cause.is::<Damaged>()) => {
                 held.note("damaged", format!("{error:#}"))
@@ -94,7 +94,39 @@ pub(crate) fn restore(attempt: &Attempt, held: &mut Held, spec: &Spec) -> Result
             Err(error) => return Err(error),
         }
     }
+    if let Some(branch) = &spec.branch {
+        other_run(attempt, &branch.run, &workspace)?;
+    }
     Ok(workspace)
+}
+
+/// Lays out the run from which this one branches off, in a folder with its id.
+fn other_run(attempt: &Attempt, run: &RunId, workspace: &Workspace) -> Result<()> {
+    let text = attempt.store.get(&format!("runs/{run}/head.json"))?;
+    let text =
+        text.with_context(|| format!("the run {run}, from which this one branches off, is gone"))?;
+    let head: Head = serde_json::from_slice(&text)?;
+    let folder = workspace.folder.join(run.as_str());
+    for (name, stream) in &head.streams {
+        let path = folder.join(name);
+        fetch(attempt, run, stream, &path)?;
+        if growth(name) == Growth::Frames {
+            let mut file = OpenOptions::new().append(true).open(&path)?;
+            file.write_all(&MARKER)?;
+        }
+    }
+    let whole = head.whole.iter();
+    let whole = whole.map(|(name, whole)| (name, &whole.key, &whole.sha256));
+    let checkpoints = [&head.earlier, &head.checkpoint].into_iter().flatten();
+    let checkpoints = checkpoints.map(|found| (&found.name, &found.key, &found.sha256));
+    for (name, key, sha256) in whole.chain(checkpoints) {
+        let path = folder.join(name);
+        if let Some(parent) = path.parent() {
+            fs::create_dir_all(parent)?;
+        }
+        checked(attempt, run, key, sha256, &mut File::create(path)?)?;
+    }
+    Ok(())
 }
 
 fn inputs(attempt: &Attempt, spec: &Spec, workspace: &Workspace) -> Result<()> {
@@ -128,21 +160,21 @@ impl std::fmt::Display for Damaged {
 impl std::error::Error for Damaged {}
 
 /// Fetches a content, and compares it with what the head says of it.
-fn checked(attempt: &Attempt, key: &str, sha256: &str, file: &mut File) -> Result<()> {
-    match attempt.store.get_into(&attempt.key(key), file) {
+fn checked(attempt: &Attempt, run: &RunId, key: &str, sha256: &str, file: &mut File) -> Result<()> {
+    match attempt.store.get_into(&format!("runs/{run}/{key}"), file) {
         Ok(got) if got == sha256 => Ok(()),
         Ok(_) | Err(cloud_store::StoreError::Missing(_)) => bail!(Damaged(key.to_owned())),
         Err(error) => Err(error.into()),
     }
 }
 
-fn fetch(attempt: &Attempt, stream: &Stream, path: &Path) -> Result<()> {
+fn fetch(attempt: &Attempt, run: &RunId, stream: &Stream, path: &Path) -> Result<()> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder)?;
     }
     let mut file = File::create(path)?;
     for segment in &stream.segments {
-        checked(attempt, &segment.key, &segment.sha256, &mut file)?;
+        checked(attempt, run, &segment.key, &segment.sha256, &mut file)?;
     }
     Ok(())
 }
@@ -157,10 +189,16 @@ fn data(
     empty_folder(workspace.output.clone())?;
     empty_folder(workspace.tail.clone())?;
     let mut file = File::create(workspace.output.join(&checkpoint.name))?;
-    checked(attempt, &checkpoint.key, &checkpoint.sha256, &mut file)?;
+    checked(
+        attempt,
+        &attempt.run,
+        &checkpoint.key,
+        &checkpoint.sha256,
+        &mut file,
+    )?;
     for (name, stream) in &held.head.streams {
         let path = workspace.output.join(name);
-        fetch(attempt, stream, &path)?;
+        fetch(attempt, &attempt.run, stream, &path)?;
         let at = resumes_at(Some(checkpoint), name);
         ensure!(at <= stream.bytes(), Damaged(name.clone()));
         let mut file = OpenOptions::new().read(true).write(true).open(&path)?;
@@ -183,7 +221,13 @@ fn data(
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder)?;
         }
-        checked(attempt, &whole.key, &whole.sha256, &mut File::create(path)?)?;
+        checked(
+            attempt,
+            &attempt.run,
+            &whole.key,
+            &whole.sha256,
+            &mut File::create(path)?,
+        )?;
     }
     Ok(())
 }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ExitStatus, Stdio};
 
 use anyhow::{Context, Result};
-use cloud_api::{Cause, Ending, Spec};
+use cloud_api::{Branch, Cause, Ending, Spec};
 use rustix::process::{Pid, PidfdFlags, Signal, kill_process, pidfd_open, pidfd_send_signal};
 
 use crate::Attempt;
@@ -52,6 +52,7 @@ impl Solver {
     pub(crate) fn start(
         attempt: &Attempt,
         spec: &Spec,
+        branch: Option<&Branch>,
         folder: &Path,
         progress: &Path,
     ) -> Result<Self> {
@@ -65,10 +66,19 @@ impl Solver {
         };
         let messages = folder.join(".messages");
         let mut command = cage.command(&attempt.solver);
+        let set = match branch {
+            None => {
+                command.arg(&spec.scene).args(["--resume", "--within", "."]);
+                &spec.set
+            }
+            Some(branch) => {
+                command.arg("--from").arg(branch.run.as_str());
+                command.arg(format!("--at={}", branch.at));
+                &branch.set
+            }
+        };
         command
-            .arg(&spec.scene)
-            .args(["--resume", "--json", "--within", "."]);
-        command
+            .arg("--json")
             .arg("--output")
             .arg(OUTPUT)
             .arg("--progress")
@@ -77,7 +87,7 @@ impl Solver {
             .arg("--threads")
             .arg(spec.threads.to_string())
             .args(["--checkpoint-every", &attempt.checkpoint]);
-        for set in &spec.set {
+        for set in set {
             command.arg(format!("--set={set}"));
         }
         for result in &spec.result {

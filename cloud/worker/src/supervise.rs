@@ -167,7 +167,10 @@ fn run(attempt: &Attempt, held: &mut Held) -> Result<Outcome> {
         sync.forget_tails(attempt, held, &workspace)?;
     }
     let progress = workspace.folder.join(PROGRESS);
-    let solver = Solver::start(attempt, &spec, &workspace.folder, Path::new(PROGRESS))?;
+    // With a checkpoint of its own it is a run like others.
+    let branch = (spec.branch.as_ref()).filter(|_| held.head.checkpoint.is_none());
+    let progress_file = Path::new(PROGRESS);
+    let solver = Solver::start(attempt, &spec, branch, &workspace.folder, progress_file)?;
     let mut progress = Progress::new(&progress);
     progress.grows = held.head.streams.keys().cloned().collect();
     let mut watch = Watch {

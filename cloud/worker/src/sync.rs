@@ -113,10 +113,13 @@ impl Sync {
                 Growth::Frames | Growth::Lines => self.whole(attempt, held, workspace, file)?,
             };
         }
-        if last {
-            let there = |name: &String| found.iter().any(|file| file.name == *name);
-            held.head.whole.retain(|name, _| there(name));
-        }
+        // Of kept checkpoints every other one goes when there are too many.
+        let there: BTreeSet<&str> = found.iter().map(|file| file.name.as_str()).collect();
+        let goes = |name: &str| !there.contains(name) && (last || name.ends_with(".restart"));
+        let gone = held.head.whole.extract_if(.., |name, _| goes(name));
+        let gone: Vec<String> = gone.map(|(_, whole)| whole.key).collect();
+        changed |= !gone.is_empty();
+        self.replaced.extend(gone);
         let steps = (held.head.step, held.head.notes.len() as u64);
         if !changed && self.committed == Some(steps) {
             return Ok(Swapped::Done);

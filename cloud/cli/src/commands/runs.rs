@@ -131,6 +131,44 @@ pub(super) fn watch(client: &Client, id: &str) -> Result<ExitCode> {
     }
 }
 
+/// A verification in words, and its exit code: as those of `mercury-solve verify`.
+fn outcome(found: &Value) -> (String, u8) {
+    let message = text_of(&found["message"]);
+    let share = 100.0 * found["share"].as_f64().unwrap_or(0.0);
+    let link = text_of(&found["link"]);
+    match text_of(&found["verdict"]) {
+        "verified" => (
+            format!("verified: {share:.1} % of the steps made again, the last link is {link}"),
+            0,
+        ),
+        "differs" => (format!("differs: {message}"), 1),
+        _ => (format!("cannot be verified: {message}"), 2),
+    }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Verify {
+    #[command(flatten)]
+    server: Server,
+    /// The run
+    run: String,
+}
+
+impl Verify {
+    pub(crate) fn run(self) -> Result<ExitCode> {
+        let client = self.server.connect()?;
+        let path = format!("/runs/{}/verification", client.id(&self.run)?);
+        let mut found = client.post(&path, &json!({}))?;
+        while found["verdict"] == "running" {
+            thread::sleep(Duration::from_millis(500));
+            found = client.json(&path)?;
+        }
+        let (_, code) = outcome(&found);
+        self.server.show(&found, |found| outcome(found).0)?;
+        Ok(ExitCode::from(code))
+    }
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct Extend {
     #[command(flatten)]
@@ -149,6 +187,42 @@ impl Extend {
         let run = client.post(&format!("/runs/{id}/extend"), &json!({"end": self.end}))?;
         self.server.show(&run, line)?;
         Ok(ExitCode::SUCCESS)
+    }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Branch {
+    #[command(flatten)]
+    server: Server,
+    /// The run
+    run: String,
+    /// Simulated time up to which the new run is that one, in s
+    #[arg(long, value_name = "S")]
+    at: f64,
+    /// Replace a value of the scene from there on; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Title in lists [default: that of the run]
+    #[arg(long)]
+    title: Option<String>,
+    /// Show progress until the new run ends
+    #[arg(long)]
+    watch: bool,
+}
+
+impl Branch {
+    pub(crate) fn run(self) -> Result<ExitCode> {
+        let client = self.server.connect()?;
+        let id = client.id(&self.run)?;
+        let body = json!({"at": self.at, "set": self.set, "title": self.title});
+        let run = client.post(&format!("/runs/{id}/branch"), &body)?;
+        let id = text_of(&run["id"]);
+        self.server.show(&run, |_| id.to_owned())?;
+        if self.watch {
+            watch(&client, id)
+        } else {
+            Ok(ExitCode::SUCCESS)
+        }
     }
 }
 

@@ -18,7 +18,7 @@ use tower_http::compression::{CompressionLayer, DefaultPredicate, Predicate};
 
 use crate::access::{ApiError, guard};
 use crate::state::App;
-use crate::{accounts, audit, downloads, hooks, openapi, projects, web};
+use crate::{accounts, audit, downloads, hooks, openapi, projects, verify, web};
 
 pub(crate) use live::*;
 pub(crate) use results::*;
@@ -98,6 +98,11 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route("/resume", post(run_resume))
         .route("/extend", post(run_extend))
         .route("/clone", post(run_clone))
+        .route("/branch", post(run_branch))
+        .route(
+            "/verification",
+            get(verify::verification_get).post(verify::verification_begin),
+        )
         .route("/share", post(run_share))
         .route("/shares", get(accounts::run_shares))
         .route("/attempts", get(run_attempts))

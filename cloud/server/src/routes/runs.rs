@@ -10,7 +10,7 @@ use axum::response::{IntoResponse, Response};
 use cloud_api::RunState;
 use cloud_api::answers::{Attempt, RunAnswer, RunList};
 use cloud_api::lifecycle::RunEvent;
-use cloud_api::requests::{Extend, NewShare, Patch, Role, Scene, Submit};
+use cloud_api::requests::{BranchOff, Extend, NewShare, Patch, Role, Submit};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -20,7 +20,7 @@ use crate::db::MOST_ROWS;
 use crate::runs::{VisibleRun, blocking, visible_run, with_life};
 use crate::secrets::{Caller, NewSecret, SecretKind};
 use crate::state::App;
-use crate::{inputs, projects, runs, secrets};
+use crate::{projects, runs, secrets};
 
 #[derive(Deserialize)]
 pub(crate) struct ListQuery {
@@ -87,7 +87,7 @@ pub(crate) async fn runs_submit(
     JsonBody(body): JsonBody<Submit>,
 ) -> Result<Response, ApiError> {
     let key = key_of(&headers)?;
-    let id = runs::submit(&app, &user, body, key.as_deref()).await?;
+    let id = runs::submit(&app, &user, body, key.as_deref(), None).await?;
     let answer = blocking(move || answer(&app, &Caller::User(user), &id)).await?;
     Ok((StatusCode::CREATED, Json(answer)).into_response())
 }
@@ -264,29 +264,23 @@ pub(crate) async fn run_clone(
     Path(id): Path<String>,
 ) -> Answer<Submit> {
     blocking(move || {
-        let caller = Caller::User(user.clone());
-        let VisibleRun { row, spec, .. } = visible_run(&app, &caller, &id)?;
-        let scene: Scene = runs::scene(&app, &spec)?;
-        // Files of a run that one may see are files that one may use.
-        for file in spec.files.values() {
-            // A content that this run named, until now.
-            let gone = || Err(ApiError::not_found());
-            inputs::add(&app, user.id, &file.sha256, file.bytes, gone)?;
-        }
-        let label = (!row.label.is_empty()).then_some(row.label);
-        Ok(Json(Submit {
-            scene,
-            title: Some(row.title),
-            label,
-            threads: spec.threads,
-            time_limit: row.time_limit,
-            result: spec.result,
-            project: row
-                .project
-                .filter(|project| projects::need(&app, &user, project, Role::Member).is_ok()),
-        }))
+        let run = visible_run(&app, &Caller::User(user.clone()), &id)?;
+        Ok(Json(runs::like(&app, &user, run)?))
     })
     .await
+}
+
+/// A new run that is this one up to a time, and goes on with a changed scene.
+#[utoipa::path(post, path = "/api/v1/runs/{run}/branch", params(("run" = String, Path)), request_body = BranchOff, responses((status = 201, body = RunAnswer)))]
+pub(crate) async fn run_branch(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Path(id): Path<String>,
+    JsonBody(body): JsonBody<BranchOff>,
+) -> Result<Response, ApiError> {
+    let id = runs::branch(&app, &user, &id, body).await?;
+    let answer = blocking(move || answer(&app, &Caller::User(user), &id)).await?;
+    Ok((StatusCode::CREATED, Json(answer)).into_response())
 }
 
 /// A link with which others look at this run, until it expires.
