@@ -44,7 +44,7 @@ solve() {
     timeout 300 $launch "$program" "$scene" --rows-per-block 64 --quiet --output "$folder" "$@"
 }
 
-# The same files on 1, 2, 3, 4 and 7 ranks with 1 and 2 threads, and as without MPI.
+# The same files on several ranks with 1 or 2 threads as without MPI: on those of `on`.
 bytes_of() {
     local name=$1
     shift
@@ -53,7 +53,7 @@ bytes_of() {
     solve "$without" 0 "$out/alone" "$scene" --threads 1 --fixed-threads "$@" 2> "$out.err"
     check $? "$name alone: $(tail -1 "$out.err" 2> /dev/null)"
     local of ranks threads
-    for of in 1-2 2-1 2-2 3-1 4-2 7-1; do
+    for of in $on; do
         ranks=${of%-*}
         threads=${of#*-}
         solve "$with" "$ranks" "$out/$of" "$scene" --threads "$threads" --fixed-threads "$@" 2> /dev/null \
@@ -63,7 +63,10 @@ bytes_of() {
     done
 }
 mkdir -p bytes
+on="1-1 1-2 2-1 2-2 3-1 3-2 4-1 4-2 7-1 7-2"
 bytes_of bench/dense-2k --set time.end=0.006 --set output.interval=0.002 --set output.data=true --set output.fstat=true
+# tests/tests/ranks has most scenes with more ranks.
+on="2-1 3-2 7-1"
 bytes_of bench/mesh-drum-6k --set time.end=0.004 --set output.interval=0.002
 bytes_of bench/poly-20k --set time.end=0.0006 --set output.interval=0.0003
 bytes_of bench/boulder-20k --set time.end=0.0006 --set output.interval=0.0003
