@@ -86,8 +86,8 @@ bytes_of clumps/egg --set time.end=0.02 --set output.interval=0.01
 bytes_of wear/screen --set time.end=0.004 --set output.interval=0.002
 bytes_of stress/overlaps --set time.end=0.002
 
-# A clump over four ranks, a sphere a thousand times its neighbours, an insertion over a cut, all grains through a periodic face on a cut, a
-# rank that a hopper empties: one scene of many things, in blocks of 8 rows.
+# One scene of many things, in blocks of 8 rows: a sphere twenty times its neighbours, insertion over cuts, grains that go round through a periodic
+# face, a servo, removal, a flux plane, tracks.
 cat > many.toml << 'SCENE'
 gravity = [0.0, 0.0, -9.81]
 [time]
