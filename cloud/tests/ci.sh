@@ -23,9 +23,9 @@ if ! command -v python3 > /dev/null; then
 fi
 scratch="$(mktemp -d)"
 trap 'rm -rf "$scratch"; [ -z "${moto:-}" ] || kill "$moto" 2> /dev/null' EXIT
-# The others of `tests/accept.sh all` need minutes of an idle machine: run them by hand.
+# The others of `tests/accept.sh all` need minutes of an idle machine: run them by hand. `attacks` has the downloads of `unread`.
 tests/accept.sh start extend start-from-run stop-resume passwd study projects prices \
-  unread log-in archives limits taken-back private inputs cage root slurm-stop attacks audit log hook
+  log-in archives limits taken-back private inputs cage root attacks audit log hook
 
 # Object storage and AWS: moto from PyPI, and s3s-fs where it is installed (cargo install s3s-fs --version 0.14.1 --features binary).
 if [ "${CLOUD_AWS:-yes}" != yes ]; then

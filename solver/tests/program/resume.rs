@@ -20,7 +20,7 @@ use mercury_solver::run::checkpoint;
 use rayon::prelude::*;
 
 /// Kills in one run of this test; `MERCURY_KILLS` sets more.
-const KILLS: usize = 200;
+const KILLS: usize = 120;
 
 fn scenes_folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes")
