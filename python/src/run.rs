@@ -12,7 +12,8 @@ use mercury_common::readable::rounded;
 use mercury_solver::output::folder::Earlier;
 use mercury_solver::results::NamedResult;
 use mercury_solver::run::{
-    Advance, Branch, Claim, OpenError, OpenRun, Progress, Rows, Run as SolverRun, RunFailure, Saved, WallDrive,
+    Advance, Branch, Claim, OpenError, OpenRun, Progress, Rows, Run as SolverRun, RunFailure,
+    Saved, WallDrive,
 };
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
