@@ -226,9 +226,12 @@ impl Begin {
             pause: Arc::clone(&pause),
             pieces_observed: true,
         };
-        let begun = without_interpreter(py, || match branch {
-            Some(branch) => opening.begin_branch(branch),
-            None => opening.begin(),
+        let begun = without_interpreter(py, || {
+            let begun = match branch {
+                Some(branch) => opening.begin_branch(branch),
+                None => opening.begin(),
+            };
+            begun.map_err(Box::new)
         })?;
         let (run, claim) = begun.map_err(|error| open_error(py, &error))?;
         let moment = (run.engine().time(), run.engine().steps());
