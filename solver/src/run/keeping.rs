@@ -58,11 +58,13 @@ impl Run {
             }
             let (path, state) = self.encode(is_wanted);
             let checkpoint = self.to_write(path, state, is_link);
+            self.sent += u64::from(is_link);
             return Ok(self.writer.write_checkpoint(checkpoint));
         }
         if is_link {
             let (_, state) = self.encode(false);
             let link = self.to_write(None, state, true);
+            self.sent += 1;
             if !self.writer.write_checkpoint(link) {
                 return Ok(false);
             }

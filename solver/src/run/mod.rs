@@ -187,7 +187,7 @@ pub struct Run {
     observed: Option<Observation>,
     /// Drives of walls for the next window.
     drives: Vec<(usize, WallDrive)>,
-    /// States passed to the writer, and positions of the files behind so many of them.
+    /// States and links passed to the writer, and positions of the files behind so many of them.
     sent: u64,
     positions: Option<(Arc<Positions>, u64)>,
     ended: Option<Ending>,
