@@ -1121,9 +1121,9 @@ def check_others():
             path = path.replace("{project}", project).replace("/members/{name}", "/members/local")
             path = path.replace("{run}", run).replace("{study}", study).replace("{name}", "drum.ene").replace("{k}", "0").replace("{id}", "0")
             for method in methods:
-                body = {"end": 9.0} if path.endswith("extend") else {"days": 1}
+                body = {"end": 9.0} if path.endswith("extend") else {"at": 0.01} if path.endswith("branch") else {"days": 1}
                 query = "?file=drum.ene&column=elasticEnergy" if path.endswith("charts") else ""
-                body = body if path.endswith(("extend", "share")) else {"role": "viewer"} if "/members/" in path else {}
+                body = body if path.endswith(("extend", "branch", "share")) else {"role": "viewer"} if "/members/" in path else {}
                 answer = served.request(method.upper(), path + query, body)
                 must(answer.status == 404, f"{method} {path}: {answer.status} {answer.body[:200]!r}")
                 tried += 1
