@@ -25,7 +25,7 @@ def test_a_branch_with_changes_goes_another_way(pour, tmp_path):
     with md.Run.branch(whole, 0.02, output=tmp_path / "other", set={"gravity": [0.0, 0.0, -5.0]}) as run:
         run.advance()
     assert run.finish().link != summary.link
-    with pytest.raises(md.RunError, match="--at 1e"):
+    with pytest.raises(md.RunError, match="--at 1000000"):
         md.Run.branch(whole, 1e6, output=tmp_path / "late")
     with pytest.raises(md.RunError, match="may not differ"):
         md.Run.branch(whole, 0.02, output=tmp_path / "seed", set={"seed": 7})
