@@ -33,6 +33,12 @@ pub struct Across<'a> {
 }
 
 impl Across<'_> {
+    /// The rank of a block.
+    #[must_use]
+    pub fn rank_of(&self, block: usize) -> usize {
+        rank_of(self.cut, block)
+    }
+
     /// The blocks of this rank.
     #[must_use]
     pub fn own(&self) -> Range<usize> {
@@ -149,13 +155,6 @@ impl Share {
         }
     }
 
-    /// The rank of a row.
-    fn rank_of(&self, row: usize) -> usize {
-        self.cut
-            .partition_point(|first| *first <= row / self.block_size)
-            - 1
-    }
-
     /// Sends bytes to each rank and returns what each sends here.
     pub fn exchange_all(&mut self, mut out: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
         let (own, count) = self.place();
@@ -173,12 +172,12 @@ impl Share {
         all
     }
 
-    /// Learns which rows of other ranks contacts of this one read (ascending), and which of its own others read.
+    /// Notes which rows of other ranks contacts of this one read (ascending), and which rows of this one others read.
     pub fn note_readers(&mut self, read: &[u32]) {
         let (_, count) = self.place();
         let mut wanted = vec![Vec::new(); count];
         for &row in read {
-            wanted[self.rank_of(row as usize)].push(row);
+            wanted[rank_of(&self.cut, row as usize / self.block_size)].push(row);
         }
         let bytes = |rows: &Vec<u32>| bytemuck::cast_slice(rows).to_vec();
         let came = self.exchange_all(wanted.iter().map(bytes).collect());
@@ -393,6 +392,11 @@ fn balanced(cut: &[usize], times: &[f64], blocks: usize) -> Option<Vec<usize>> {
     let mut new: Vec<usize> = std::iter::once(0).chain(inner).chain([blocks]).collect();
     (1..new.len()).for_each(|k| new[k] = new[k].clamp(new[k - 1], blocks));
     Some(new)
+}
+
+/// The rank of a block, by the first block of each.
+fn rank_of(cut: &[usize], block: usize) -> usize {
+    cut.partition_point(|first| *first <= block) - 1
 }
 
 fn bytes_in(messages: &[(usize, Vec<u8>)]) -> u64 {

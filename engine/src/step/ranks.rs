@@ -92,7 +92,7 @@ impl Core {
         }
     }
 
-    /// Learns which rows go over to other ranks in each step, after contacts were divided.
+    /// Notes which rows go over to other ranks in each step, after contacts were divided.
     pub(super) fn note_readers(&mut self) {
         if self.ranks.is_none() {
             return;
@@ -117,7 +117,7 @@ impl Core {
 }
 
 impl Engine {
-    /// The largest speed of all ranks, and what parts have to say to each other about the last step.
+    /// Finds the largest speed of all ranks, and passes on the messages of parts about the last step.
     ///
     /// # Errors
     /// If a particle's motion is no longer a number, or a part cannot go on: the same on all ranks.
@@ -140,15 +140,15 @@ impl Engine {
         Ok(())
     }
 
-    /// The largest of each number of all ranks. Parts that have to say something to each other do it.
+    /// Finds the largest of each number of all ranks, and passes on the messages of parts.
     fn meet_with<const N: usize>(&mut self, numbers: [f64; N]) -> Result<[f64; N], RunError> {
         let Self { core, parts, .. } = self;
         let Some(share) = core.ranks.as_mut().filter(|share| share.is_divided()) else {
             return Ok(numbers);
         };
         let messages: Vec<Vec<u8>> = parts.iter_mut().map(|part| part.send_to_ranks()).collect();
-        let speaks = messages.iter().any(|message| !message.is_empty());
-        let mut largest = [&[f64::from(speaks)], &numbers[..]].concat();
+        let has_messages = messages.iter().any(|message| !message.is_empty());
+        let mut largest = [&[f64::from(has_messages)], &numbers[..]].concat();
         share.ranks().largest(&mut largest);
         if largest[0] > 0.0 {
             let mut bytes = Vec::new();
@@ -237,7 +237,7 @@ impl Engine {
         let cut = share.cut();
         for (rank, bytes) in came.iter().enumerate().skip(1) {
             let taken = all.take_others(contacts, cut[rank]..cut[rank + 1], &mut &bytes[..]);
-            debug_assert_eq!(taken, Ok(()));
+            assert_eq!(taken, Ok(()), "all ranks run the same program");
         }
     }
 

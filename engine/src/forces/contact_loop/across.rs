@@ -31,8 +31,7 @@ fn by_rank<T>(
     let mut out = vec![Vec::new(); across.cut.len() - 1];
     for (row, value) in values {
         let block = row as usize / block_size;
-        let rank = across.cut.partition_point(|first| *first <= block) - 1;
-        put(row, value, &mut out[rank]);
+        put(row, value, &mut out[across.rank_of(block)]);
     }
     out
 }
@@ -125,7 +124,7 @@ pub(super) fn parked_for_ranks<'b, H: 'b>(
     let mut out = vec![Vec::new(); across.cut.len() - 1];
     for block in own {
         for target in &block.outbox.targets {
-            let rank = across.cut.partition_point(|first| *first <= target.block) - 1;
+            let rank = across.rank_of(target.block);
             if rank != across.rank {
                 target.put(&mut out[rank]);
             }
@@ -161,7 +160,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
             .map(|(_, block)| block)
     }
 
-    /// Keeps the blocks of this rank alone, and learns which blocks of earlier ranks reach into them.
+    /// Keeps the blocks of this rank alone, and notes which blocks of earlier ranks reach into them.
     pub(super) fn keep_own_blocks(&mut self, across: Across<'_>) {
         self.own = across.own();
         for shell in self.shells() {
@@ -170,7 +169,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
         let mut out = vec![Vec::new(); across.cut.len() - 1];
         for (number, block) in self.own.clone().zip(self.own_blocks()) {
             for target in &block.outbox.targets {
-                let rank = across.cut.partition_point(|first| *first <= target.block) - 1;
+                let rank = across.rank_of(target.block);
                 if rank != across.rank {
                     (number as u32, target.block as u32).put(&mut out[rank]);
                 }
@@ -236,7 +235,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
         friction.put(bytes);
     }
 
-    /// Fills the shells of another rank with its contacts, until the next evaluation.
+    /// Fills the shells of another rank with its contacts, until the next list or checkpoint.
     pub(super) fn take_contacts(
         &mut self,
         blocks: Range<usize>,
