@@ -286,7 +286,8 @@ impl Run {
         let task_progress = &options.task_progress;
         let at_start = long_steps.first().filter(|long| long.step == 0);
         task_progress.expect(at_start.map_or(0, |long| long.expected));
-        task_progress.may_give_up(true);
+        // Other ranks would go on with their start.
+        task_progress.may_give_up(start.ranks.is_none());
         task_progress.begin(Task::Starting);
         // Nothing is written before the engine is there: until then a stop leaves no trace.
         let open = |engine: &Engine, from| {
