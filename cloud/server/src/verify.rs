@@ -70,7 +70,7 @@ fn key(run: &VisibleRun) -> String {
     format!("runs/{}/verified.json", run.id)
 }
 
-/// What is known of a run.
+/// The last verification of a run.
 fn known(app: &App, run: &VisibleRun) -> Result<Verification, ApiError> {
     if app.verifying.lock().contains_key(run.id.as_str()) {
         return Ok(Verification {

@@ -114,8 +114,7 @@ impl Team {
         }
     }
 
-    /// Compares what the ranks are about to run, and hears of a reason that another one has found against it. Ranks that have found one call it
-    /// as well.
+    /// Compares what the ranks are about to run. Each calls it, also one that has found a reason against the run: the others get that reason.
     ///
     /// # Errors
     /// If another rank cannot run this, or would run something else.

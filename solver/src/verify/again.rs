@@ -183,7 +183,7 @@ fn first_part(point: &Checkpoint, run: &mut Run) -> Result<Option<String>, Verif
     Ok(section.map(|section| format!("section `{section}`")))
 }
 
-/// What differs between two links, if anything does.
+/// The first difference between two links, in words.
 fn difference(then: &Link, now: &Link, part: Option<&str>) -> Option<String> {
     if then.state != now.state {
         return Some(match part {

@@ -285,7 +285,7 @@ fn no_single_edit_is_missed() {
     assert_eq!(verified(place.path(), "a", &["--all"]).0, Some(0));
 }
 
-/// What recomputes its links is found by the steps: a wrong table, and a wrong state.
+/// Forgeries with recomputed links are found by the steps: a wrong table, and a wrong state.
 #[test]
 fn a_forged_run_is_found_where_its_steps_are_made_again() {
     let place = folder_with("heap.toml", HEAP);

@@ -159,7 +159,7 @@ fn forget_old(transaction: &Transaction, user: i64) -> Result<()> {
     Ok(())
 }
 
-/// Adds a delivery for a user who has a hook.
+/// Adds a delivery for a user with a hook.
 fn add(
     transaction: &Transaction,
     user: i64,
