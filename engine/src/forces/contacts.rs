@@ -121,7 +121,7 @@ pub trait ContactForces: Send {
     fn restore(&mut self, saved: &SavedContacts<'_>);
 }
 
-/// What blocks have for the first rank.
+/// Data of blocks that the first rank gets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OfBlocks {
     /// All contacts.
