@@ -5,13 +5,13 @@
 
 use std::sync::Arc;
 
+use crate::plan::{Memory, Plan, sha256};
 use mercury_common::cli::{Failure, Outcome};
 use mercury_common::readable;
 use mercury_common::scene::Statement;
 use mercury_engine::ranks::Share;
 use mercury_engine::state::Plain;
 use mercury_engine::step::{Engine, StartOptions};
-use mercury_solver::plan::{Memory, Plan, sha256};
 
 /// Names of the variables in which launchers say how many processes there are, and which this one is: of Open MPI, of PMI (MPICH, Intel MPI), of
 /// Slurm, whose variables are there for single programs too.

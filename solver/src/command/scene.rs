@@ -4,6 +4,10 @@ use std::io::IsTerminal as _;
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
+use crate::output::summary::Status;
+use crate::plan::{Memory, Plan};
+use crate::results::{Aims, NamedResult, PlannedRows, requested};
+use crate::run::{Branch, Progress, Report, check_fit, plan_within};
 use mercury_common::cli::{self, Failure, Outcome, say};
 use mercury_common::machine;
 use mercury_common::readable::rounded;
@@ -12,19 +16,15 @@ use mercury_common::whole_file::write_whole;
 use mercury_common::within::Within;
 use mercury_engine::step::StartOptions;
 use mercury_engine::task::TaskProgress;
-use mercury_solver::output::summary::Status;
-use mercury_solver::plan::{Memory, Plan};
-use mercury_solver::results::{Aims, NamedResult, PlannedRows, requested};
-use mercury_solver::run::{Branch, Progress, Report, check_fit, plan_within};
 use serde_json::Value;
 
+use super::Arguments;
 use super::input::{Input, refused};
 use super::progress::ProgressFile;
 use super::ranks::{self, Job, Team};
 use super::run::{How, Ran, Requests, Stated, not_branched, run_plan};
 use super::waiting::{BeforeEnd, Waiting};
 use super::{check, problems, study};
-use crate::Arguments;
 
 /// Executes the command line: a scene is checked or run, and so is a study.
 pub(crate) fn execute(arguments: &Arguments, path: &Path, within: Option<Arc<Within>>) -> Outcome {

@@ -5,6 +5,14 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
+use crate::output::folder::{self, Earlier};
+use crate::output::summary::Status;
+use crate::plan::{Disk, Plan};
+use crate::results::{self, NamedResult};
+use crate::run::{check_fit, plan_within};
+use crate::study::seeds::{DIFFERENCES, MEANS};
+use crate::study::table::{FILE, State, StudyTable};
+use crate::study::{Seeds, Study, StudyRun, Sweep, earlier, file, grid, plot};
 use mercury_common::cli::{self, Exit, Failure, Outcome, say};
 use mercury_common::machine;
 use mercury_common::problem::Problem;
@@ -13,21 +21,13 @@ use mercury_common::scene::{Scene, stem};
 use mercury_common::whole_file::write_whole;
 use mercury_common::within::Within;
 use mercury_engine::task::{Task, TaskProgress};
-use mercury_solver::output::folder::{self, Earlier};
-use mercury_solver::output::summary::Status;
-use mercury_solver::plan::{Disk, Plan};
-use mercury_solver::results::{self, NamedResult};
-use mercury_solver::run::{check_fit, plan_within};
-use mercury_solver::study::seeds::{DIFFERENCES, MEANS};
-use mercury_solver::study::table::{FILE, State, StudyTable};
-use mercury_solver::study::{Seeds, Study, StudyRun, Sweep, earlier, file, grid, plot};
 use serde_json::{Value, json};
 
+use super::Arguments;
 use super::input::{Input, lies_within, refused};
 use super::problems::say_object;
 use super::run::{How, Ran, Requests, Stated, run_plan, unusable};
 use super::waiting::Waiting;
-use crate::Arguments;
 
 /// Number of refused runs that a report lists.
 const MOST_TOLD: usize = 3;
@@ -403,7 +403,7 @@ fn check(
 }
 
 /// A plan, its memory and its scene.
-type Planned = (Plan, mercury_solver::plan::Memory, Scene);
+type Planned = (Plan, crate::plan::Memory, Scene);
 
 fn planned(
     asked: &Asked,
@@ -549,9 +549,10 @@ impl Work<'_> {
                     .unwrap_or(Duration::from_secs(600)),
             ),
             quiet: true,
+            typed: self.arguments.typed.clone(),
         };
         let mut seen = Instant::now();
-        let mut tell = |progress: &mercury_solver::run::Progress<'_>| {
+        let mut tell = |progress: &crate::run::Progress<'_>| {
             if seen.elapsed() > Duration::from_millis(200) {
                 seen = Instant::now();
                 self.tell(number, progress.share());
