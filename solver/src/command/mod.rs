@@ -184,6 +184,10 @@ struct Arguments {
     #[arg(long, value_name = "N", hide = true, value_parser = clap::value_parser!(u16).range(1..))]
     rows_per_block: Option<u16>,
 
+    /// Step at which the last of several ranks panics, for tests
+    #[arg(long, value_name = "STEP", hide = true)]
+    fail_at: Option<u64>,
+
     /// No progress and no report, only errors
     #[arg(long)]
     quiet: bool,
@@ -304,6 +308,14 @@ pub fn main(words: Vec<OsString>) -> Exit {
 }
 
 fn execute(arguments: &Arguments) -> Outcome {
+    let is_run = arguments.command.is_none()
+        && arguments.completions.is_none()
+        && !arguments.schema
+        && arguments.inspect.is_none();
+    // Of several processes that a launcher has begun, the first one makes what several would make alike.
+    if !is_run && ranks::is_another() {
+        return Ok(());
+    }
     match &arguments.command {
         Some(Command::New(new)) => return new::execute(new),
         Some(Command::Verify(verify)) => return verify::execute(verify),

@@ -355,6 +355,8 @@ impl Branch {
             chain: Some(Arc::new(parent.stated.clone())),
             checkpoints: None,
             until: None,
+            // By the first rank alone: the others wait for what comes behind.
+            ranks: Arc::default(),
             ..options.clone()
         };
         let mut run = match from {
