@@ -69,13 +69,13 @@ on="1-1 1-2 2-1 2-2 3-1 3-2 4-1 4-2 7-1 7-2"
 bytes_of bench/dense-2k --set time.end=0.006 --set output.interval=0.002 --set output.data=true --set output.fstat=true
 # tests/tests/ranks has most scenes with more ranks.
 on="2-1 3-2 7-1"
-bytes_of bench/mesh-drum-6k --set time.end=0.004 --set output.interval=0.002
+bytes_of bench/mesh-drum-6k --set time.end=0.004 --set output.interval=0.002 --set output.triangle_loads=true
 bytes_of bench/boulder-20k --set time.end=0.0006 --set output.interval=0.0003
 bytes_of hopper-simple --set time.end=0.003 --set output.interval=0.001
 bytes_of hopper-psd --set time.end=0.0005 --set output.interval=0.00025
 bytes_of chute --set time.end=0.002 --set output.interval=0.001
 bytes_of settle --set time.end=0.002 --set output.interval=0.001
-bytes_of press --set time.end=0.02 --set output.interval=0.01
+bytes_of press --set time.end=0.02 --set output.interval=0.01 --set output.energy_budget=true
 bytes_of triaxial --set time.end=0.004 --set output.interval=0.002
 bytes_of discs-2d --set time.end=0.004 --set output.interval=0.002
 bytes_of rolling --set time.end=0.01
@@ -85,6 +85,12 @@ bytes_of clumps/rod-gas --set time.end=0.02 --set output.interval=0.01
 bytes_of clumps/dominoes --set time.end=0.02 --set output.interval=0.01
 bytes_of clumps/egg --set time.end=0.02 --set output.interval=0.01
 bytes_of stress/overlaps --set time.end=0.002
+bytes_of stress/dense-shear --set time.end=0.002 --set output.interval=0.001
+bytes_of jkr-powder --set time.end=0.002 --set output.interval=0.001
+bytes_of wet-packing --set time.end=0.02 --set output.interval=0.005
+bytes_of wet-piles --set time.end=0.1 --set output.interval=0.05
+bytes_of wet-pair
+bytes_of spray-drum --set time.end=0.03 --set output.interval=0.01 --set sprays.0.from=0 --set sprays.0.speed=5 --set sprays.0.flow_rate=1e-4
 
 # One scene of many things, in blocks of 8 rows: a sphere twenty times its neighbours, insertion over cuts, grains that go round through a periodic
 # face, a servo, removal, a flux plane, tracks.
@@ -268,7 +274,7 @@ error_of() {
 }
 sed 's/restitution = 0.6/restitution = 1.6/' many.toml > wrong.toml
 error_of "a wrong scene" 2 "must lie in" solve "$with" 3 bad/wrong wrong.toml
-error_of "a feature that does not work on ranks" 1 "does not work on several ranks" solve "$with" 2 bad/wet "$scenes/wet-packing.toml"
+error_of "a feature that does not work on ranks" 1 "does not work on several ranks" solve "$with" 2 bad/sheet "$scenes/membrane.toml"
 error_of "a folder in use" 2 "already" solve "$with" 2 many/alone "$scenes/settle.toml"
 error_of "standard input" 2 "standard input" solve "$with" 2 bad/input -
 error_of "jobs of a study" 2 "have no jobs" solve "$with" 2 bad/study many.toml --sweep time.end=0.01,0.02 --jobs 2

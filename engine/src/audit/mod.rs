@@ -78,14 +78,15 @@ impl AuditedContact {
         }
     }
 
+    /// Whether it is one of a vertex of a sheet, which never leaves.
+    pub(super) fn is_vertex(&self) -> bool {
+        self.row >= FIRST_VERTEX
+    }
+
     /// Whether it can be one of so many particles and walls.
     pub(super) fn leads_somewhere(&self, rows: usize, walls: usize) -> bool {
-        // A contact of a vertex never leaves; only its wall has to be there.
-        let rows = if self.row >= FIRST_VERTEX {
-            usize::MAX
-        } else {
-            rows
-        };
+        // Of a vertex only the wall has to be there.
+        let rows = if self.is_vertex() { usize::MAX } else { rows };
         let partners = if self.is_wall { walls } else { rows };
         (self.row as usize) < rows && (self.partner as usize) < partners
     }

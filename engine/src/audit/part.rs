@@ -10,7 +10,7 @@ use crate::memory::GROWTH;
 use crate::physics::Setup;
 use crate::state::{Body, FIXED, Load, Pieces, Plain, PrescribedBody, Row};
 use crate::step::{Core, Engine, Exchanged, Part, SizeEstimate};
-use crate::sums::exact_sums;
+use crate::sums::exact;
 use crate::walls::{RigidVelocity, ServoState, WallNow};
 
 /// How a body or a wall moves at the time of the forces.
@@ -28,8 +28,10 @@ pub(crate) struct Auditor {
     sums: Sums,
     /// Dissipated by dry cohesion since the start, J.
     dissipated_adhesion: f64,
-    /// The contacts of the last forces.
+    /// The contacts of the last forces, where several ranks divide the rows those of own rows.
     contacts: Vec<AuditedContact>,
+    /// Whether those of the other ranks are there, too: in a state that was saved.
+    has_others: bool,
 }
 
 impl Part for Auditor {
@@ -59,6 +61,7 @@ impl Part for Auditor {
     }
 
     fn after_exchange(&mut self, core: &mut Core, exchanged: &Exchanged) {
+        self.keep_own(core);
         if exchanged.changed {
             self.note_leavers(core);
         }
@@ -68,6 +71,17 @@ impl Part for Auditor {
         if let Some(sums) = sums {
             self.take_in(core, sums);
         }
+    }
+
+    /// Each rank has the contacts of its rows; the sums are those of the first one.
+    fn works_on_ranks(&self) -> bool {
+        true
+    }
+
+    fn collect_from_ranks(&mut self, core: &mut Core) {
+        self.keep_own(core);
+        join(core, &mut self.contacts);
+        self.has_others = true;
     }
 
     fn put(&self, core: &Core, pieces: &mut Pieces) {
@@ -84,6 +98,7 @@ impl Part for Auditor {
             self.dissipated_adhesion = Plain::take(bytes)?;
         }
         self.contacts = Plain::take(bytes)?;
+        self.has_others = true;
         let (rows, walls) = (core.particles.len(), core.domain.walls.len());
         let leads_somewhere = |contact: &AuditedContact| contact.leads_somewhere(rows, walls);
         if !self.contacts.iter().all(leads_somewhere) {
@@ -130,50 +145,86 @@ impl Engine {
 
 impl Auditor {
     /// Takes the contacts of the force evaluation just made into the sums.
-    fn take_in(&mut self, core: &Core, observation: &Observation) {
+    fn take_in(&mut self, core: &mut Core, observation: &Observation) {
+        core.fetch_loads();
+        self.note_vanished_walls(core);
         let dt = core.since_last();
         let fields: Vec<_> = (0..core.domain.walls.len())
             .map(|wall| core.wall_fields(wall, dt))
             .collect();
         let reports = core.contacts.reports();
+        // All ranks have the vertices of sheets: they count once.
+        let is_first = core.is_first();
+        let counts = |exchanges: &&[Exchange]| {
+            let of_vertices = |exchange: &Exchange| exchange.row >= FIRST_VERTEX;
+            is_first || !exchanges.first().is_some_and(of_vertices)
+        };
         let exchanges = || {
             let blocks = reports.iter();
-            blocks.map(|reports| &reports.observation.exchanges[..])
+            let exchanges = blocks.map(|reports| &reports.observation.exchanges[..]);
+            exchanges.filter(counts)
         };
         let blocks = exchanges().map(|exchanges| powers(core, &fields, exchanges, dt).to_array());
-        let powers = Powers::from_array(exact_sums(blocks));
-        self.note_vanished_walls(core);
+        let powers = exact(blocks);
+        let contacts = exchanges().flatten().map(AuditedContact::of).collect();
+        let powers = core.add_exactly(powers).map(|sum| sum.value());
+        let powers = Powers::from_array(powers);
         self.sums.take_in(observation, powers, dt);
         if dt > 0.0 {
             self.dissipated_adhesion += observation.dissipated_by_adhesion;
         }
-        self.contacts.clear();
-        let contacts = exchanges().flatten().map(AuditedContact::of);
-        self.contacts.extend(contacts);
+        self.contacts = contacts;
+        self.has_others = false;
+    }
+
+    /// Lets go of the contacts of other ranks, before a list gives rows other numbers.
+    fn keep_own(&mut self, core: &Core) {
+        if std::mem::take(&mut self.has_others) && core.is_divided() {
+            let own = core.own_rows();
+            self.contacts.retain(|contact| match contact.is_vertex() {
+                true => core.is_first(),
+                false => own.contains(&(contact.row as usize)),
+            });
+        }
     }
 
     /// Particles were removed since the last forces, and no list was built yet: what their contacts stored leaves with them.
-    fn note_leavers(&mut self, core: &Core) {
-        let Self { sums, contacts, .. } = self;
+    fn note_leavers(&mut self, core: &mut Core) {
         let boundaries = core.boundaries();
-        contacts.retain(|contact| {
-            let is_gone = contact.row < FIRST_VERTEX && boundaries.is_removed(contact.row)
-                || !contact.is_wall && boundaries.is_removed(contact.partner);
-            if is_gone {
-                sums.let_go(&contact.stored, false);
-            }
-            !is_gone
-        });
+        let is_gone = |contact: &mut AuditedContact| {
+            !contact.is_vertex() && boundaries.is_removed(contact.row)
+                || !contact.is_wall && boundaries.is_removed(contact.partner)
+        };
+        let gone = self.contacts.extract_if(.., is_gone).collect();
+        self.let_go(core, gone, false);
     }
 
     /// Notes the contacts of walls that were there at the last forces and are not at these.
-    fn note_vanished_walls(&mut self, core: &Core) {
-        for contact in &self.contacts {
-            if contact.is_wall && !core.domain.walls[contact.partner as usize].state.present {
-                self.sums.let_go(&contact.stored, true);
-            }
+    fn note_vanished_walls(&mut self, core: &mut Core) {
+        let walls = &core.domain.walls;
+        if walls.iter().all(|wall| wall.state.present) {
+            return;
+        }
+        let is_gone = |contact: &&AuditedContact| {
+            contact.is_wall && !walls[contact.partner as usize].state.present
+        };
+        let gone = self.contacts.iter().filter(is_gone).copied().collect();
+        self.let_go(core, gone, true);
+    }
+
+    /// Takes account of contacts that are gone, of all ranks.
+    fn let_go(&mut self, core: &mut Core, mut gone: Vec<AuditedContact>, by_wall: bool) {
+        join(core, &mut gone);
+        for contact in &gone {
+            self.sums.let_go(&contact.stored, by_wall);
         }
     }
+}
+
+/// Puts contacts that each rank has together, in the order of one process: blocks, then vertices of sheets.
+fn join(core: &mut Core, contacts: &mut Vec<AuditedContact>) {
+    core.join_ranks(contacts);
+    contacts.sort_by_key(AuditedContact::is_vertex);
 }
 
 /// Powers of the contacts of a block, W; `fields`: velocities of each wall, `dt` (s) ends with these forces.

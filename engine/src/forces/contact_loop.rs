@@ -29,8 +29,8 @@ use std::ops::Range;
 
 use super::blocks::Source;
 use super::{
-    ContactEvent, ContactForces, ContactSection, Finish, HistoryLayout, MotionBound, NearWall,
-    Reports, SavedContacts, SlotPlace, StepContext, block_size,
+    ContactEvent, ContactForces, ContactMemory, ContactSection, Finish, HistoryLayout, MotionBound,
+    NearWall, OfBlocks, Reports, SavedContacts, SlotPlace, StepContext, ToAllRanks, block_size,
 };
 use crate::contact::{
     AdhesionLaw, EventOf, Histories, History, LawEvents, MemoryOf, NoAdhesion, NormalLaw, PairLaw,
@@ -44,6 +44,7 @@ use block::Block;
 use contact_batch::BatchColumns;
 use memory::Memory;
 use pass::Pass;
+use slot_events::of_all_ranks;
 pub(super) use slots::FREE;
 use slots::{Slot, WITH_HISTORY};
 use vertices::VertexBlocks;
@@ -68,7 +69,9 @@ pub struct ContactLoop<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: Adhesio
     earlier: Reports,
     /// Working memory of a pass on one thread. It is kept from step to step, because clearing it costs as much as some contacts.
     numbers: Box<BatchColumns>,
-    /// Events of the last force evaluation, and of the list before it.
+    /// Contacts with an event in the last force evaluation, or in the list before it.
+    eventful: Vec<ContactMemory<A::History<f64>>>,
+    /// Their events.
     log: Vec<ContactEvent<EventOf<A>, MemoryOf<A>>>,
 }
 
@@ -87,6 +90,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
             of_sheets: Vec::new(),
             earlier: Reports::default(),
             numbers: Box::new(BatchColumns::new()),
+            eventful: Vec::new(),
             log: Vec::new(),
         }
     }
@@ -184,6 +188,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
     }
 
     fn keep_own(&mut self, across: Across<'_>) {
+        if across.rank > 0 {
+            self.earlier = Reports::default();
+        }
         self.keep_own_blocks(across);
     }
 
@@ -191,22 +198,24 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         self.rows_of_others()
     }
 
-    fn put_own(&self, contacts: bool, bytes: &mut Vec<u8>) {
-        match contacts {
-            true => self.put_own_contacts(bytes),
-            false => self.put_own_observations(bytes),
+    fn put_own(&self, what: OfBlocks, bytes: &mut Vec<u8>) {
+        match what {
+            OfBlocks::Contacts => self.put_own_contacts(bytes),
+            OfBlocks::Observations => self.put_own_observations(bytes),
+            OfBlocks::FeatureLoads => self.put_own_feature_loads(bytes),
         }
     }
 
     fn take_others(
         &mut self,
-        contacts: bool,
+        what: OfBlocks,
         blocks: Range<usize>,
         bytes: &mut &[u8],
     ) -> Result<(), String> {
-        match contacts {
-            true => self.take_contacts(blocks, bytes),
-            false => self.take_observations(blocks, bytes),
+        match what {
+            OfBlocks::Contacts => self.take_contacts(blocks, bytes),
+            OfBlocks::Observations => self.take_observations(blocks, bytes),
+            OfBlocks::FeatureLoads => self.take_feature_loads(blocks, bytes),
         }
     }
 
@@ -280,10 +289,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
             ),
         };
         if A::HAS_EVENTS {
-            self.log.clear();
+            self.eventful.clear();
             for (number, block) in (0..).zip(&mut self.blocks) {
-                block.log_events::<A>(number, &mut self.log);
+                block.take_eventful(number, &mut self.eventful);
             }
+            self.log_events();
         }
         fastest
     }
@@ -312,14 +322,27 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         &self.log
     }
 
-    fn memories(&self, wanted: &dyn Fn(usize) -> bool) -> Box<dyn Any> {
+    fn join_events(&mut self, to_all: &mut ToAllRanks<'_>) {
+        self.eventful = of_all_ranks(&self.eventful, to_all);
+        self.log_events();
+    }
+
+    fn memories(
+        &self,
+        wanted: &dyn Fn(usize) -> bool,
+        to_all: Option<&mut ToAllRanks<'_>>,
+    ) -> Box<dyn Any> {
         let mut all = Vec::new();
         if A::HAS_EVENTS {
             for (number, block) in (0..).zip(&self.blocks) {
                 block.add_memories::<A>(number, wanted, &mut all);
             }
+            if let Some(to_all) = to_all {
+                all = of_all_ranks(&all, to_all);
+            }
         }
-        Box::new(all)
+        let all = all.iter().map(ContactMemory::shared::<A>);
+        Box::new(all.collect::<Vec<_>>())
     }
 
     fn reports(&self) -> Vec<&Reports> {
@@ -344,7 +367,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
     }
 
     fn set_memory(&mut self, place: &SlotPlace, memory: &dyn Any) {
-        if let Some(block) = self.blocks.get_mut(place.block as usize)
+        if self.own.contains(&(place.block as usize))
+            && let Some(block) = self.blocks.get_mut(place.block as usize)
             && let Some(memory) = memory.downcast_ref()
         {
             block.set_memory::<A>(place, memory);

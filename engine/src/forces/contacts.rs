@@ -3,7 +3,9 @@
 use std::any::Any;
 use std::ops::Range;
 
-use super::{Finish, MotionBound, NearWall, Reports, SavedSlots, SlotPlace, StepContext};
+use super::{
+    Finish, MotionBound, NearWall, Reports, SavedSlots, SlotPlace, StepContext, ToAllRanks,
+};
 use crate::contact::{FrictionNow, HistoryNumber};
 use crate::neighbours::CandidateList;
 use crate::ranks::Across;
@@ -36,8 +38,8 @@ pub trait ContactForces: Send {
     /// Rows of later ranks that contacts of this one read, ascending.
     fn read_rows(&self) -> Vec<u32>;
 
-    /// Appends the contacts of this rank, or what it observed of them in the last evaluation that was observed.
-    fn put_own(&self, contacts: bool, bytes: &mut Vec<u8>);
+    /// Appends what the blocks of this rank have.
+    fn put_own(&self, what: OfBlocks, bytes: &mut Vec<u8>);
 
     /// Takes what another rank, of these blocks, has appended.
     ///
@@ -45,12 +47,12 @@ pub trait ContactForces: Send {
     /// If the bytes are not of this program.
     fn take_others(
         &mut self,
-        contacts: bool,
+        what: OfBlocks,
         blocks: Range<usize>,
         bytes: &mut &[u8],
     ) -> Result<(), String>;
 
-    /// Forgets the contacts of other ranks, which were taken for a checkpoint.
+    /// Forgets the contacts of other ranks, which were taken for a look or a checkpoint.
     fn forget_others(&mut self);
 
     /// Reports of the blocks that are computed here, and of the vertices of sheets.
@@ -92,10 +94,18 @@ pub trait ContactForces: Send {
     /// The log of events of the last force evaluation, a `Vec<ContactEvent<E, M>>`: `events_of` reads it.
     fn events(&self) -> &dyn Any;
 
-    /// The memories that the adhesion law shares, a `Vec<ContactMemory<M>>`: `memories_of` reads them.
-    fn memories(&self, wanted: &dyn Fn(usize) -> bool) -> Box<dyn Any>;
+    /// Puts the events of all ranks in place of those of this one.
+    fn join_events(&mut self, to_all: &mut ToAllRanks<'_>);
 
-    /// Replaces the memory that the adhesion law shares of a contact; nothing happens if it shares none of this kind.
+    /// The memories that the adhesion law shares, a `Vec<ContactMemory<M>>`: `memories_of` reads them. `to_all`: and those of all ranks.
+    fn memories(
+        &self,
+        wanted: &dyn Fn(usize) -> bool,
+        to_all: Option<&mut ToAllRanks<'_>>,
+    ) -> Box<dyn Any>;
+
+    /// Replaces the memory that the adhesion law shares of a contact; nothing happens if it shares none of this kind, or another rank has the
+    /// contact.
     fn set_memory(&mut self, place: &SlotPlace, memory: &dyn Any);
 
     /// Reports of blocks that lists have replaced, then of each block in the order of the rows, then of the vertices of sheets.
@@ -109,6 +119,17 @@ pub trait ContactForces: Send {
 
     /// Begins with saved contacts that were checked: pairs first.
     fn restore(&mut self, saved: &SavedContacts<'_>);
+}
+
+/// What blocks have for the first rank.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OfBlocks {
+    /// All contacts.
+    Contacts,
+    /// Observations of the last evaluation that was observed.
+    Observations,
+    /// Loads on features of mesh walls since they were taken last.
+    FeatureLoads,
 }
 
 /// A section of a checkpoint with the state of contacts.

@@ -24,8 +24,10 @@ pub use alarms::{Alarm, AlarmKind, Alarms, Other, Subject};
 pub use blocks::{block_size, fix_block_size, parked_bytes};
 pub use compiled::{contact_loop, dispatching_loop};
 pub use contact_loop::ContactLoop;
-pub use contacts::{ContactCounts, ContactForces, ContactSection, HistoryLayout, SavedContacts};
-pub use events::{ContactEvent, ContactMemory, SlotPlace};
+pub use contacts::{
+    ContactCounts, ContactForces, ContactSection, HistoryLayout, OfBlocks, SavedContacts,
+};
+pub use events::{ContactEvent, ContactMemory, SharedContacts, SlotPlace, ToAllRanks};
 pub use feature_loads::{FeatureKey, FeatureLoad, FeatureLoads, LoadSums};
 pub use near_walls::{NearWall, find_near_walls, near_walls_of_vertices};
 pub use needs::{Needs, NewList};

@@ -18,6 +18,8 @@ pub struct Needs {
     pub whole_steps: bool,
     /// It needs the sums of what contacts did in every step.
     pub sums: bool,
+    /// It reads the events of contacts and the memory that their laws share.
+    pub events: bool,
     /// It may change the surfaces of walls, so it runs before the lists are checked, and what it changes is refitted.
     pub reshapes_walls: bool,
     /// It looks for walls, so the mesh of a sheet follows its vertices in every step, not only where particles are near.
@@ -34,6 +36,7 @@ impl Needs {
             after_contacts: self.after_contacts || other.after_contacts,
             whole_steps: self.whole_steps || other.whole_steps,
             sums: self.sums || other.sums,
+            events: self.events || other.events,
             reshapes_walls: self.reshapes_walls || other.reshapes_walls,
             all_walls: self.all_walls || other.all_walls,
         }

@@ -6,7 +6,7 @@ use super::migration::{liquid_of, radii_of};
 use super::weight::{End, shares};
 use super::{Liquids, MigrationContext, film_thickness};
 use crate::contact::Bridge;
-use crate::forces::ContactForces;
+use crate::forces::SharedContacts;
 use crate::state::Particles;
 use mercury_common::particle_properties::FILM_VOLUME;
 
@@ -20,13 +20,16 @@ impl Liquids {
     pub fn evaporate(
         &mut self,
         time: f64,
-        contacts: &mut dyn ContactForces,
+        contacts: &mut SharedContacts<'_>,
         particles: &mut Particles,
         around: &mut MigrationContext<'_>,
     ) {
         let depth = self.evaporation * time;
         if depth <= 0.0 {
             return;
+        }
+        if self.has_mass() {
+            contacts.complete_all(particles);
         }
         for row in 0..particles.len() {
             let radius = particles.records[row].radius;

@@ -21,7 +21,7 @@ use super::weight::End;
 use super::{BridgeSite, BridgesForm, LiquidNeighbours, Liquids};
 use crate::contact::registry::LawTable;
 use crate::contact::{Bridge, BridgeEvent, Liquid};
-use crate::forces::{ContactEvent, ContactForces, Partner, SlotPlace};
+use crate::forces::{ContactEvent, Partner, SharedContacts, SlotPlace};
 use crate::state::Particles;
 use crate::walls::{WallFilms, WallNow, WallPlace};
 use mercury_common::particle_properties::FILM_VOLUME;
@@ -43,7 +43,7 @@ impl Liquids {
     /// Answers the events of the last force evaluation.
     pub fn answer(
         &mut self,
-        contacts: &mut dyn ContactForces,
+        contacts: &mut SharedContacts<'_>,
         particles: &mut Particles,
         around: &mut MigrationContext<'_>,
     ) {
@@ -62,6 +62,11 @@ impl Liquids {
             .flatten()
             .collect();
         let mut net = BridgeGraph::around(&ends, contacts, particles);
+        if self.has_mass() {
+            let of_events = events.iter().map(|event| &event.contact);
+            let sites = of_events.chain(&net.bridges);
+            contacts.complete(particles, sites.flat_map(rows_of).flatten());
+        }
         for event in &events {
             match event.event {
                 BridgeEvent::Touch => self.touch(&event.contact, &mut net, particles, around),
@@ -86,7 +91,7 @@ impl Liquids {
     pub fn release(
         &mut self,
         leavers: &[(u32, bool)],
-        contacts: &mut dyn ContactForces,
+        contacts: &mut SharedContacts<'_>,
         particles: &mut Particles,
         around: &mut MigrationContext<'_>,
     ) {
@@ -309,7 +314,7 @@ struct BridgeGraph {
 
 impl BridgeGraph {
     /// The bridges at these rows.
-    fn around(rows: &[u32], contacts: &dyn ContactForces, particles: &Particles) -> Self {
+    fn around(rows: &[u32], contacts: &mut SharedContacts<'_>, particles: &Particles) -> Self {
         let mut net = Self {
             bridges: Vec::new(),
             changed: Vec::new(),
@@ -370,7 +375,7 @@ impl BridgeGraph {
         self.changed[index] = true;
     }
 
-    fn write_back(&self, contacts: &mut dyn ContactForces) {
+    fn write_back(&self, contacts: &mut SharedContacts<'_>) {
         for (site, _) in self
             .bridges
             .iter()

@@ -21,7 +21,7 @@ pub use weight::{Weighed, Weight};
 
 use crate::contact::Bridge;
 use crate::forces::{ContactForces, ContactMemory};
-use crate::state::{Particle, Particles};
+use crate::state::Particles;
 use crate::walls::{WallFilmPlan, WallFilms};
 use mercury_common::particle_properties::FILM_VOLUME;
 
@@ -112,17 +112,17 @@ impl Liquids {
         self.weigh_bridges(&contacts.memories_of::<Bridge>(&|_| true), particles);
     }
 
-    /// Finds how thick the films are, where bridges form as films meet.
-    pub fn measure_films(&self, particles: &mut Particles) {
-        if self.bridges_form == BridgesForm::Contact {
+    /// Finds how thick the films of some rows are, where bridges form as films meet.
+    pub fn measure_films(&self, particles: &mut Particles, rows: impl Iterator<Item = usize>) {
+        let Some(volumes) = particles.columns.get(FILM_VOLUME.name) else {
             return;
-        }
-        let volumes = particles.columns.get(FILM_VOLUME.name).unwrap_or_default();
+        };
         let films = particles.films.get_or_insert_default();
-        films.clear();
-        let rows = particles.records.iter().zip(volumes);
-        let film = |(record, &film): (&Particle, &f64)| [film_thickness(film, record.radius), film];
-        films.extend(rows.map(film));
+        films.resize(volumes.len(), [0.0; 2]);
+        for row in rows {
+            let film = volumes[row];
+            films[row] = [film_thickness(film, particles.records[row].radius), film];
+        }
     }
 
     /// Without liquid yet.

@@ -56,6 +56,7 @@ impl Part for Liquids {
         // Liquid with mass changes masses after the forces.
         Needs {
             whole_steps: self.has_mass(),
+            events: true,
             ..Needs::default()
         }
     }
@@ -74,7 +75,7 @@ impl Part for Liquids {
             walls: at.walls,
             films: at.wall_films,
         };
-        self.release(at.leavers, at.contacts, at.particles, &mut around);
+        self.release(at.leavers, &mut at.contacts, at.particles, &mut around);
     }
 
     fn after_exchange(&mut self, core: &mut Core, exchanged: &Exchanged) {
@@ -84,7 +85,13 @@ impl Part for Liquids {
     }
 
     fn before_forces(&mut self, core: &mut Core) -> Result<(), RunError> {
-        self.measure_films(&mut core.particles);
+        if self.bridges_form == BridgesForm::Films {
+            let others = core.rows_of_others();
+            let rows = core
+                .own_rows()
+                .chain(others.iter().map(|&row| row as usize));
+            self.measure_films(&mut core.particles, rows);
+        }
         Ok(())
     }
 
@@ -92,16 +99,26 @@ impl Part for Liquids {
         let physics = Arc::clone(core.physics());
         let is_due = core.steps() > 0 && core.steps().is_multiple_of(EVAPORATES_EVERY);
         let time = EVAPORATES_EVERY as f64 * physics.time_step;
-        let contacts = core.contacts.as_mut();
+        let (mut contacts, particles, domain) = core.lend();
         let mut around = MigrationContext {
             laws: &physics.laws,
-            walls: &core.domain.walls,
-            films: &mut core.domain.wall_films,
+            walls: &domain.walls,
+            films: &mut domain.wall_films,
         };
-        self.answer(contacts, &mut core.particles, &mut around);
+        self.answer(&mut contacts, particles, &mut around);
         if is_due {
-            self.evaporate(time, contacts, &mut core.particles, &mut around);
+            self.evaporate(time, &mut contacts, particles, &mut around);
         }
+    }
+
+    /// Every rank has all films and makes the same moves, by the events of all ranks.
+    fn works_on_ranks(&self) -> bool {
+        true
+    }
+
+    /// Bridges lie in the slots of contacts.
+    fn collect_from_ranks(&mut self, core: &mut Core) {
+        core.collect_contacts();
     }
 
     /// Records of contacts hold the bridges of the force evaluation; what formed, broke and dried since is put right, so that records and

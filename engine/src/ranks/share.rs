@@ -172,6 +172,13 @@ impl Share {
         all
     }
 
+    /// Sends bytes to all ranks in a step, and returns those of all in their order.
+    pub fn to_all(&mut self, own: Vec<u8>) -> Vec<Vec<u8>> {
+        self.traffic.messages += u64::from(!own.is_empty());
+        self.traffic.bytes += own.len() as u64;
+        self.ranks.all(own)
+    }
+
     /// Notes which rows of other ranks contacts of this one read (ascending), and which rows of this one others read.
     pub fn note_readers(&mut self, read: &[u32]) {
         let (_, count) = self.place();
@@ -216,6 +223,29 @@ impl Share {
                 take_motion(motion, &mut records[row as usize]);
             }
         }
+    }
+
+    /// Brings up to date the loads on the particles that contacts of this rank read.
+    pub fn fetch_loads(&mut self, loads: &mut [Load]) {
+        let pack = |(rank, rows): &(usize, Vec<u32>)| {
+            let loads = rows.iter().map(|&row| bytes_of(&loads[row as usize]));
+            (*rank, loads.collect::<Vec<_>>().concat())
+        };
+        let to: Vec<_> = self.sent.iter().map(pack).collect();
+        self.traffic.messages += to.len() as u64;
+        self.traffic.bytes += bytes_in(&to);
+        let from: Vec<usize> = self.read.iter().map(|(rank, _)| *rank).collect();
+        let came = self.ranks.exchange(to, &from);
+        for ((_, rows), bytes) in self.read.iter().zip(came) {
+            for (&row, load) in rows.iter().zip(bytes.chunks_exact(size_of::<Load>())) {
+                bytes_of_mut(&mut loads[row as usize]).copy_from_slice(load);
+            }
+        }
+    }
+
+    /// The rows of other ranks that contacts of this one read.
+    pub fn rows_of_others(&self) -> impl Iterator<Item = u32> {
+        self.read.iter().flat_map(|(_, rows)| rows).copied()
     }
 
     /// The way to the ranks that exchange shares of contacts in each step: those that read rows of this one have shares for it.
@@ -281,6 +311,29 @@ impl Share {
         let all = self.ranks.all(bytes);
         self.take_rows(&all, particles, false);
         self.is_complete = true;
+    }
+
+    /// Brings the records of some rows up to date on every rank: of the same rows on each, ascending.
+    pub fn complete_some(&mut self, records: &mut [Particle], rows: &[u32]) {
+        if self.is_complete || rows.is_empty() {
+            return;
+        }
+        let (own, count) = self.place();
+        let begins = |rank: usize| {
+            let first = self.rows_of(rank).start;
+            rows.partition_point(|&row| (row as usize) < first)
+        };
+        let ends: Vec<usize> = (1..count).map(begins).chain([rows.len()]).collect();
+        let of_rank =
+            |rank: usize| &rows[rank.checked_sub(1).map_or(0, |one| ends[one])..ends[rank]];
+        let mut bytes = Vec::new();
+        (of_rank(own).iter()).for_each(|&row| put_motion(&records[row as usize], &mut bytes));
+        let all = self.to_all(bytes);
+        for rank in (0..count).filter(|&rank| rank != own) {
+            for (&row, motion) in of_rank(rank).iter().zip(all[rank].as_chunks().0) {
+                take_motion(motion, &mut records[row as usize]);
+            }
+        }
     }
 
     /// Brings all rows up to date on the first rank, with the loads on them.

@@ -26,6 +26,15 @@ pub(super) struct Path {
     pub(super) end: f64,
 }
 
+impl Path {
+    /// The middle of the path, and half of the edge of a cube about it that holds the droplet on its way, m.
+    pub(super) fn about(&self) -> (DVec3, f64) {
+        let way = self.to - self.from;
+        let middle = self.from + 0.5 * way;
+        (middle, self.radius + 0.5 * way.abs().max_element())
+    }
+}
+
 /// Object that a droplet hits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Catcher {
@@ -153,8 +162,7 @@ pub(super) fn first(
 ) -> Option<Hit> {
     let mut hit: Option<Hit> = None;
     let way = path.to - path.from;
-    let middle = path.from + 0.5 * way;
-    let reach = path.radius + 0.5 * way.abs().max_element();
+    let (middle, reach) = path.about();
     let time = path.begin - path.end;
     grains.near(middle, reach, cell, |row, shift| {
         let record = &particles.records[row];

@@ -9,8 +9,10 @@
 //! | when and how droplets leave a nozzle | `nozzle` |
 //! | motion of a droplet within a step | `flight` |
 //! | particles near a path | `grains` |
+//! | these particles as they are now, of all ranks | `among` |
 //! | the first particle or wall on a path | `hits` |
 
+mod among;
 mod flight;
 mod grains;
 mod hits;
@@ -19,6 +21,7 @@ mod part;
 
 pub use crate::liquid::Sum;
 use crate::liquid::Weight;
+pub use among::Among;
 pub use flight::Drag;
 pub use nozzle::{Flow, NozzlePlan, NozzleState, Pattern, Point, SourcePlan};
 
@@ -269,14 +272,14 @@ impl Sprays {
     pub fn advance(
         &mut self,
         plan: &SprayPlan,
-        particles: &mut Particles,
+        among: Among<'_>,
         wall_films: &mut WallFilms,
         around: &SprayContext<'_>,
     ) -> Result<(), TooMany> {
         let first_new = self.state.droplets.len();
         let ages = self.release(plan, around);
         if !self.state.droplets.is_empty() {
-            self.fly(plan, particles, wall_films, around, first_new, &ages);
+            self.fly(plan, among, wall_films, around, first_new, &ages);
         }
         for (index, nozzle) in plan.nozzles.iter().enumerate() {
             let of_it = |droplet: &&Droplet| droplet.nozzle as usize == index;
@@ -320,7 +323,7 @@ impl Sprays {
     fn fly(
         &mut self,
         plan: &SprayPlan,
-        particles: &mut Particles,
+        mut among: Among<'_>,
         wall_films: &mut WallFilms,
         around: &SprayContext<'_>,
         first_new: usize,
@@ -334,7 +337,8 @@ impl Sprays {
         let others = f64::max(around.fastest * around.dt, walls_move);
         let is_listed = self.listed == Some(around.rebuilds);
         if !is_listed || self.grains.drift(around.fastest * around.dt) {
-            self.grains = Grains::new(particles, around.cell);
+            among.bring_all();
+            self.grains = Grains::new(among.particles, around.cell);
             self.listed = Some(around.rebuilds);
             // Particles or walls may have come.
             if !is_listed {
@@ -344,16 +348,29 @@ impl Sprays {
         let flights: Vec<Flight> = (plan.nozzles.iter())
             .map(|nozzle| Flight::new(nozzle, around.gravity))
             .collect();
+        let age_of = |k: usize| match k.checked_sub(first_new) {
+            Some(new) => ages[new],
+            None => around.dt,
+        };
+        // Grains near all droplets that are looked at come with one message.
+        let flown = |k: usize| self.bound[k] * around.dt + others;
+        let places = |k: usize| {
+            let droplet = &self.state.droplets[k];
+            let flight = &flights[droplet.nozzle as usize];
+            let age = age_of(k);
+            let way = flight.fastest(droplet.velocity, age) * age;
+            (droplet.position, droplet.radius + way + self.grains.edge())
+        };
+        let droplets = 0..self.state.droplets.len();
+        let looked_at = droplets.filter(|&k| self.clearance[k] <= flown(k));
+        among.bring(&self.grains, looked_at.map(places), around.cell);
         let mut gone = false;
         let mut touches = Touches::new();
         for k in 0..self.state.droplets.len() {
             let droplet = &mut self.state.droplets[k];
             let nozzle = &plan.nozzles[droplet.nozzle as usize];
             let flight = &flights[droplet.nozzle as usize];
-            let age = match k.checked_sub(first_new) {
-                Some(new) => ages[new],
-                None => around.dt,
-            };
+            let age = age_of(k);
             self.clearance[k] -= self.bound[k] * around.dt + others;
             if self.clearance[k] > 0.0 {
                 flight.advance(droplet, age);
@@ -364,7 +381,7 @@ impl Sprays {
                 flight,
                 nozzle,
                 age,
-                particles,
+                &mut among,
                 wall_films,
                 &passing,
                 around,
@@ -376,8 +393,11 @@ impl Sprays {
                 continue;
             }
             let droplet = &self.state.droplets[k];
+            let reach = droplet.radius + self.grains.edge();
+            let place = std::iter::once((droplet.position, reach));
+            among.bring(&self.grains, place, around.cell);
             self.clearance[k] = (self.grains)
-                .clearance(droplet, particles, around.cell)
+                .clearance(droplet, among.particles, around.cell)
                 .min(hits::clearance_of_walls(
                     droplet,
                     &passing,
@@ -415,7 +435,7 @@ impl Sprays {
         flight: &Flight,
         nozzle: &NozzlePlan,
         age: f64,
-        particles: &mut Particles,
+        among: &mut Among<'_>,
         wall_films: &mut WallFilms,
         passing: &[Passing<'_>],
         around: &SprayContext<'_>,
@@ -437,10 +457,11 @@ impl Sprays {
                 begin: left,
                 end: left - piece,
             };
+            among.bring(&self.grains, std::iter::once(path.about()), around.cell);
             let hit = hits::first(
                 &path,
                 &self.grains,
-                particles,
+                among.particles,
                 passing,
                 around.cell,
                 touches,
@@ -462,6 +483,7 @@ impl Sprays {
             }
             match hit.by {
                 Catcher::Particle(row) => {
+                    let particles = &mut *among.particles;
                     self.absorb(&droplet, row as usize, hit.shift, nozzle, particles, around);
                     return true;
                 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use mercury_common::particle_properties::{FILM_VOLUME, ParticleProperty};
 
-use super::{SprayContext, SprayPlan, Sprays};
+use super::{Among, SprayContext, SprayPlan, Sprays};
 use crate::forces::Needs;
 use crate::membrane::MembranePlan;
 use crate::physics::{FeaturePlan, InputError, Inputs, Setup, number};
@@ -62,22 +62,20 @@ impl Part for Sprays {
         let Some(plan) = physics.plans.get::<SprayPlan>() else {
             return Ok(());
         };
+        let (fastest, rebuilds) = (core.fastest(), core.lists().rebuilds);
+        let (particles, domain, ranks) = core.lend_rows();
         let around = SprayContext {
             time,
             dt: physics.time_step,
             gravity: physics.gravity,
-            walls: &core.domain.walls,
+            walls: &domain.walls,
             planned_walls: &physics.walls,
             cell: &cell,
-            fastest: core.fastest(),
-            rebuilds: core.lists().rebuilds,
+            fastest,
+            rebuilds,
         };
-        let advanced = self.advance(
-            plan,
-            &mut core.particles,
-            &mut core.domain.wall_films,
-            &around,
-        );
+        let among = Among::new(particles, ranks);
+        let advanced = self.advance(plan, among, &mut domain.wall_films, &around);
         self.too_many = advanced.err();
         Ok(())
     }
@@ -91,6 +89,11 @@ impl Part for Sprays {
             }),
             None => Ok(()),
         }
+    }
+
+    /// Every rank has all droplets and moves them all, and gets the grains near them from the ranks of these.
+    fn works_on_ranks(&self) -> bool {
+        true
     }
 
     fn put(&self, _: &Core, pieces: &mut Pieces) {

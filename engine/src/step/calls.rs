@@ -35,6 +35,8 @@ pub(super) enum Call {
         /// Also the contacts.
         contacts: bool,
     },
+    /// [`Core::take_feature_loads`](crate::step::Core::take_feature_loads).
+    TakeFeatureLoads,
     /// The run is over.
     End,
 }
@@ -73,6 +75,7 @@ impl Plain for Call {
             }
             Self::CompleteStep => 2u8.put(bytes),
             Self::Collect { contacts } => (3u8, contacts).put(bytes),
+            Self::TakeFeatureLoads => 4u8.put(bytes),
         }
     }
 
@@ -88,6 +91,7 @@ impl Plain for Call {
             3 => Ok(Self::Collect {
                 contacts: bool::take(bytes)?,
             }),
+            4 => Ok(Self::TakeFeatureLoads),
             _ => Ok(Self::End),
         }
     }
@@ -108,6 +112,7 @@ mod tests {
             Call::CompleteStep,
             Call::Collect { contacts: true },
             Call::Collect { contacts: false },
+            Call::TakeFeatureLoads,
             Call::End,
         ] {
             let mut bytes = Vec::new();

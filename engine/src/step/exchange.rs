@@ -3,6 +3,7 @@
 use super::{Arrival, Core, Domain, Engine, Exchanged, Leaving, RunError};
 use crate::boundaries::{Crossed, Event, OwnGrains, Passage};
 use crate::contact::Bridge;
+use crate::forces::SharedContacts;
 use crate::liquid::BridgeSite;
 use crate::state::Particles;
 
@@ -20,6 +21,7 @@ impl Engine {
             domain,
             particles,
             contacts,
+            ranks,
             ..
         } = core;
         let Domain {
@@ -33,7 +35,7 @@ impl Engine {
             let mut at = Leaving {
                 leavers,
                 particles,
-                contacts: contacts.as_mut(),
+                contacts: SharedContacts::new(contacts.as_mut(), ranks.as_mut()),
                 wall_films,
                 walls,
                 physics,

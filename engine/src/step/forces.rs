@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 use super::motion::turn_orientations;
 use super::{Core, Domain, Engine};
 use crate::cell::Cell;
-use crate::forces::{Finish, MotionBound, Observation, StepContext, Watch, block_size};
+use crate::forces::{Finish, MotionBound, Observation, OfBlocks, StepContext, Watch, block_size};
 use crate::lanes::Width;
 use crate::physics::Physics;
 use crate::state::{Load, Particle, Particles};
@@ -39,6 +39,7 @@ impl Engine {
             self.forces_alone(spring_time, watch);
             self.clock.kick_due = true;
         }
+        self.join_events();
         let sums = self.sums();
         self.call(|part, core| part.after_forces(core, sums.as_ref()));
     }
@@ -48,6 +49,9 @@ impl Engine {
     fn sums(&mut self) -> Option<Observation> {
         if !self.constants.needs.sums && !self.constants.has_servos {
             return None;
+        }
+        if self.constants.needs.sums {
+            self.collect_from(OfBlocks::Observations);
         }
         let mut sums = (self.contacts).observation(self.physics.walls.len(), false);
         for wall in 0..self.physics.walls.len() {

@@ -95,6 +95,9 @@ impl Engine {
     /// The steps of this rank.
     fn steps_here(&mut self, count: u64, watch: Option<Watch>) -> Result<(), RunError> {
         let pool = self.threads.pool.clone();
+        if self.is_divided() {
+            self.contacts.forget_others();
+        }
         let mut run = || {
             let was_worn = self.is_worn();
             for k in 1..=count {

@@ -10,7 +10,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::{Core, RunError};
-use crate::forces::{ContactForces, Needs, NewList, Observation, StepContext};
+use crate::forces::{Needs, NewList, Observation, SharedContacts, StepContext};
 use crate::physics::{Physics, Plans, Setup};
 use crate::state::{Particles, Pieces, WallIndex};
 use crate::walls::{WallFilms, WallNow};
@@ -166,6 +166,11 @@ pub trait Part: Any + Send {
         Ok(())
     }
 
+    /// Brings what it has on each rank to the first one, which observes or saves it until the next step.
+    fn collect_from_ranks(&mut self, core: &mut Core) {
+        let _ = core;
+    }
+
     /// The end of the step.
     ///
     /// # Errors
@@ -257,7 +262,7 @@ pub struct Leaving<'a> {
     /// All particles.
     pub particles: &'a mut Particles,
     /// All contacts.
-    pub contacts: &'a mut dyn ContactForces,
+    pub contacts: SharedContacts<'a>,
     /// Films of walls.
     pub wall_films: &'a mut WallFilms,
     /// Walls as they are now.

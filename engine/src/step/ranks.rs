@@ -3,11 +3,11 @@
 use std::ops::Range;
 
 use super::calls::{Beginning, Call};
-use super::{Core, Engine, RunError, Snapshot, StartOptions};
-use crate::forces::{Watch, block_size};
+use super::{Core, Domain, Engine, RunError, Snapshot, StartOptions};
+use crate::forces::{FeatureKey, FeatureLoad, OfBlocks, SharedContacts, Watch, block_size};
 use crate::physics::ToSetup;
 use crate::ranks::{Share, Traffic};
-use crate::state::Plain;
+use crate::state::{Particles, Plain};
 use crate::sums::{Exact, WORDS};
 
 impl Core {
@@ -26,7 +26,8 @@ impl Core {
     }
 
     /// Whether this is the rank that finds what concerns no single row.
-    pub(super) fn is_first(&self) -> bool {
+    #[must_use]
+    pub fn is_first(&self) -> bool {
         self.ranks.as_ref().is_none_or(Share::is_first)
     }
 
@@ -35,6 +36,35 @@ impl Core {
     pub fn traffic(&self) -> Option<(usize, Traffic)> {
         let share = self.ranks.as_ref()?;
         Some((share.place().1, share.total))
+    }
+
+    /// The rows of other ranks that contacts of this one read.
+    #[must_use]
+    pub fn rows_of_others(&self) -> Vec<u32> {
+        let share = self.ranks.iter();
+        share.flat_map(Share::rows_of_others).collect()
+    }
+
+    /// The contacts of all ranks, particles and the domain, all to be changed.
+    pub fn lend(&mut self) -> (SharedContacts<'_>, &mut Particles, &mut Domain) {
+        let contacts = SharedContacts::new(self.contacts.as_mut(), self.ranks.as_mut());
+        (contacts, &mut self.particles, &mut self.domain)
+    }
+
+    /// Particles and the domain, to be changed, and the way to other ranks where rows are divided.
+    pub fn lend_rows(&mut self) -> (&mut Particles, &mut Domain, Option<&mut Share>) {
+        let share = self.ranks.as_mut().filter(|share| share.is_divided());
+        (&mut self.particles, &mut self.domain, share)
+    }
+
+    /// Brings the events of the contacts of all ranks to each, where a part reads them.
+    pub(super) fn join_events(&mut self) {
+        if !self.constants.needs.events {
+            return;
+        }
+        if let Some(share) = self.ranks.as_mut().filter(|share| share.is_divided()) {
+            self.contacts.join_events(&mut |own| share.to_all(own));
+        }
     }
 
     /// Brings all rows up to date, on every rank.
@@ -51,6 +81,13 @@ impl Core {
         }
     }
 
+    /// Brings up to date the loads on the particles that contacts of this rank read.
+    pub fn fetch_loads(&mut self) {
+        if let Some(share) = self.ranks.as_mut().filter(|share| share.is_divided()) {
+            share.fetch_loads(&mut self.particles.loads);
+        }
+    }
+
     /// Listed pairs, and those that touch or adhere, of all ranks.
     pub(super) fn count_pairs(&mut self) -> [usize; 2] {
         let count = self.contacts.count();
@@ -63,7 +100,7 @@ impl Core {
     }
 
     /// The sums of all ranks.
-    pub(super) fn add_exactly<const N: usize>(&mut self, sums: [Exact; N]) -> [Exact; N] {
+    pub fn add_exactly<const N: usize>(&mut self, sums: [Exact; N]) -> [Exact; N] {
         let Some(share) = self.ranks.as_mut().filter(|share| share.is_divided()) else {
             return sums;
         };
@@ -90,6 +127,48 @@ impl Core {
                 list.push(one);
             }
         }
+    }
+
+    /// Brings to the first rank what the blocks of all have.
+    pub(super) fn collect_from(&mut self, what: OfBlocks) {
+        let Some(share) = self.ranks.as_mut().filter(|share| share.is_divided()) else {
+            return;
+        };
+        let mut bytes = Vec::new();
+        self.contacts.put_own(what, &mut bytes);
+        share.traffic.bytes_of_looks += bytes.len() as u64;
+        let came = share.ranks().gather(bytes);
+        let cut = share.cut();
+        for (rank, bytes) in came.iter().enumerate().skip(1) {
+            let blocks = cut[rank]..cut[rank + 1];
+            let taken = self.contacts.take_others(what, blocks, &mut &bytes[..]);
+            assert_eq!(taken, Ok(()), "all ranks run the same program");
+        }
+    }
+
+    /// Brings the contacts of all ranks to the first one, which has them until the next step.
+    pub fn collect_contacts(&mut self) {
+        self.contacts.forget_others();
+        self.collect_from(OfBlocks::Contacts);
+    }
+
+    /// Brings to the first rank the loads on features of mesh walls that lie in the blocks of all; the others keep theirs.
+    pub fn collect_feature_loads(&mut self) {
+        self.collect_from(OfBlocks::FeatureLoads);
+    }
+
+    /// Moves the loads on features of mesh walls of all ranks to the first one; the others have none then.
+    pub fn move_feature_loads(&mut self) {
+        self.collect_from(OfBlocks::FeatureLoads);
+        if !self.is_first() {
+            self.contacts.take_feature_loads();
+        }
+    }
+
+    /// Loads on features of mesh walls since they were taken last, of all ranks: on the first one, in order; they are removed. All ranks call it.
+    pub(super) fn take_feature_loads(&mut self) -> Vec<(FeatureKey, FeatureLoad)> {
+        self.collect_from(OfBlocks::FeatureLoads);
+        self.contacts.take_feature_loads()
     }
 
     /// Notes which rows go over to other ranks in each step, after contacts were divided.
@@ -179,7 +258,11 @@ impl Engine {
         }
         self.meet_with([])?;
         if watch.is_some() {
-            self.collect_from(false);
+            // Else the first rank has them already.
+            if !self.constants.needs.sums {
+                self.collect_from(OfBlocks::Observations);
+            }
+            self.call(|part, core| part.collect_from_ranks(core));
         }
         Ok(())
     }
@@ -215,30 +298,9 @@ impl Engine {
             share.collect(particles);
         }
         if contacts {
-            self.core.contacts.forget_others();
-            self.collect_from(true);
+            self.core.collect_contacts();
         }
-    }
-
-    /// Brings to the first rank the contacts of all blocks, or what they have observed.
-    fn collect_from(&mut self, contacts: bool) {
-        let Core {
-            ranks,
-            contacts: all,
-            ..
-        } = &mut self.core;
-        let Some(share) = ranks else {
-            return;
-        };
-        let mut bytes = Vec::new();
-        all.put_own(contacts, &mut bytes);
-        share.traffic.bytes_of_looks += bytes.len() as u64;
-        let came = share.ranks().gather(bytes);
-        let cut = share.cut();
-        for (rank, bytes) in came.iter().enumerate().skip(1) {
-            let taken = all.take_others(contacts, cut[rank]..cut[rank + 1], &mut &bytes[..]);
-            assert_eq!(taken, Ok(()), "all ranks run the same program");
-        }
+        self.call(|part, core| part.collect_from_ranks(core));
     }
 
     /// On the first rank: lets the others make a call.
@@ -297,12 +359,19 @@ impl Engine {
                 Ok(Call::Steps { count, watch }) => drop(engine.steps_here(count, watch)),
                 Ok(Call::CompleteStep) => drop(engine.complete_step_here()),
                 Ok(Call::Collect { contacts }) => engine.collect_here(contacts),
+                Ok(Call::TakeFeatureLoads) => drop(engine.core.take_feature_loads()),
                 _ => {
                     share.note_end();
                     return Ok(());
                 }
             }
         }
+    }
+
+    /// Loads on features of mesh walls since they were taken last, in order; they are removed.
+    pub(crate) fn take_feature_loads(&mut self) -> Vec<(FeatureKey, FeatureLoad)> {
+        self.lead(Call::TakeFeatureLoads);
+        self.core.take_feature_loads()
     }
 
     /// The loads on all pebbles, on every rank.

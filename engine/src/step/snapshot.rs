@@ -284,6 +284,9 @@ impl Engine {
         let mut engine = Self::unstarted(setup.to_setup(), options)?;
         take_state(&mut engine.core, &mut engine.parts, &snapshot)?;
         engine.core.divide();
+        if engine.is_divided() {
+            engine.call(|part, core| part.collect_from_ranks(core));
+        }
         Ok(engine)
     }
 

@@ -5,7 +5,7 @@ use crate::forces::{FeatureKey, FeatureLoad, LoadSums, Observation};
 use crate::memory::GROWTH;
 use crate::physics::Setup;
 use crate::state::{Pieces, Plain};
-use crate::step::{Core, Engine, MOST_STEPS, Part, SizeEstimate};
+use crate::step::{Core, Engine, MOST_STEPS, Part, RunError, SizeEstimate};
 
 /// Sums since each series of files was written last: frames and files for ParaView have intervals of their own.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -56,8 +56,22 @@ impl Part for LoadSeries {
         crowd.rows.min(triangles as f64) * GROWTH * each as f64
     }
 
+    /// The new list begins with empty blocks: their loads go to those of earlier lists, which the first rank has.
+    fn before_list(&mut self, core: &mut Core) -> Result<(), RunError> {
+        core.move_feature_loads();
+        Ok(())
+    }
+
     fn after_forces(&mut self, _: &mut Core, _: Option<&Observation>) {
         self.pending += 1;
+    }
+
+    fn works_on_ranks(&self) -> bool {
+        true
+    }
+
+    fn collect_from_ranks(&mut self, core: &mut Core) {
+        core.collect_feature_loads();
     }
 
     fn put(&self, core: &Core, pieces: &mut Pieces) {
@@ -81,11 +95,14 @@ impl Engine {
         if !(frame || vtk) {
             return [None, None];
         }
+        if self.part::<LoadSeries>().is_none() {
+            return [None, None];
+        }
+        let loads = self.take_feature_loads();
         let Some((series, core)) = self.part_and_core::<LoadSeries>() else {
             return [None, None];
         };
         let [for_frames, for_vtk] = core.watched().load_sums;
-        let loads = core.contacts.take_feature_loads();
         let evaluations = std::mem::take(&mut series.pending);
         if for_frames {
             series.frames.add(evaluations, &loads);

@@ -3,12 +3,17 @@
 //! Ranks are threads here, with blocks of 64 rows, so that small scenes have many. State and observations of the first rank are compared with those
 //! of an engine without others: in the middle, at looks, after a checkpoint on other ranks.
 
+use std::collections::BTreeSet;
+use std::path::Path;
 use std::sync::{Arc, Once};
 use std::thread;
 
-use mercury_engine::forces::{Observation, Watch, fix_block_size};
+use mercury_engine::audit::Audit;
+use mercury_engine::forces::{LoadSums, Observation, Partner, Watch, fix_block_size};
+use mercury_engine::liquid::LiquidRow;
 use mercury_engine::ranks::{Ranks, Share, Threads};
-use mercury_engine::step::{Engine, RunError, Snapshot, StartOptions};
+use mercury_engine::state::Id;
+use mercury_engine::step::{Engine, Part, RunError, Snapshot, StartOptions};
 use mercury_solver::plan::Plan;
 use mercury_tests::scene_checks::planned;
 
@@ -23,6 +28,43 @@ struct Seen {
     counts: Counts,
     states: Vec<Vec<u8>>,
     observations: Vec<Observation>,
+    looks: Vec<Look>,
+}
+
+/// What outputs read of an engine beside rows and observations.
+#[derive(Debug, Clone, PartialEq)]
+struct Look {
+    liquid: Option<LiquidRow>,
+    volumes: Option<Vec<f64>>,
+    audit: Audit,
+    /// Since the last look.
+    loads: Option<LoadSums>,
+    /// Ids of the ends of each liquid bridge, and whether the rows of its lower end are in the second half of all.
+    bridges: Vec<([Option<Id>; 2], bool)>,
+}
+
+impl Look {
+    fn at(engine: &mut Engine, takes_loads: bool) -> Self {
+        let [loads, _] = engine.take_load_sums(takes_loads, false);
+        let ids = &engine.particles.ids;
+        let bridges = engine.bridges();
+        let bridges = bridges.iter().map(|site| {
+            let other = match site.partner {
+                Partner::Particle { row, .. } => Some(ids[row as usize]),
+                Partner::Wall { .. } => None,
+            };
+            let mut ends = [Some(ids[site.row as usize]), other];
+            ends.sort();
+            (ends, site.row as usize >= ids.len() / 2)
+        });
+        Self {
+            bridges: bridges.collect(),
+            liquid: engine.liquid(),
+            volumes: engine.liquid_volumes(),
+            audit: engine.audit(),
+            loads,
+        }
+    }
 }
 
 /// Counts since the start.
@@ -58,10 +100,13 @@ fn advance(engine: &mut Engine, seen: &mut Seen, pieces: &[u64]) -> Result<(), R
             }),
         )?;
         seen.observations.push(engine.observation());
+        // Loads on triangles go on being summed up over some looks.
+        seen.looks.push(Look::at(engine, number % 2 == 1));
         // In the middle of its kicks, as checkpoints of a run are, and at the end of the step.
         engine.collect(true);
         seen.states.push(engine.snapshot().encode());
         engine.complete_step()?;
+        seen.looks.push(Look::at(engine, false));
         engine.collect(true);
         seen.states.push(engine.snapshot().encode());
     }
@@ -120,6 +165,9 @@ fn assert_same(seen: &Seen, expected: &Seen, of: &str) {
     {
         assert_eq!(a, b, "{of}: observation {k}");
     }
+    for (k, (a, b)) in seen.looks.iter().zip(&expected.looks).enumerate() {
+        assert_eq!(a, b, "{of}: look {k}");
+    }
     for (k, (a, b)) in seen.states.iter().zip(&expected.states).enumerate() {
         if a != b {
             let [a, b] = [a, b].map(|bytes| Snapshot::decode(bytes).unwrap());
@@ -137,6 +185,11 @@ fn assert_same(seen: &Seen, expected: &Seen, of: &str) {
 /// The scene gives the same bytes on any number of ranks, with one and two threads each: from the start, and from a state that one process has
 /// made `ahead` steps later. Returns what happened in the steps compared.
 fn same_on_any_ranks(plan: &Arc<Plan>, ahead: u64) -> Counts {
+    compared(plan, ahead).0
+}
+
+/// Likewise, with all looks: that before the steps compared, then those of them.
+fn compared(plan: &Arc<Plan>, ahead: u64) -> (Counts, Vec<Look>) {
     let name = plan.outputs().prefix();
     let start = on_ranks(plan, 1, 1, None, &[ahead.max(1)]);
     let state = start.states.last().unwrap();
@@ -159,14 +212,32 @@ fn same_on_any_ranks(plan: &Arc<Plan>, ahead: u64) -> Counts {
         rest.states == expected.states[4..],
         "{name}, three ranks and then two"
     );
+    assert!(
+        rest.looks == expected.looks[4..],
+        "{name}, looks on three ranks and then two"
+    );
     let begun = on_ranks(plan, 1, 1, None, &PIECES[..2]);
     let seen = on_ranks(plan, 3, 1, None, &PIECES[..2]);
     assert_same(&seen, &begun, &format!("{name} from the start"));
-    Counts {
+    let counts = Counts {
         lists: expected.counts.lists - start.counts.lists,
         inserted: expected.counts.inserted - start.counts.inserted,
         removed: expected.counts.removed - start.counts.removed,
-    }
+    };
+    let before = start.looks.into_iter().next_back();
+    (counts, before.into_iter().chain(expected.looks).collect())
+}
+
+/// Bridges that were there before some looks or after them, but not both, at grains of the first half of the rows and of the second one.
+fn changed_bridges(looks: &[Look]) -> [usize; 2] {
+    let bridges = |look: &Look| look.bridges.iter().copied().collect::<BTreeSet<_>>();
+    let (before, after) = (bridges(&looks[0]), bridges(looks.last().unwrap()));
+    let ends = |of: &BTreeSet<_>| of.iter().map(|(ends, _)| *ends).collect::<BTreeSet<_>>();
+    let (ends_before, ends_after) = (ends(&before), ends(&after));
+    let broken = before.iter().filter(|(ends, _)| !ends_after.contains(ends));
+    let formed = after.iter().filter(|(ends, _)| !ends_before.contains(ends));
+    let changed: Vec<bool> = broken.chain(formed).map(|(_, is_late)| *is_late).collect();
+    [false, true].map(|half| changed.iter().filter(|is_late| **is_late == half).count())
 }
 
 #[test]
@@ -263,42 +334,218 @@ fn a_gas_of_rods() {
     same_on_any_ranks(&scene("clumps/rod-gas.toml", &[]), 3_000);
 }
 
+/// A wet bed that is thrown against a side: bridges form at touches, and break.
+fn wet_bed(set: &[&str]) -> Arc<Plan> {
+    let dry = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/bench/dense-2k.csv");
+    let dry = std::fs::read_to_string(dry).unwrap();
+    let mut rows = dry.lines();
+    let head = format!("{},film_volume", rows.next().unwrap());
+    let rows = rows.map(|row| format!("{row},1e-12"));
+    let wet: Vec<String> = std::iter::once(head).chain(rows).collect();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("wet.csv");
+    std::fs::write(&file, wet.join("\n")).unwrap();
+    let file = format!("particles.0.file=\"{}\"", file.display());
+    let shared = [
+        &file,
+        "materials.bead.liquid={ law = \"willett\", surface_tension = 0.07, contact_angle_degrees = 20.0, viscosity = 1e-3, max_bridge_volume = 2e-13, distribution = 0.7 }",
+        "gravity=[60.0, 20.0, -9.81]",
+    ];
+    scene("bench/dense-2k.toml", &[&shared, set].concat())
+}
+
+/// What liquid did between the first look and the last one.
+fn liquid_of(looks: &[Look]) -> [LiquidRow; 2] {
+    let of = |look: &Look| look.liquid.unwrap();
+    let rows = [of(&looks[0]), of(looks.last().unwrap())];
+    let [before, after] = rows.map(|row| row.balance);
+    let events = [
+        after.formed - before.formed,
+        after.ruptured - before.ruptured,
+    ];
+    let halves = changed_bridges(looks);
+    assert!(events.iter().all(|count| *count > 20), "{events:?}");
+    assert!(halves.iter().all(|count| *count > 10), "{halves:?}");
+    rows
+}
+
+#[test]
+fn a_wet_bed() {
+    let (_, looks) = compared(&wet_bed(&[]), 200);
+    liquid_of(&looks);
+}
+
+/// Bridges that form as films meet, at walls with films, too; all of it evaporates.
+#[test]
+fn films_that_meet_and_dry() {
+    let plan = wet_bed(&[
+        "liquid.bridges_form=\"films\"",
+        "liquid.neighbours=\"same-kind\"",
+        "liquid.evaporation=1e-4",
+        "walls.0.film={ thickness = 1e-6, keeps = 0.3 }",
+        "output.energy_budget=true",
+    ]);
+    let (_, looks) = compared(&plan, 200);
+    let [before, after] = liquid_of(&looks);
+    assert!(after.balance.evaporated.value() > before.balance.evaporated.value());
+    assert!(after.wall_films != before.wall_films);
+    let liquid = |look: &Look| look.audit.losses.of("liquid");
+    assert!(liquid(&looks[0]) != liquid(looks.last().unwrap()));
+}
+
+/// Droplets with mass that hit grains of all ranks, bounce off a wall that moves and fly through a periodic face; grains leave with their bridges,
+/// and others come.
+#[test]
+fn sprays_and_liquid_with_mass() {
+    let spray = "sprays=[{ name = \"fan\", position = [0.024, 0.024, 0.074], axis = [0.0, 0.0, -1.0], pattern = { kind = \"full-cone\", half_angle_degrees = 50.0 }, flow_rate = 2e-5, speed = { mean = 20.0, spread = 5.0 }, droplets = { kind = \"monodisperse\", diameter = 4e-4 }, liquid_density = 1000.0, at_walls = \"bounce\", restitution = 0.5, momentum = true, mass = true, drag = { law = \"schiller-naumann\", gas_density = 1.2, gas_viscosity = 1.8e-5, gas_velocity = [5.0, 0.0, 0.0] } }]";
+    let plan = wet_bed(&[
+        spray,
+        "domain.periodic=[\"x\"]",
+        "liquid.evaporation=1e-4",
+        "walls=[{ name = \"box\", shape = \"box\", sides = [\"-y\", \"+y\", \"-z\"], material = \"bead\" }, { name = \"plate\", shape = \"disc\", origin = [0.024, 0.024, 0.07], axis = [0.0, 0.02, 1.0], radius = 0.003, material = \"bead\", motion = [{ kind = \"translation\", velocity = [0.1, 0.0, -0.2] }] }]",
+        "deletions=[{ name = \"out\", region = { shape = \"half-space\", point = [0.0, 0.04, 0.0], normal = [0.0, 1.0, 0.0] } }]",
+        "insertions=[{ name = \"feed\", region = { shape = \"box\", min = [0.004, 0.004, 0.06], max = [0.044, 0.03, 0.069] }, material = \"bead\", psd = { kind = \"uniform\", min_diameter = 0.001, max_diameter = 0.002, weighting = \"number\" }, rate = { number = 20000.0 }, total = { number = 5000 }, film_volume = 1e-12, velocity = { mean = [0.3, 0.1, -1.5], spread = [0.2, 0.2, 0.2] } }]",
+    ]);
+    let (counts, looks) = compared(&plan, 200);
+    assert!(counts.removed > 5 && counts.inserted > 40, "{counts:?}");
+    let [before, after] = liquid_of(&looks);
+    assert!(after.balance.deleted.value() > before.balance.deleted.value());
+    let [in_flight, emitted, caught, lost, left] =
+        std::array::from_fn(|k| after.sprayed[k] - before.sprayed[k]);
+    assert!(
+        emitted > 0.0 && caught > 0.0 && after.sprayed[0] > 0.0,
+        "{in_flight} {emitted} {caught} {lost} {left}"
+    );
+}
+
+#[test]
+fn wet_clumps() {
+    let plan = scene(
+        "clumps/drum.toml",
+        &[
+            "materials.plastic.liquid={ law = \"willett\", surface_tension = 0.07, contact_angle_degrees = 20.0, max_bridge_volume = 1e-11, distribution = 0.7 }",
+            "insertions.0.mixture=[{ clump = \"rod\", psd = { kind = \"uniform\", min_diameter = 4.5e-3, max_diameter = 6e-3, weighting = \"number\" }, share = 1.0, film_volume = 1e-10 }]",
+        ],
+    );
+    let (_, looks) = compared(&plan, 6_000);
+    let [before, after] = [0, looks.len() - 1].map(|k| looks[k].liquid.unwrap().balance);
+    assert!(after.formed > before.formed && after.ruptured > before.ruptured);
+    assert!(changed_bridges(&looks).iter().all(|count| *count > 0));
+}
+
+/// The audit of a bed with a servo, a plate that vanishes, and grains that come and leave.
+#[test]
+fn an_audit_of_energies() {
+    let plan = scene(
+        "bench/dense-2k.toml",
+        &[
+            "output.energy_budget=true",
+            "gravity=[200.0, 0.0, -9.81]",
+            "materials.bead.rolling={ law = \"luding\", friction = 0.05 }",
+            // Gone in the middle of the steps compared: 70 of 148 behind 60.
+            "walls=[{ name = \"box\", shape = \"box\", sides = [\"-x\", \"-y\", \"+y\", \"-z\"], material = \"bead\" }, { name = \"gate\", shape = \"plane\", point = [0.048, 0.0, 0.0], normal = [-1.0, 0.0, 0.0], material = \"bead\", until = 0.0039 }, { name = \"lid\", shape = \"plane\", point = [0.0, 0.0, 0.06], normal = [0.0, 0.0, -1.0], material = \"bead\", motion = [{ kind = \"servo\", axis = [0.0, 0.0, 1.0], force = -20.0, max_speed = 2.0 }] }]",
+            "guard.policy=\"warn\"",
+            "deletions=[{ name = \"out\", region = { shape = \"half-space\", point = [0.0463, 0.0, 0.0], normal = [1.0, 0.0, 0.0] } }]",
+        ],
+    );
+    let (counts, looks) = compared(&plan, 60);
+    assert!(counts.removed > 5, "{counts:?}");
+    let [before, after] = [&looks[0].audit, &looks.last().unwrap().audit];
+    let changes = [
+        after.losses.of("normal") - before.losses.of("normal"),
+        after.losses.of("tangential") - before.losses.of("tangential"),
+        after.losses.of("rolling") - before.losses.of("rolling"),
+        after.servo_work - before.servo_work,
+        after.left.total() - before.left.total(),
+        after.vanished.total() - before.vanished.total(),
+    ];
+    assert!(changes.iter().all(|change| *change != 0.0), "{changes:?}");
+}
+
+#[test]
+fn an_audit_of_sticky_powder() {
+    let (_, looks) = compared(
+        &scene(
+            "jkr-powder.toml",
+            &["insertions.0.rate={ number = 400000.0 }"],
+        ),
+        4_000,
+    );
+    let adhesion = |look: &Look| look.audit.losses.of("adhesion");
+    assert!(adhesion(&looks[0]) != adhesion(looks.last().unwrap()));
+}
+
+#[test]
+fn loads_on_the_triangles_of_a_drum() {
+    let plan = scene(
+        "bench/mesh-drum-6k.toml",
+        &["output.triangle_loads=true", "output.data=true"],
+    );
+    let (counts, looks) = compared(&plan, 300);
+    assert!(counts.lists > 1, "{counts:?}");
+    let loads: Vec<&LoadSums> = looks
+        .iter()
+        .filter_map(|look| look.loads.as_ref())
+        .collect();
+    let evaluations: Vec<u64> = loads.iter().map(|sums| sums.evaluations).collect();
+    // Since the start, and behind each second piece.
+    assert_eq!(
+        evaluations[evaluations.len() - 2..],
+        [300 + 1 + 1 + 40, 7 + 100]
+    );
+    assert!(loads.iter().all(|sums| sums.loads.len() > 20));
+}
+
 #[test]
 fn two_spheres_are_fewer_than_the_ranks() {
     same_on_any_ranks(&scene("two-spheres.toml", &[]), 1);
 }
 
-/// Features that do not work on several ranks are refused by name, and nothing hangs.
-#[test]
-fn other_features_are_refused() {
-    for (name, part) in [
-        ("wet-packing.toml", "liquid"),
-        ("membrane.toml", "membranes"),
-        ("agglomerate.toml", "audit"),
-    ] {
-        let plan = scene(name, &[]);
-        let mut team = Threads::team(2).into_iter();
-        let share = |rank: Threads| Some(Share::new(Box::new(rank)));
-        let first = options(1, share(team.next().unwrap()));
-        let second = options(1, share(team.next().unwrap()));
-        let of_second = Arc::clone(&plan);
-        let second = thread::spawn(move || Engine::follow(of_second, second).unwrap_err());
-        let error = Engine::start(plan, first).err().unwrap();
-        assert_eq!(error, second.join().unwrap());
-        let RunError::OnRanks { what } = error else {
-            panic!("{error}");
-        };
-        assert_eq!(what, part, "{name}");
+/// A part that does not say that it works on several ranks.
+struct Foreign;
+
+impl Part for Foreign {
+    fn name(&self) -> &str {
+        "foreign"
     }
 }
 
-/// The middle one of three ranks, to which shares of contacts come in reversed order.
-struct Reversed(Threads);
+/// Parts that do not work on several ranks are refused by name, and nothing hangs.
+#[test]
+fn other_parts_are_refused() {
+    let plan = scene("two-spheres.toml", &[]);
+    let mut team = Threads::team(2).into_iter();
+    let mut options = || {
+        let share = Share::new(Box::new(team.next().unwrap()));
+        options(1, Some(share)).parts(vec![Box::new(Foreign)])
+    };
+    let (first, second) = (options(), options());
+    let of_second = Arc::clone(&plan);
+    let second = thread::spawn(move || Engine::follow(of_second, second).unwrap_err());
+    let error = Engine::start(plan, first).err().unwrap();
+    assert_eq!(error, second.join().unwrap());
+    let what = "foreign".to_owned();
+    assert_eq!(error, RunError::OnRanks { what });
+}
+
+/// An error that the middle one of three ranks makes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Wrong {
+    /// None.
+    Nothing,
+    /// Shares of contacts that come to it are added in reversed order.
+    Order,
+    /// It keeps events of its contacts to itself: of those steps in which their bytes are no whole number of words, as all other messages are.
+    Events,
+}
+
+/// A rank that makes it.
+struct Spoiled(Threads, Wrong);
 
 /// Bytes of a share: row, force, torque.
 const SHARE: usize = 56;
 
-impl Ranks for Reversed {
+impl Ranks for Spoiled {
     fn place(&self) -> (usize, usize) {
         self.0.place()
     }
@@ -306,7 +553,7 @@ impl Ranks for Reversed {
     fn exchange(&mut self, to: Vec<(usize, Vec<u8>)>, from: &[usize]) -> Vec<Vec<u8>> {
         let mut came = self.0.exchange(to, from);
         // Records come from later ranks, and with new lists something comes from both.
-        if from == [0] {
+        if from == [0] && self.1 == Wrong::Order {
             let mut rest = &mut came[0][..];
             while let Some((count, shares)) = rest.split_first_chunk_mut::<4>() {
                 let count = u32::from_le_bytes(*count) as usize;
@@ -320,7 +567,8 @@ impl Ranks for Reversed {
     }
 
     fn all(&mut self, own: Vec<u8>) -> Vec<Vec<u8>> {
-        self.0.all(own)
+        let is_kept = self.1 == Wrong::Events && own.len() % 8 > 0;
+        self.0.all(if is_kept { Vec::new() } else { own })
     }
 
     fn gather(&mut self, own: Vec<u8>) -> Vec<Vec<u8>> {
@@ -340,32 +588,39 @@ impl Ranks for Reversed {
     }
 }
 
+/// The states of a run on three ranks, of which the middle one makes an error.
+fn with_an_error(plan: &Arc<Plan>, wrong: Wrong) -> Vec<Vec<u8>> {
+    let mut team = Threads::team(3).into_iter();
+    let [first, middle, last] = std::array::from_fn(|_| team.next().unwrap());
+    let follow = |rank: Box<dyn Ranks>| {
+        let plan = Arc::clone(plan);
+        move || Engine::follow(plan, options(1, Some(Share::new(rank)))).unwrap()
+    };
+    thread::scope(|scope| {
+        scope.spawn(follow(Box::new(Spoiled(middle, wrong))));
+        scope.spawn(follow(Box::new(last)));
+        let first = options(1, Some(Share::new(Box::new(first))));
+        let mut engine = Engine::start(Arc::clone(plan), first).unwrap();
+        let mut seen = Seen::default();
+        advance(&mut engine, &mut seen, &PIECES).unwrap();
+        seen.states
+    })
+}
+
 /// The comparison would see a wrong order of sums: shares that one of three ranks adds in reversed order give other bytes.
 #[test]
 fn another_order_of_shares_gives_other_bytes() {
     let plan = scene("bench/dense-2k.toml", &[]);
-    let run = |is_reversed: bool| {
-        let mut team = Threads::team(3).into_iter();
-        let [first, middle, last] = std::array::from_fn(|_| team.next().unwrap());
-        let middle: Box<dyn Ranks> = match is_reversed {
-            true => Box::new(Reversed(middle)),
-            false => Box::new(middle),
-        };
-        let follow = |rank: Box<dyn Ranks>| {
-            let plan = Arc::clone(&plan);
-            move || Engine::follow(plan, options(1, Some(Share::new(rank)))).unwrap()
-        };
-        thread::scope(|scope| {
-            scope.spawn(follow(middle));
-            scope.spawn(follow(Box::new(last)));
-            let first = options(1, Some(Share::new(Box::new(first))));
-            let mut engine = Engine::start(Arc::clone(&plan), first).unwrap();
-            let mut seen = Seen::default();
-            advance(&mut engine, &mut seen, &PIECES).unwrap();
-            seen
-        })
-    };
-    assert!(run(false).states.last() != run(true).states.last());
+    let states = |wrong| with_an_error(&plan, wrong).into_iter().next_back();
+    assert!(states(Wrong::Nothing) != states(Wrong::Order));
+}
+
+/// It would see that a rank leaves out events of its contacts.
+#[test]
+fn left_out_events_give_other_bytes() {
+    let plan = wet_bed(&[]);
+    let states = |wrong| with_an_error(&plan, wrong).into_iter().next_back();
+    assert!(states(Wrong::Nothing) != states(Wrong::Events));
 }
 
 /// Messages go where they are meant to.

@@ -14,7 +14,7 @@ use crate::contact::{
     AdhesionLaw, FrictionNow, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
 };
 use crate::forces::blocks::Outbox;
-use crate::forces::{Observation, SavedSlots};
+use crate::forces::{FeatureKey, FeatureLoad, FeatureLoads, Observation, SavedSlots};
 use crate::ranks::Across;
 use crate::state::{Pieces, Plain, WallIndex};
 
@@ -36,13 +36,13 @@ fn by_rank<T>(
     out
 }
 
-fn put_history<H: History>(history: &H, numbers: &mut Vec<f64>, bytes: &mut Vec<u8>) {
+pub(super) fn put_history<H: History>(history: &H, numbers: &mut Vec<f64>, bytes: &mut Vec<u8>) {
     numbers.clear();
     history.write(numbers);
     bytes.extend_from_slice(bytemuck::cast_slice(numbers));
 }
 
-fn take_history<H: History>(bytes: &mut &[u8]) -> Option<H> {
+pub(super) fn take_history<H: History>(bytes: &mut &[u8]) -> Option<H> {
     let (front, rest) = bytes.split_at_checked(H::LENGTH * size_of::<f64>())?;
     *bytes = rest;
     Some(H::read(&bytemuck::pod_collect_to_vec::<u8, f64>(front)))
@@ -219,6 +219,28 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
     ) -> Result<(), String> {
         for block in &mut self.blocks[blocks] {
             block.reports.observation = Observation::take(bytes)?;
+        }
+        Ok(())
+    }
+
+    /// Appends the loads on features of mesh walls in own blocks.
+    pub(super) fn put_own_feature_loads(&self, bytes: &mut Vec<u8>) {
+        for block in self.own_blocks() {
+            block.reports.feature_loads.sorted().put(bytes);
+        }
+    }
+
+    /// Takes the loads in the blocks of another rank in place of those that it had before.
+    pub(super) fn take_feature_loads(
+        &mut self,
+        blocks: Range<usize>,
+        bytes: &mut &[u8],
+    ) -> Result<(), String> {
+        for block in &mut self.blocks[blocks] {
+            let loads: Vec<(FeatureKey, FeatureLoad)> = Plain::take(bytes)?;
+            let sums = &mut block.reports.feature_loads;
+            *sums = FeatureLoads::default();
+            loads.iter().for_each(|(key, load)| sums.add(*key, load));
         }
         Ok(())
     }

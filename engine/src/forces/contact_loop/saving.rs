@@ -119,6 +119,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
                 // Of the state before nothing is left: a loop from outside may have made steps.
                 self.blocks.clear();
                 self.of_sheets.clear();
+                self.eventful.clear();
                 self.log.clear();
                 self.earlier = Reports::default();
                 self.restore_pairs(rows, pairs);

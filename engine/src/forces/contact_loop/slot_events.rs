@@ -1,15 +1,16 @@
 //! Events of contacts, and the memory that their laws share with parts of the step.
 
+use super::ContactLoop;
+use super::across::{put_history, take_history};
 use super::block::Block;
 use super::carry_histories::CarriedFromWall;
 use super::pass::Pass;
 use super::slots::{FREE, IMAGE, Slot, TOUCHING, WITH_HISTORY, WallSlot, with_history};
 use crate::contact::{
-    AdhesionLaw, EventOf, Histories, History, LawEvents, MemoryOf, NormalLaw, RollingLaw,
-    TangentialLaw,
+    AdhesionLaw, Histories, History, LawEvents, MemoryOf, NormalLaw, RollingLaw, TangentialLaw,
 };
-use crate::forces::{ContactEvent, ContactMemory, NearWall, Partner, SlotPlace};
-use crate::state::WallIndex;
+use crate::forces::{ContactEvent, ContactMemory, NearWall, Partner, SlotPlace, ToAllRanks};
+use crate::state::{Plain, WallIndex};
 
 /// A contact with an event, as the evaluation of a block notes it.
 #[derive(Debug, Clone, Copy)]
@@ -75,12 +76,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
 }
 
 impl<N: History, T: History, R: History, B: History> Block<(N, T, R, B)> {
-    /// Moves the events of the block with the places of their slots to the log; `number` is that of the block.
-    pub(super) fn log_events<A: AdhesionLaw<History<f64> = B>>(
-        &mut self,
-        number: u32,
-        log: &mut Vec<ContactEvent<EventOf<A>, MemoryOf<A>>>,
-    ) {
+    /// Moves the contacts of the block that had an event, with the places of their slots, to those of all blocks; `number` is that of the
+    /// block.
+    pub(super) fn take_eventful(&mut self, number: u32, all: &mut Vec<ContactMemory<B>>) {
         if self.events.is_empty() {
             return;
         }
@@ -91,7 +89,7 @@ impl<N: History, T: History, R: History, B: History> Block<(N, T, R, B)> {
             Vec::new()
         };
         for event in std::mem::take(&mut self.events) {
-            let evaluated = match event {
+            all.push(match event {
                 SlotEvent::Pair { slot } => self.at_pair(number, slot as usize),
                 SlotEvent::Wall { near, feature } => {
                     let index = near as usize;
@@ -107,23 +105,14 @@ impl<N: History, T: History, R: History, B: History> Block<(N, T, R, B)> {
                     partner,
                     feature,
                     history,
-                } => {
-                    let contact = ContactMemory {
-                        place: None,
-                        row,
-                        partner,
-                        feature,
-                        touches: false,
-                        memory: A::Events::memory(&history.3),
-                    };
-                    let event = A::Events::end(&history.3);
-                    log.extend(event.map(|event| ContactEvent { event, contact }));
-                    continue;
-                }
-            };
-            log.push(ContactEvent {
-                event: A::Events::event(&evaluated.memory),
-                contact: evaluated.shared::<A>(),
+                } => ContactMemory {
+                    place: None,
+                    row,
+                    partner,
+                    feature,
+                    touches: false,
+                    memory: history.3,
+                },
             });
         }
     }
@@ -171,14 +160,14 @@ impl<N: History, T: History, R: History, B: History> Block<(N, T, R, B)> {
         &self,
         number: u32,
         wanted: &dyn Fn(usize) -> bool,
-        all: &mut Vec<ContactMemory<MemoryOf<A>>>,
+        all: &mut Vec<ContactMemory<B>>,
     ) {
         for (index, slot) in self.slots.iter().enumerate() {
             if slot.state & WITH_HISTORY != 0
                 && (wanted(self.rows.start + slot.owner()) || wanted(slot.partner as usize))
                 && A::Events::end(&slot.history.3).is_some()
             {
-                all.push(self.at_pair(number, index).shared::<A>());
+                all.push(self.at_pair(number, index));
             }
         }
         let mut next = 0;
@@ -190,7 +179,7 @@ impl<N: History, T: History, R: History, B: History> Block<(N, T, R, B)> {
             }
             for index in first..next {
                 if A::Events::end(&self.wall_slots[index].history.3).is_some() {
-                    all.push(self.at_wall(number, near, index).shared::<A>());
+                    all.push(self.at_wall(number, near, index));
                 }
             }
         }
@@ -223,7 +212,7 @@ impl<N: History, T: History, R: History, B: History> Block<(N, T, R, B)> {
 
 impl<B: History> ContactMemory<B> {
     /// In the form in which parts of the step read it.
-    fn shared<A: AdhesionLaw<History<f64> = B>>(&self) -> ContactMemory<MemoryOf<A>> {
+    pub(super) fn shared<A: AdhesionLaw<History<f64> = B>>(&self) -> ContactMemory<MemoryOf<A>> {
         let Self {
             place,
             row,
@@ -240,6 +229,65 @@ impl<B: History> ContactMemory<B> {
             touches,
             memory: A::Events::memory(memory),
         }
+    }
+
+    fn put(&self, bytes: &mut Vec<u8>) {
+        let place = self
+            .place
+            .map(|place| (place.block, (place.slot, place.at_wall)));
+        place.put(bytes);
+        (self.row, self.partner).put(bytes);
+        (self.feature, self.touches).put(bytes);
+        put_history(&self.memory, &mut Vec::new(), bytes);
+    }
+
+    fn take(bytes: &mut &[u8]) -> Option<Self> {
+        let place: Option<(u32, (u32, bool))> = Plain::take(bytes).ok()?;
+        let (row, partner) = Plain::take(bytes).ok()?;
+        let (feature, touches) = Plain::take(bytes).ok()?;
+        Some(Self {
+            place: place.map(|(block, (slot, at_wall))| SlotPlace {
+                block,
+                slot,
+                at_wall,
+            }),
+            row,
+            partner,
+            feature,
+            touches,
+            memory: take_history(bytes)?,
+        })
+    }
+}
+
+/// Contacts that each rank has found in its own blocks, put together in the order of blocks.
+pub(super) fn of_all_ranks<B: History>(
+    own: &[ContactMemory<B>],
+    to_all: &mut ToAllRanks<'_>,
+) -> Vec<ContactMemory<B>> {
+    let mut bytes = Vec::new();
+    own.iter().for_each(|contact| contact.put(&mut bytes));
+    let mut all = Vec::new();
+    for bytes in to_all(bytes) {
+        let mut bytes = &bytes[..];
+        all.extend(std::iter::from_fn(|| ContactMemory::take(&mut bytes)));
+    }
+    all
+}
+
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<N, T, R, A> {
+    /// Logs the events of contacts that have one.
+    pub(super) fn log_events(&mut self) {
+        let event = |contact: &ContactMemory<A::History<f64>>| {
+            let event = match contact.place {
+                Some(_) => A::Events::event(&contact.memory),
+                None => A::Events::end(&contact.memory)?,
+            };
+            let contact = contact.shared::<A>();
+            Some(ContactEvent { event, contact })
+        };
+        self.log.clear();
+        self.log.extend(self.eventful.iter().filter_map(event));
     }
 }
 
