@@ -4,8 +4,10 @@ Standard library only; moto's server (PyPI) and s3s-fs (crates.io) are used wher
 The solver alone (`mercury-solve SCENE`) gives the bytes that runs through the cloud must have.
 """
 
+import concurrent.futures
 import contextlib
 import csv
+import fcntl
 import hashlib
 import hmac
 import http.client
@@ -328,19 +330,24 @@ def server(*options, **more):
         shutil.rmtree(folder, ignore_errors=True)
 
 
-ALONE = {}
+# Runs of the solver alone, for all checks of this call.
+ALONE = "ACCEPT_ALONE"
 
 
 def alone(sets=LONG, text=SCENE, name="drum"):
     """The folder of a run of the solver alone, made once."""
-    key = (tuple(sets), text, name)
-    if key not in ALONE:
-        folder = Path(tempfile.mkdtemp(prefix="accept-alone-"))
-        (folder / f"{name}.toml").write_text(text)
-        options = [f"--set={one}" for one in sets]
-        subprocess.run([SOLVE, f"{name}.toml", "--output", "out", "--quiet", "--threads", "1", *options], cwd=folder, check=True)
-        ALONE[key] = folder / "out"
-    return ALONE[key]
+    key = hashlib.sha256(repr((tuple(sets), text, name)).encode()).hexdigest()
+    folder = Path(os.environ[ALONE]) / key
+    # Another check that runs beside this one may make it now.
+    with open(folder.with_suffix(".lock"), "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (folder / "made").exists():
+            folder.mkdir()
+            (folder / f"{name}.toml").write_text(text)
+            options = [f"--set={one}" for one in sets]
+            subprocess.run([SOLVE, f"{name}.toml", "--output", "out", "--quiet", "--threads", "1", *options], cwd=folder, check=True)
+            (folder / "made").touch()
+    return folder / "out"
 
 
 def step_of(served, run):
@@ -1562,10 +1569,13 @@ def check_cage():
         must(int(field("CapEff"), 16) == int(field("CapPrm"), 16) == int(field("CapBnd"), 16) == 0 or os.geteuid() != 0, status)
         must((field("NoNewPrivs"), field("Seccomp")) == ("1", "2"), status)
         # The solver of a run is in such a cage.
-        found = [int(entry.name) for entry in Path("/proc").iterdir() if entry.name.isdigit()
-                 and (entry / "stat").exists() and (entry / "stat").read_text().rsplit(")", 1)[1].split()[1] == str(worker)]
+        def parent(entry):
+            # Programs of other checks come and go meanwhile.
+            with contextlib.suppress(OSError):
+                return (entry / "stat").read_text().rsplit(")", 1)[1].split()[1]
+        found = [entry for entry in Path("/proc").iterdir() if entry.name.isdigit() and parent(entry) == str(worker)]
         must(found, "the worker has no solver")
-        must(re.search(r"^Seccomp:\s+2", Path(f"/proc/{found[0]}/status").read_text(), re.M), "the solver has no filter")
+        must(re.search(r"^Seccomp:\s+2", (found[0] / "status").read_text(), re.M), "the solver has no filter")
         served.wait(run)
 
 
@@ -2732,31 +2742,61 @@ def check_contract():
 
 CHECKS = {name.removeprefix("check_").replace("_", "-"): check for name, check in list(globals().items()) if name.startswith("check_")}
 
+# These measure short times or memory of a machine that does nothing else, or take ports that are always the same.
+UNDISTURBED = {"attacks", "cost", "list", "log-in", "slurm", "slurm-ranks", "start", "thousand", "unread", "viewer", "watchers"}
+
+RESULTS = ["passed", "FAILED", "skipped"]
+
+
+def attempt(name):
+    """Makes a check, prints and returns its result."""
+    begin = time.monotonic()
+    try:
+        CHECKS[name]()
+        result, why = "passed", f"  {time.monotonic() - begin:.0f} s"
+    except Skipped as reason:
+        result, why = "skipped", f": {reason}"
+    except Exception as error:
+        if not isinstance(error, Failed):
+            traceback.print_exc()
+        result, why = "FAILED", f": {error}"
+    print(f"{result:7} {name}{why}", flush=True)
+    return result
+
+
+def attempt_apart(name):
+    """Makes a check in a process of its own, and prints all of its output at its end."""
+    done = subprocess.run([sys.executable, __file__, "--apart", name], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    print(done.stdout, end="", flush=True)
+    return RESULTS[done.returncode]
+
+
+def attempt_all(names, jobs):
+    """Makes checks, `jobs` of them at a time; their results in order."""
+    if jobs == 1:
+        return [attempt(name) for name in names]
+    results = {name: attempt_apart(name) for name in names if name in UNDISTURBED}
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        others = [name for name in names if name not in UNDISTURBED]
+        results |= zip(others, pool.map(attempt_apart, others))
+    return [results[name] for name in names]
+
 
 def main(names):
+    if names[:1] == ["--apart"]:
+        return RESULTS.index(attempt(names[1]))
+    jobs = max(1, int(os.environ.get("ACCEPT_JOBS", 1)))
     if not names or any(name not in CHECKS and name != "all" for name in names):
         for name, check in CHECKS.items():
             print(f"{name:15} {' '.join(check.__doc__.split())}")
         return 2
     names = list(CHECKS) if "all" in names else names
     print(f"seed {SEED} (ACCEPT_SEED repeats it)")
-    failed, skipped = [], []
-    for name in names:
-        begin = time.monotonic()
-        try:
-            CHECKS[name]()
-            print(f"passed  {name}  {time.monotonic() - begin:.0f} s", flush=True)
-        except Skipped as reason:
-            skipped.append(name)
-            print(f"skipped {name}: {reason}", flush=True)
-        except Exception as error:
-            failed.append(name)
-            if not isinstance(error, Failed):
-                traceback.print_exc()
-            print(f"FAILED  {name}: {error}", flush=True)
-    for folder in ALONE.values():
-        shutil.rmtree(folder.parent)
-    print(f"{len(names) - len(failed) - len(skipped)} passed, {len(failed)} failed, {len(skipped)} skipped" + (f": {', '.join(failed)}" if failed else ""))
+    with tempfile.TemporaryDirectory(prefix="accept-alone-") as folder:
+        os.environ |= {"ACCEPT_SEED": str(SEED), ALONE: folder}
+        results = attempt_all(names, jobs)
+    failed = [name for name, result in zip(names, results) if result == "FAILED"]
+    print(", ".join(f"{results.count(result)} {result.lower()}" for result in RESULTS) + (f": {', '.join(failed)}" if failed else ""))
     return 1 if failed else 0
 
 
