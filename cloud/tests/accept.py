@@ -1547,12 +1547,13 @@ attempt("a program of its own", lambda: os.execv("./program", ["program"]))
 
 
 def check_cage():
-    """A program in a cage reads nothing of other processes, has no socket, sends no signal, and has no capabilities."""
+    """A program in a cage reads nothing of other processes, has no socket (a rank of MPI those of the network), sends no signal, and has
+    no capabilities."""
     python = os.path.realpath("/usr/bin/python3")
     if not os.path.exists(python):
         raise Skipped("/usr/bin/python3 is missing")
-    def caged(folder, *words):
-        done = subprocess.run([CLOUD, "confine", "--folder", str(folder), "--", *words], capture_output=True, text=True, cwd=folder,
+    def caged(folder, *words, options=()):
+        done = subprocess.run([CLOUD, "confine", "--folder", str(folder), *options, "--", *words], capture_output=True, text=True, cwd=folder,
                               env={"PATH": "/usr/bin:/bin"})
         must(done.returncode == 0, f"{words[0]}: {done.stderr}")
         return done.stdout
@@ -1563,6 +1564,11 @@ def check_cage():
         folder.mkdir()
         reached = caged(folder, python, "-c", ATTEMPTS, str(served.process.pid), str(worker))
         must(reached == "", f"reached from a cage: {reached}")
+        # A rank of MPI has sockets of the network, and no other ones.
+        (folder / "program").unlink()
+        reached = caged(folder, python, "-c", ATTEMPTS, str(served.process.pid), str(worker), options=["--mpi"])
+        network = {f"{family} {kind}" for family in ("AF_INET", "AF_INET6") for kind in ("SOCK_STREAM", "SOCK_DGRAM")}
+        must(set(reached.splitlines()) == network | {"AF_NETLINK SOCK_DGRAM", "AF_NETLINK SOCK_RAW"}, f"reached by a rank: {reached}")
         status = caged(folder, "/bin/cat", "/proc/self/status")
         def field(name):
             return re.search(rf"^{name}:\s+(\S+)", status, re.M)[1]
@@ -2143,34 +2149,43 @@ def check_second_server():
             [one.request("GET", "/session", headers=both, expect=200) for one in (served, other)]
 
 
+@contextlib.contextmanager
+def cluster():
+    """Slurm with two nodes of one core on this machine: a folder, and the environment with which programs of Slurm find it."""
+    if not all(map(shutil.which, ["slurmctld", "slurmd", "squeue", "munged"])):
+        raise Skipped("Slurm is not installed")
+    folder, here = Path(tempfile.mkdtemp(prefix="accept-slurm-")), Path(__file__).parent
+    folder.chmod(0o755)
+    try:
+        subprocess.run([here / "slurm-up.sh", folder / "slurm"], check=True)
+        yield folder, {"SLURM_CONF": str(folder / "slurm/etc/slurm.conf"), "PATH": f"{folder}/bin:{os.environ['PATH']}"}
+    finally:
+        subprocess.run([here / "slurm-down.sh", folder / "slurm"])
+        time.sleep(1)
+        shutil.rmtree(folder, ignore_errors=True)
+
+
 def check_slurm():
     """Slurm: drained with SIGTERM, a worker killed, the controller restarted, stopped and resumed, a node killed, a limit of
     time, a study; the same bytes, and at most one squeue in 10 s."""
-    if not all(map(shutil.which, ["slurmctld", "slurmd", "squeue", "munged"])):
-        raise Skipped("Slurm is not installed")
-    reference = alone()
-    folder = Path(tempfile.mkdtemp(prefix="accept-slurm-"))
-    folder.chmod(0o755)
-    here = Path(__file__).parent
-    subprocess.run([here / "slurm-up.sh", folder / "slurm"], check=True)
-    (folder / "bin").mkdir()
-    def counted(name):
-        """A file that gets a line for each call of a program."""
-        count, wrapper = folder / f"bin/{name}.count", folder / f"bin/{name}"
-        wrapper.write_text(f'#!/bin/sh\necho x >> {count}\nexec {shutil.which(name)} "$@"\n')
-        wrapper.chmod(0o755)
-        return count
-    count, submissions = counted("squeue"), counted("sbatch")
-    # Longer than the minute that a job has below, less its grace.
-    longer = ["time.end=6", "output.interval=0.02", "output.pictures=false"]
-    def stepd(entry, folder):
-        with contextlib.suppress(OSError):
-            return b"slurmstepd" in (entry / "cmdline").read_bytes() and str(folder).encode() in (entry / "environ").read_bytes()
-    site = folder / "site.toml"
-    site.write_text("grace = 60\npoll = 10.0\n")
-    environment = {"SLURM_CONF": str(folder / "slurm/etc/slurm.conf"), "PATH": f"{folder}/bin:{os.environ['PATH']}"}
-    slurm = lambda *words: subprocess.run(words, env=dict(os.environ) | environment, check=True, capture_output=True, text=True).stdout
-    try:
+    with cluster() as (folder, environment):
+        reference = alone()
+        (folder / "bin").mkdir()
+        def counted(name):
+            """A file that gets a line for each call of a program."""
+            count, wrapper = folder / f"bin/{name}.count", folder / f"bin/{name}"
+            wrapper.write_text(f'#!/bin/sh\necho x >> {count}\nexec {shutil.which(name)} "$@"\n')
+            wrapper.chmod(0o755)
+            return count
+        count, submissions = counted("squeue"), counted("sbatch")
+        # Longer than the minute that a job has below, less its grace.
+        longer = ["time.end=6", "output.interval=0.02", "output.pictures=false"]
+        def stepd(entry, folder):
+            with contextlib.suppress(OSError):
+                return b"slurmstepd" in (entry / "cmdline").read_bytes() and str(folder).encode() in (entry / "environ").read_bytes()
+        site = folder / "site.toml"
+        site.write_text("grace = 60\npoll = 10.0\n")
+        slurm = lambda *words: subprocess.run(words, env=dict(os.environ) | environment, check=True, capture_output=True, text=True).stdout
         begin = time.monotonic()
         with server("--slurm", str(site), environment=environment) as served:
             run = served.submit(sets=LONG)
@@ -2240,10 +2255,65 @@ def check_slurm():
             print(f"    with a limit of one minute: {', '.join(causes)}")
             must(causes[0] == "preempted" and causes[-1] == "finished", f"causes: {causes}")
             served.same_as_alone(run, alone(longer))
-    finally:
-        subprocess.run([here / "slurm-down.sh", folder / "slurm"])
-        time.sleep(1)
-        shutil.rmtree(folder, ignore_errors=True)
+
+
+def check_slurm_ranks():
+    """Ranks of MPI under Slurm, on two nodes, each in its cage: too many are refused, and a solver without MPI; a run is stopped and resumed
+    on one rank; a rank is killed; the same bytes as the solver alone."""
+    if "with MPI" not in subprocess.run([SOLVE, "--version"], capture_output=True, text=True).stdout:
+        raise Skipped("mercury-solve was built without MPI")
+    with cluster() as (folder, environment):
+        reference = alone()
+        site = folder / "site.toml"
+        site.write_text("grace = 60\npoll = 2.0\n[ranks]\nmost = 2\n")
+        without = folder / "mercury-solve"
+        without.write_text("#!/bin/sh\necho mercury-solve 1.0\n")
+        without.chmod(0o755)
+        refused = subprocess.run([*SERVE, "--data", str(folder / "data"), "--port", "0", "--slurm", str(site), "--solver", str(without)],
+                                 capture_output=True, text=True, timeout=60)
+        must(refused.returncode == 1 and "without MPI" in refused.stderr, f"{refused}")
+        with server("--slurm", str(site), environment=environment | {"A_SECRET": "of the server"}) as served:
+            def ranks(run):
+                """The solvers of a run."""
+                found = []
+                for entry in Path("/proc").iterdir():
+                    with contextlib.suppress(OSError):
+                        if run in os.readlink(entry / "cwd") and (entry / "cmdline").read_bytes().startswith(b"mercury-solve\0"):
+                            found.append(entry)
+                return found
+            def begin():
+                run = served.submit(sets=LONG, ranks=2)
+                wait_for(lambda: committed(served, run) > 0, 180, "no checkpoint")
+                found = ranks(run)
+                must(len(found) == 2, f"{len(found)} ranks")
+                return run, found
+            must(served.json("GET", "/session")["ranks"] == 2, "ranks are not offered")
+            more = served.request("POST", "/runs", {"scene": {"text": SCENE}, "ranks": 3}, expect=400).body
+            must(b"1 to 2 ranks" in more, f"{more}")
+            run, found = begin()
+            for entry in found:
+                must(re.search(r"^Seccomp:\s+2", (entry / "status").read_text(), re.M), "a rank has no filter of system calls")
+                must(b"A_SECRET" not in (entry / "environ").read_bytes(), "the environment of the server")
+            served.json("POST", f"/runs/{run}/stop", {})
+            found = served.wait(run, "stopped", seconds=120)
+            must(found["cause"] == "user" and found["core_seconds"] > 1 and found["time"] < 0.4, f"{found}")
+            found = served.json("POST", f"/runs/{run}/resume?ranks=1", {})
+            must(found["ranks"] == 1, f"{found}")
+            served.wait(run)
+            served.same_as_alone(run, reference)
+            # A rank that is lost.
+            run, found = begin()
+            os.kill(int(found[-1].name), signal.SIGKILL)
+            wait_for(lambda: served.attempts(run)[0]["ended"], 120, "the attempt did not end")
+            must(served.attempts(run)[0]["cause"] == "lost", f"{served.attempts(run)}")
+            served.wait(run)
+            must(served.run(run)["ranks"] == 2, "it went on with other ranks")
+            served.same_as_alone(run, reference)
+            # At once.
+            run, found = begin()
+            served.json("POST", f"/runs/{run}/kill", {})
+            served.wait(run, "stopped", seconds=60)
+            wait_for(lambda: not ranks(run), 30, "ranks that go on")
 
 
 # Stands for `sbatch`, `squeue` and `scancel`: jobs wait while there is a file `hold`, and then run.
