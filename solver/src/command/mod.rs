@@ -62,9 +62,16 @@ once. SIGUSR1 writes a checkpoint and goes on.
 
 Exit codes: 0 done, 1 the run failed, 2 wrong usage or input, 75 stopped and can be resumed, 130 ended at once.";
 
+/// Answer to `--version`: a program that can make a run on several ranks says so in a line of its own.
+const VERSION: &str = if cfg!(feature = "mpi") {
+    concat!(env!("CARGO_PKG_VERSION"), "\nwith MPI")
+} else {
+    env!("CARGO_PKG_VERSION")
+};
+
 /// Runs a discrete particle simulation that a scene file describes.
 #[derive(Debug, Parser)]
-#[command(name = "mercury-solve", version, after_help = EXAMPLES)]
+#[command(name = "mercury-solve", version, long_version = VERSION, after_help = EXAMPLES)]
 #[command(
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,

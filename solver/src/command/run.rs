@@ -231,7 +231,7 @@ pub(crate) fn run_plan(
     let from = match stated.branch {
         Some(branch) => Some(
             branch
-                .make(&options)
+                .make(&options, tell)
                 .map_err(|error| not_branched(&error))?,
         ),
         None => from,
