@@ -4,8 +4,10 @@ Standard library only; moto's server (PyPI) and s3s-fs (crates.io) are used wher
 The solver alone (`mercury-solve SCENE`) gives the bytes that runs through the cloud must have.
 """
 
+import concurrent.futures
 import contextlib
 import csv
+import fcntl
 import hashlib
 import hmac
 import http.client
@@ -328,19 +330,24 @@ def server(*options, **more):
         shutil.rmtree(folder, ignore_errors=True)
 
 
-ALONE = {}
+# Runs of the solver alone, for all checks of this call.
+ALONE = "ACCEPT_ALONE"
 
 
 def alone(sets=LONG, text=SCENE, name="drum"):
     """The folder of a run of the solver alone, made once."""
-    key = (tuple(sets), text, name)
-    if key not in ALONE:
-        folder = Path(tempfile.mkdtemp(prefix="accept-alone-"))
-        (folder / f"{name}.toml").write_text(text)
-        options = [f"--set={one}" for one in sets]
-        subprocess.run([SOLVE, f"{name}.toml", "--output", "out", "--quiet", "--threads", "1", *options], cwd=folder, check=True)
-        ALONE[key] = folder / "out"
-    return ALONE[key]
+    key = hashlib.sha256(repr((tuple(sets), text, name)).encode()).hexdigest()
+    folder = Path(os.environ[ALONE]) / key
+    # Another check that runs beside this one may make it now.
+    with open(folder.with_suffix(".lock"), "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (folder / "made").exists():
+            folder.mkdir()
+            (folder / f"{name}.toml").write_text(text)
+            options = [f"--set={one}" for one in sets]
+            subprocess.run([SOLVE, f"{name}.toml", "--output", "out", "--quiet", "--threads", "1", *options], cwd=folder, check=True)
+            (folder / "made").touch()
+    return folder / "out"
 
 
 def step_of(served, run):
@@ -1540,12 +1547,13 @@ attempt("a program of its own", lambda: os.execv("./program", ["program"]))
 
 
 def check_cage():
-    """A program in a cage reads nothing of other processes, has no socket, sends no signal, and has no capabilities."""
+    """A program in a cage reads nothing of other processes, has no socket (a rank of MPI those of the network), sends no signal, and has
+    no capabilities."""
     python = os.path.realpath("/usr/bin/python3")
     if not os.path.exists(python):
         raise Skipped("/usr/bin/python3 is missing")
-    def caged(folder, *words):
-        done = subprocess.run([CLOUD, "confine", "--folder", str(folder), "--", *words], capture_output=True, text=True, cwd=folder,
+    def caged(folder, *words, options=()):
+        done = subprocess.run([CLOUD, "confine", "--folder", str(folder), *options, "--", *words], capture_output=True, text=True, cwd=folder,
                               env={"PATH": "/usr/bin:/bin"})
         must(done.returncode == 0, f"{words[0]}: {done.stderr}")
         return done.stdout
@@ -1556,16 +1564,24 @@ def check_cage():
         folder.mkdir()
         reached = caged(folder, python, "-c", ATTEMPTS, str(served.process.pid), str(worker))
         must(reached == "", f"reached from a cage: {reached}")
+        # A rank of MPI has sockets of the network, and no other ones.
+        (folder / "program").unlink()
+        reached = caged(folder, python, "-c", ATTEMPTS, str(served.process.pid), str(worker), options=["--mpi"])
+        network = {f"{family} {kind}" for family in ("AF_INET", "AF_INET6") for kind in ("SOCK_STREAM", "SOCK_DGRAM")}
+        must(set(reached.splitlines()) == network | {"AF_NETLINK SOCK_DGRAM", "AF_NETLINK SOCK_RAW"}, f"reached by a rank: {reached}")
         status = caged(folder, "/bin/cat", "/proc/self/status")
         def field(name):
             return re.search(rf"^{name}:\s+(\S+)", status, re.M)[1]
         must(int(field("CapEff"), 16) == int(field("CapPrm"), 16) == int(field("CapBnd"), 16) == 0 or os.geteuid() != 0, status)
         must((field("NoNewPrivs"), field("Seccomp")) == ("1", "2"), status)
         # The solver of a run is in such a cage.
-        found = [int(entry.name) for entry in Path("/proc").iterdir() if entry.name.isdigit()
-                 and (entry / "stat").exists() and (entry / "stat").read_text().rsplit(")", 1)[1].split()[1] == str(worker)]
+        def parent(entry):
+            # Programs of other checks come and go meanwhile.
+            with contextlib.suppress(OSError):
+                return (entry / "stat").read_text().rsplit(")", 1)[1].split()[1]
+        found = [entry for entry in Path("/proc").iterdir() if entry.name.isdigit() and parent(entry) == str(worker)]
         must(found, "the worker has no solver")
-        must(re.search(r"^Seccomp:\s+2", Path(f"/proc/{found[0]}/status").read_text(), re.M), "the solver has no filter")
+        must(re.search(r"^Seccomp:\s+2", (found[0] / "status").read_text(), re.M), "the solver has no filter")
         served.wait(run)
 
 
@@ -2133,34 +2149,43 @@ def check_second_server():
             [one.request("GET", "/session", headers=both, expect=200) for one in (served, other)]
 
 
+@contextlib.contextmanager
+def cluster():
+    """Slurm with two nodes of one core on this machine: a folder, and the environment with which programs of Slurm find it."""
+    if not all(map(shutil.which, ["slurmctld", "slurmd", "squeue", "munged"])):
+        raise Skipped("Slurm is not installed")
+    folder, here = Path(tempfile.mkdtemp(prefix="accept-slurm-")), Path(__file__).parent
+    folder.chmod(0o755)
+    try:
+        subprocess.run([here / "slurm-up.sh", folder / "slurm"], check=True)
+        yield folder, {"SLURM_CONF": str(folder / "slurm/etc/slurm.conf"), "PATH": f"{folder}/bin:{os.environ['PATH']}"}
+    finally:
+        subprocess.run([here / "slurm-down.sh", folder / "slurm"])
+        time.sleep(1)
+        shutil.rmtree(folder, ignore_errors=True)
+
+
 def check_slurm():
     """Slurm: drained with SIGTERM, a worker killed, the controller restarted, stopped and resumed, a node killed, a limit of
     time, a study; the same bytes, and at most one squeue in 10 s."""
-    if not all(map(shutil.which, ["slurmctld", "slurmd", "squeue", "munged"])):
-        raise Skipped("Slurm is not installed")
-    reference = alone()
-    folder = Path(tempfile.mkdtemp(prefix="accept-slurm-"))
-    folder.chmod(0o755)
-    here = Path(__file__).parent
-    subprocess.run([here / "slurm-up.sh", folder / "slurm"], check=True)
-    (folder / "bin").mkdir()
-    def counted(name):
-        """A file that gets a line for each call of a program."""
-        count, wrapper = folder / f"bin/{name}.count", folder / f"bin/{name}"
-        wrapper.write_text(f'#!/bin/sh\necho x >> {count}\nexec {shutil.which(name)} "$@"\n')
-        wrapper.chmod(0o755)
-        return count
-    count, submissions = counted("squeue"), counted("sbatch")
-    # Longer than the minute that a job has below, less its grace.
-    longer = ["time.end=6", "output.interval=0.02", "output.pictures=false"]
-    def stepd(entry, folder):
-        with contextlib.suppress(OSError):
-            return b"slurmstepd" in (entry / "cmdline").read_bytes() and str(folder).encode() in (entry / "environ").read_bytes()
-    site = folder / "site.toml"
-    site.write_text("grace = 60\npoll = 10.0\n")
-    environment = {"SLURM_CONF": str(folder / "slurm/etc/slurm.conf"), "PATH": f"{folder}/bin:{os.environ['PATH']}"}
-    slurm = lambda *words: subprocess.run(words, env=dict(os.environ) | environment, check=True, capture_output=True, text=True).stdout
-    try:
+    with cluster() as (folder, environment):
+        reference = alone()
+        (folder / "bin").mkdir()
+        def counted(name):
+            """A file that gets a line for each call of a program."""
+            count, wrapper = folder / f"bin/{name}.count", folder / f"bin/{name}"
+            wrapper.write_text(f'#!/bin/sh\necho x >> {count}\nexec {shutil.which(name)} "$@"\n')
+            wrapper.chmod(0o755)
+            return count
+        count, submissions = counted("squeue"), counted("sbatch")
+        # Longer than the minute that a job has below, less its grace.
+        longer = ["time.end=6", "output.interval=0.02", "output.pictures=false"]
+        def stepd(entry, folder):
+            with contextlib.suppress(OSError):
+                return b"slurmstepd" in (entry / "cmdline").read_bytes() and str(folder).encode() in (entry / "environ").read_bytes()
+        site = folder / "site.toml"
+        site.write_text("grace = 60\npoll = 10.0\n")
+        slurm = lambda *words: subprocess.run(words, env=dict(os.environ) | environment, check=True, capture_output=True, text=True).stdout
         begin = time.monotonic()
         with server("--slurm", str(site), environment=environment) as served:
             run = served.submit(sets=LONG)
@@ -2230,10 +2255,65 @@ def check_slurm():
             print(f"    with a limit of one minute: {', '.join(causes)}")
             must(causes[0] == "preempted" and causes[-1] == "finished", f"causes: {causes}")
             served.same_as_alone(run, alone(longer))
-    finally:
-        subprocess.run([here / "slurm-down.sh", folder / "slurm"])
-        time.sleep(1)
-        shutil.rmtree(folder, ignore_errors=True)
+
+
+def check_slurm_ranks():
+    """Ranks of MPI under Slurm, on two nodes, each in its cage: too many are refused, and a solver without MPI; a run is stopped and resumed
+    on one rank; a rank is killed; the same bytes as the solver alone."""
+    if "with MPI" not in subprocess.run([SOLVE, "--version"], capture_output=True, text=True).stdout:
+        raise Skipped("mercury-solve was built without MPI")
+    with cluster() as (folder, environment):
+        reference = alone()
+        site = folder / "site.toml"
+        site.write_text("grace = 60\npoll = 2.0\n[ranks]\nmost = 2\n")
+        without = folder / "mercury-solve"
+        without.write_text("#!/bin/sh\necho mercury-solve 1.0\n")
+        without.chmod(0o755)
+        refused = subprocess.run([*SERVE, "--data", str(folder / "data"), "--port", "0", "--slurm", str(site), "--solver", str(without)],
+                                 capture_output=True, text=True, timeout=60)
+        must(refused.returncode == 1 and "without MPI" in refused.stderr, f"{refused}")
+        with server("--slurm", str(site), environment=environment | {"A_SECRET": "of the server"}) as served:
+            def ranks(run):
+                """The solvers of a run."""
+                found = []
+                for entry in Path("/proc").iterdir():
+                    with contextlib.suppress(OSError):
+                        if run in os.readlink(entry / "cwd") and (entry / "cmdline").read_bytes().startswith(b"mercury-solve\0"):
+                            found.append(entry)
+                return found
+            def begin():
+                run = served.submit(sets=LONG, ranks=2)
+                wait_for(lambda: committed(served, run) > 0, 180, "no checkpoint")
+                found = ranks(run)
+                must(len(found) == 2, f"{len(found)} ranks")
+                return run, found
+            must(served.json("GET", "/session")["ranks"] == 2, "ranks are not offered")
+            more = served.request("POST", "/runs", {"scene": {"text": SCENE}, "ranks": 3}, expect=400).body
+            must(b"1 to 2 ranks" in more, f"{more}")
+            run, found = begin()
+            for entry in found:
+                must(re.search(r"^Seccomp:\s+2", (entry / "status").read_text(), re.M), "a rank has no filter of system calls")
+                must(b"A_SECRET" not in (entry / "environ").read_bytes(), "the environment of the server")
+            served.json("POST", f"/runs/{run}/stop", {})
+            found = served.wait(run, "stopped", seconds=120)
+            must(found["cause"] == "user" and found["core_seconds"] > 1 and found["time"] < 0.4, f"{found}")
+            found = served.json("POST", f"/runs/{run}/resume?ranks=1", {})
+            must(found["ranks"] == 1, f"{found}")
+            served.wait(run)
+            served.same_as_alone(run, reference)
+            # A rank that is lost.
+            run, found = begin()
+            os.kill(int(found[-1].name), signal.SIGKILL)
+            wait_for(lambda: served.attempts(run)[0]["ended"], 120, "the attempt did not end")
+            must(served.attempts(run)[0]["cause"] == "lost", f"{served.attempts(run)}")
+            served.wait(run)
+            must(served.run(run)["ranks"] == 2, "it went on with other ranks")
+            served.same_as_alone(run, reference)
+            # At once.
+            run, found = begin()
+            served.json("POST", f"/runs/{run}/kill", {})
+            served.wait(run, "stopped", seconds=60)
+            wait_for(lambda: not ranks(run), 30, "ranks that go on")
 
 
 # Stands for `sbatch`, `squeue` and `scancel`: jobs wait while there is a file `hold`, and then run.
@@ -2732,31 +2812,61 @@ def check_contract():
 
 CHECKS = {name.removeprefix("check_").replace("_", "-"): check for name, check in list(globals().items()) if name.startswith("check_")}
 
+# These measure short times or memory of a machine that does nothing else, or take ports that are always the same.
+UNDISTURBED = {"attacks", "cost", "list", "log-in", "slurm", "slurm-ranks", "start", "thousand", "unread", "viewer", "watchers"}
+
+RESULTS = ["passed", "FAILED", "skipped"]
+
+
+def attempt(name):
+    """Makes a check, prints and returns its result."""
+    begin = time.monotonic()
+    try:
+        CHECKS[name]()
+        result, why = "passed", f"  {time.monotonic() - begin:.0f} s"
+    except Skipped as reason:
+        result, why = "skipped", f": {reason}"
+    except Exception as error:
+        if not isinstance(error, Failed):
+            traceback.print_exc()
+        result, why = "FAILED", f": {error}"
+    print(f"{result:7} {name}{why}", flush=True)
+    return result
+
+
+def attempt_apart(name):
+    """Makes a check in a process of its own, and prints all of its output at its end."""
+    done = subprocess.run([sys.executable, __file__, "--apart", name], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    print(done.stdout, end="", flush=True)
+    return RESULTS[done.returncode]
+
+
+def attempt_all(names, jobs):
+    """Makes checks, `jobs` of them at a time; their results in order."""
+    if jobs == 1:
+        return [attempt(name) for name in names]
+    results = {name: attempt_apart(name) for name in names if name in UNDISTURBED}
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        others = [name for name in names if name not in UNDISTURBED]
+        results |= zip(others, pool.map(attempt_apart, others))
+    return [results[name] for name in names]
+
 
 def main(names):
+    if names[:1] == ["--apart"]:
+        return RESULTS.index(attempt(names[1]))
+    jobs = max(1, int(os.environ.get("ACCEPT_JOBS", 1)))
     if not names or any(name not in CHECKS and name != "all" for name in names):
         for name, check in CHECKS.items():
             print(f"{name:15} {' '.join(check.__doc__.split())}")
         return 2
     names = list(CHECKS) if "all" in names else names
     print(f"seed {SEED} (ACCEPT_SEED repeats it)")
-    failed, skipped = [], []
-    for name in names:
-        begin = time.monotonic()
-        try:
-            CHECKS[name]()
-            print(f"passed  {name}  {time.monotonic() - begin:.0f} s", flush=True)
-        except Skipped as reason:
-            skipped.append(name)
-            print(f"skipped {name}: {reason}", flush=True)
-        except Exception as error:
-            failed.append(name)
-            if not isinstance(error, Failed):
-                traceback.print_exc()
-            print(f"FAILED  {name}: {error}", flush=True)
-    for folder in ALONE.values():
-        shutil.rmtree(folder.parent)
-    print(f"{len(names) - len(failed) - len(skipped)} passed, {len(failed)} failed, {len(skipped)} skipped" + (f": {', '.join(failed)}" if failed else ""))
+    with tempfile.TemporaryDirectory(prefix="accept-alone-") as folder:
+        os.environ |= {"ACCEPT_SEED": str(SEED), ALONE: folder}
+        results = attempt_all(names, jobs)
+    failed = [name for name, result in zip(names, results) if result == "FAILED"]
+    print(", ".join(f"{results.count(result)} {result.lower()}" for result in RESULTS) + (f": {', '.join(failed)}" if failed else ""))
     return 1 if failed else 0
 
 

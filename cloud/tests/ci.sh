@@ -23,6 +23,8 @@ if ! command -v python3 > /dev/null; then
 fi
 scratch="$(mktemp -d)"
 trap 'rm -rf "$scratch"; [ -z "${moto:-}" ] || kill "$moto" 2> /dev/null' EXIT
+# Most checks wait for their programs most of the time.
+export ACCEPT_JOBS="${ACCEPT_JOBS:-2}"
 # The others of `tests/accept.sh all` need minutes of an idle machine: run them by hand. `attacks` has the downloads of `unread`.
 tests/accept.sh start extend start-from-run stop-resume passwd study projects prices \
   log-in archives limits taken-back private inputs cage root attacks audit log hook

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # slurm-up.sh FOLDER: Slurm with two nodes of one core on this machine, as root, without systemd, cgroups or a database.
-# Debian: slurmctld slurmd slurm-client munge. slurm-down.sh FOLDER ends it. Then: export SLURM_CONF=FOLDER/etc/slurm.conf
+# Debian: slurmctld slurmd slurm-client munge; for ranks of MPI libpmix2, which makes a folder of one name on each node, so that each has a TmpFS. slurm-down.sh FOLDER ends it. Then: export SLURM_CONF=FOLDER/etc/slurm.conf
 set -euo pipefail
 folder="$(realpath -m "$1")"
 host="$(hostname -s)"
@@ -14,7 +14,7 @@ chmod 700 "$folder/munge"
     SelectType=select/cons_tres SelectTypeParameters=CR_Core SchedulerParameters=sched_interval=1,bf_interval=1,sched_min_interval=100000 \
     "StateSaveLocation=$folder/ctld" "SlurmctldPidFile=$folder/run/ctld.pid" "SlurmctldLogFile=$folder/log/ctld.log" \
     "SlurmdSpoolDir=$folder/d.%n" "SlurmdPidFile=$folder/run/%n.pid" "SlurmdLogFile=$folder/log/%n.log" \
-    ReturnToService=2 KillWait=10 SlurmdTimeout=10 RequeueExit=75
+    "TmpFS=$folder/d.%n" ReturnToService=2 KillWait=10 SlurmdTimeout=10 RequeueExit=75
   for node in 1 2; do
     echo "NodeName=n$node NodeHostname=$host NodeAddr=127.0.0.1 Port=1682$node CPUs=1 RealMemory=2000"
   done

@@ -47,6 +47,7 @@ mod interrupt;
 mod progress;
 mod values;
 
+use std::ffi::OsString;
 use std::io::Write as _;
 use std::process::ExitCode;
 
@@ -62,15 +63,17 @@ pub use values::{duration, positive, quantity};
 ///
 /// Wrong usage ends with [`Exit::Input`], `--help` and `--version` with [`Exit::Done`], all else with the exit of `execute`.
 pub fn main<A: Parser>(execute: impl FnOnce(A) -> Outcome) -> ExitCode {
-    main_observed(execute, |_| {})
+    main_of(std::env::args_os().collect(), execute, |_| {}).into()
 }
 
-/// As [`main`]; what went wrong is handed to `tell` before it is printed, wrong usage included.
-pub fn main_observed<A: Parser>(
+/// As [`main`], of a command line that begins with the name of the program. What went wrong is handed to `tell` before it is printed, wrong
+/// usage included.
+pub fn main_of<A: Parser>(
+    words: Vec<OsString>,
     execute: impl FnOnce(A) -> Outcome,
     tell: impl FnOnce(&Failure),
-) -> ExitCode {
-    match A::try_parse() {
+) -> Exit {
+    match A::try_parse_from(words) {
         Ok(arguments) => {
             let outcome = execute(arguments);
             if let Err(failure) = &outcome {
@@ -79,12 +82,14 @@ pub fn main_observed<A: Parser>(
             failure::ended(outcome, &mut std::io::stderr())
         }
         Err(error) => {
-            if error.use_stderr() {
-                tell(&Failure::input(wrong_usage(&error.to_string())));
-            }
             // A closed stream is not an error here: the exit code carries the result.
+            if !error.use_stderr() {
+                let _ = error.print();
+                return Exit::Done;
+            }
+            tell(&Failure::input(wrong_usage(&error.to_string())));
             let _ = error.print();
-            u8::try_from(error.exit_code()).map_or(Exit::Input.into(), ExitCode::from)
+            Exit::Input
         }
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! The package `mercury_dem` (in `mercury_dem/`) gives their names to users, holds the exceptions and the stub with types and docstrings.
 
+mod command;
 mod errors;
 mod estimate;
 mod record;
@@ -16,6 +17,8 @@ use pyo3::prelude::*;
 
 #[pymodule]
 mod _mercury_dem {
+    #[pymodule_export]
+    use super::command::command;
     #[pymodule_export]
     use super::errors::Problem;
     #[pymodule_export]

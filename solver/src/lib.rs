@@ -1,6 +1,6 @@
 //! The solver: from a scene to the files of a run, over the [engine](mercury_engine).
 //!
-//! The modules, each of which may use those below it: [`run`], [`results`], [`output`], [`plan`]. Beside them [`study`]: many runs of one
+//! The modules, each of which may use those below it: [`command`], [`run`], [`results`], [`output`], [`plan`]. Beside them [`study`]: many runs of one
 //! scene; [`starters`]: scenes to start from; [`verify`]: runs against their chains. Plans and output of some features have a folder for each: `bonds`, `boundaries`, `liquid`, `membranes`,
 //! `sprays`, `wear`.
 
@@ -9,6 +9,7 @@
 
 mod bonds;
 mod boundaries;
+pub mod command;
 mod liquid;
 mod membranes;
 pub mod output;

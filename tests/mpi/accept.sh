@@ -226,6 +226,41 @@ solve "$with" 2 "$folder" "$long" --threads 1 --resume "${keys[@]}" 2> /dev/null
 same_outputs stop/whole "$folder"
 check $? "gone on with after a rank was killed"
 
+# A rank that panics ends the job.
+began=$SECONDS
+solve "$with" 3 stop/panic "$long" --threads 1 --fail-at 100 "${keys[@]}" 2> err.txt
+code=$?
+[ "$code" = 101 ] && [ "$(grep -c "rank 2 of 3 failed" err.txt)" = 1 ] && [ $((SECONDS - began)) -le 5 ]
+check $? "a rank that panics: exit code $code after $((SECONDS - began)) s"
+
+# The runs of a study, one after the other on all ranks, and again where they are finished.
+sweep=(--threads 1 --set time.end=0.003 --set output.pictures=false --sweep materials.bead.normal.restitution=0.3,0.6)
+solve "$without" 0 study/alone "$long" "${sweep[@]}"
+solve "$with" 3 study/3 "$long" "${sweep[@]}" 2> /dev/null && diff -rq -x run.log -x summary.json -x 'study.*' study/alone study/3
+check $? "a study on 3 ranks"
+solve "$with" 2 study/3 "$long" "${sweep[@]}" 2> /dev/null
+check $? "a study that is finished, on 2 ranks"
+
+# A branch: its first rank makes the steps of the run again, and all go on.
+kept=(--threads 1 --set time.end=0.01 --set output.link_interval=0.001 --set output.keep_checkpoints=4 --set output.pictures=false)
+solve "$without" 0 branch/of "$long" "${kept[@]}"
+branch() {
+    # shellcheck disable=SC2086
+    timeout 300 $2 "$1" --from branch/of --at 0.005 --set "gravity=[0,0,-1.62]" --rows-per-block 64 --quiet --threads 1 --output "$3"
+}
+branch "$without" "" branch/alone
+branch "$with" "$run -np 3" branch/3 2> /dev/null && same branch/alone branch/3
+check $? "a branch on 3 ranks"
+
+# What is no run is made once.
+# shellcheck disable=SC2086
+$run -np 3 "$with" new drum new > new.txt 2> err.txt && [ "$(grep -c "next:" new.txt)" = 1 ] && [ ! -s err.txt ]
+check $? "a scene to start from, by 3 processes"
+# shellcheck disable=SC2086
+$run -np 5 "$with" "$scenes/two-spheres.toml" --output idle > /dev/null 2> err.txt
+[ "$(grep -c "5 ranks, of which 1 will have something to compute" err.txt)" = 1 ]
+check $? "a note where there are more ranks than blocks"
+
 # Errors: once, with the exit code of a single process, and nothing hangs.
 error_of() {
     local name=$1 expected=$2 text=$3
@@ -242,7 +277,7 @@ error_of "a wrong scene" 2 "must lie in" solve "$with" 3 bad/wrong wrong.toml
 error_of "a feature that does not work on ranks" 1 "does not work on several ranks" solve "$with" 2 bad/sheet "$scenes/membrane.toml"
 error_of "a folder in use" 2 "already" solve "$with" 2 many/alone "$scenes/settle.toml"
 error_of "standard input" 2 "standard input" solve "$with" 2 bad/input -
-error_of "a study" 2 "a study" solve "$with" 2 bad/study many.toml --sweep time.end=0.01,0.02
+error_of "jobs of a study" 2 "have no jobs" solve "$with" 2 bad/study many.toml --sweep time.end=0.01,0.02 --jobs 2
 error_of "without the feature" 2 "without MPI" solve "$without" 2 bad/none many.toml
 [ ! -e bad/none ]
 check $? "without the feature the folder is untouched"

@@ -14,8 +14,8 @@ if ! has_mpi; then
     exit 0
 fi
 target="${CARGO_TARGET_DIR:-$PWD/target}"
-# The whole workspace is selected, so that what it depends on has the features that it had before.
-cargo clippy --locked --workspace --features solver/mpi --lib --bin mercury-solve -- -D warnings
+# The whole workspace is selected, so that what it depends on has the features that it had before; the program alone and what it is made of differ.
+cargo clippy --locked --workspace --features solver/mpi --bin mercury-solve -- -D warnings
 # Programs of the tests, which are made with checks of overflow; the one without MPI is there already.
 cp "$target/debug/mercury-solve" "$target/without-mpi"
 cargo build --locked --workspace --features solver/mpi --bin mercury-solve

@@ -40,7 +40,9 @@ pub struct RunRow {
     pub of_steps: Option<u64>,
     /// Simulated time, in s.
     pub time: f64,
-    /// Core seconds spent so far.
+    /// Ranks of MPI of its attempts; 1: a single process.
+    pub ranks: u32,
+    /// Core seconds spent so far: processor time of the solver; of several ranks the time of their cores by the clock.
     pub core_seconds: f64,
     /// Time by the clock after which the run is stopped, in s; none: no limit.
     pub time_limit: Option<f64>,
@@ -413,6 +415,8 @@ pub struct Session {
     pub read_only: bool,
     /// Cores that are free for runs, and all.
     pub cores: [u32; 2],
+    /// The most ranks of a run; 1: runs are single processes.
+    pub ranks: u32,
     /// Version of the solver.
     pub solver: String,
     /// Usage of this user.

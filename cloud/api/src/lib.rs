@@ -17,4 +17,4 @@ pub use head::{
 pub use id::RunId;
 pub use lifecycle::{RunState, Wish};
 pub use problem::Problem;
-pub use spec::{Branch, InputFile, Spec};
+pub use spec::{Branch, InputFile, Spec, memory_of_rank};

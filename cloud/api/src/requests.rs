@@ -52,6 +52,9 @@ pub struct Submit {
     /// Threads that compute.
     #[serde(default = "one")]
     pub threads: u32,
+    /// Ranks of MPI, each with so many threads; more than one where the server offers that.
+    #[serde(default = "one")]
+    pub ranks: u32,
     /// Time by the clock after which the run is stopped, with a checkpoint, in s: that of its attempts since it was submitted, resumed or
     /// extended. Without it there is no limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]

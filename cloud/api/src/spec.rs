@@ -57,3 +57,23 @@ pub struct InputFile {
     /// Length in bytes.
     pub bytes: u64,
 }
+
+/// The most memory of each of several ranks of a run, in bytes, where the run alone has at most `memory`: half of it, and its share of the other
+/// half. Each rank has columns of all particles (250 bytes of 690 to 1,400 for a sphere), and the first one gathers what is written (200 bytes,
+/// twice); contacts and lists are divided (`docs/theory/distribution.md`).
+pub fn memory_of_rank(memory: u64, ranks: u32) -> u64 {
+    memory / 2 + (memory / 2).div_ceil(u64::from(ranks.max(1)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_rank_has_all_memory_and_each_of_many_half_of_it() {
+        assert_eq!(memory_of_rank(1000, 1), 1000);
+        assert_eq!(memory_of_rank(1000, 2), 750);
+        assert_eq!(memory_of_rank(1000, 4), 625);
+        assert_eq!(memory_of_rank(1000, 1000), 501);
+    }
+}

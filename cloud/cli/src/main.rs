@@ -16,12 +16,13 @@ use anyhow::{Context, Result, anyhow, bail};
 use clap::{Args, Parser, Subcommand};
 use cloud_server::EngineChoice;
 use cloud_worker::confine::Cage;
-use cloud_worker::{Attempt, Outcome};
+use cloud_worker::{Attempt, Outcome, Ranks};
 
 const EXAMPLES: &str = "\
 Examples:
   mercury-cloud serve                              a page on this machine; prints its link
   mercury-cloud submit drum.toml                   submits a scene with the files that it names; prints the run's id
+  mercury-cloud submit drum.toml --ranks 4         on several ranks of MPI, where the server offers them (Slurm)
   mercury-cloud submit study.toml                  a study; so does --sweep KEY=A,B,C with a scene
   mercury-cloud watch RUN                          progress until it ends
   mercury-cloud stop RUN; mercury-cloud resume RUN
@@ -67,7 +68,7 @@ enum Command {
     /// End a run at once
     Kill(commands::One),
     /// Go on with a run that was stopped or has failed
-    Resume(commands::One),
+    Resume(commands::Resume),
     /// Go on with a run to a later end
     Extend(commands::Extend),
     /// Submit a run that is another one up to a time, and goes on with a changed scene
@@ -219,6 +220,15 @@ struct Worker {
     /// Seconds without a new step until the solver counts as hung
     #[arg(long, default_value_t = 600.0)]
     patience: f64,
+    /// Ranks of MPI, within a job of Slurm that has room for them
+    #[arg(long, default_value_t = 1)]
+    ranks: u32,
+    /// Options of srun for several ranks
+    #[arg(long, allow_hyphen_values = true)]
+    srun: Vec<String>,
+    /// Files and folders that MPI reads and writes
+    #[arg(long)]
+    mpi_path: Vec<PathBuf>,
     #[arg(long)]
     no_sandbox: bool,
 }
@@ -235,6 +245,11 @@ struct Confine {
     file: u64,
     #[arg(long, default_value_t = 0)]
     cpu: u64,
+    /// A rank of MPI: with a network, and without Unix sockets
+    #[arg(long)]
+    mpi: bool,
+    #[arg(long, requires = "mpi")]
+    mpi_path: Vec<PathBuf>,
     #[arg(last = true, required = true)]
     program: Vec<OsString>,
 }
@@ -261,6 +276,7 @@ fn run(command: Command) -> Result<ExitCode> {
                 memory: confine.memory,
                 file: confine.file,
                 cpu: confine.cpu,
+                mpi: confine.mpi.then_some(confine.mpi_path),
             };
             let (program, arguments) = confine.program.split_first().context("a program")?;
             cage.enter(program.as_ref(), arguments)?;
@@ -275,7 +291,7 @@ fn run(command: Command) -> Result<ExitCode> {
         Command::Watch(one) => one.watch(),
         Command::Stop(one) => one.change("stop"),
         Command::Kill(one) => one.change("kill"),
-        Command::Resume(one) => one.change("resume"),
+        Command::Resume(resume) => resume.run(),
         Command::Extend(extend) => extend.run(),
         Command::Verify(verify) => verify.run(),
         Command::Branch(branch) => branch.run(),
@@ -455,6 +471,11 @@ fn worker(worker: Worker) -> Result<()> {
         limit: worker.time_limit,
         disk: worker.disk,
         patience: Duration::from_secs_f64(worker.patience),
+        ranks: (worker.ranks > 1).then_some(Ranks {
+            count: worker.ranks,
+            srun: worker.srun,
+            paths: worker.mpi_path,
+        }),
     };
     std::fs::create_dir_all(&attempt.scratch)?;
     // An end that stands in the store is a success, whatever the end was: the server makes the next attempt.

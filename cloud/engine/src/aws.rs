@@ -329,6 +329,7 @@ impl Engine for Batch {
             grace: GRACE,
             beat: 15.0,
             cores: None,
+            ranks: 1,
         }
     }
 
@@ -367,6 +368,7 @@ mod tests {
         let launch = Launch {
             job: "mc-ab-1".into(),
             command: vec!["mercury-cloud".into(), "worker".into()],
+            ranks: 1,
             threads: 4,
             memory: (3 << 30) + 1,
             log: "log".into(),

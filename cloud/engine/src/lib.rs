@@ -13,7 +13,7 @@ use std::path::PathBuf;
 #[cfg(feature = "aws")]
 pub use aws::{Account, Batch};
 pub use local::{Local, record};
-pub use slurm::{Site, Slurm};
+pub use slurm::{Ranks, Site, Slurm};
 
 /// An attempt to be run.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -22,9 +22,11 @@ pub struct Launch {
     pub job: String,
     /// Program and arguments of the worker; `--job JOB` is among them.
     pub command: Vec<OsString>,
-    /// Threads that compute.
+    /// Ranks of MPI; 1: a single process.
+    pub ranks: u32,
+    /// Threads of each rank that compute.
     pub threads: u32,
-    /// The most memory, in bytes.
+    /// The most memory of each rank, in bytes.
     pub memory: u64,
     /// Where the worker's own messages go, on engines that can see this folder.
     pub log: PathBuf,
@@ -89,6 +91,8 @@ pub struct Abilities {
     pub beat: f64,
     /// Cores for runs; `None`: the engine has a queue of its own.
     pub cores: Option<u32>,
+    /// The most ranks of a run.
+    pub ranks: u32,
 }
 
 /// An error of an engine.

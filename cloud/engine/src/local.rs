@@ -199,6 +199,7 @@ impl Engine for Local {
             grace: 60.0,
             beat: 2.0,
             cores: Some(self.cores),
+            ranks: 1,
         }
     }
 }
@@ -286,6 +287,7 @@ mod tests {
         let launch = Launch {
             job: "mc-test-1".into(),
             command,
+            ranks: 1,
             threads: 1,
             memory: 0,
             log: folder.path().join("log"),

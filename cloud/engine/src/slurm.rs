@@ -35,6 +35,26 @@ pub struct Site {
     pub memory: bool,
     /// The most tasks of an array, at most the site's `MaxArraySize` less 1; below 2: no arrays.
     pub array: usize,
+    /// Runs on several ranks of MPI; without this table each run is a single process.
+    pub ranks: Option<Ranks>,
+}
+
+/// Settings of runs on several ranks of MPI.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Ranks {
+    /// The most ranks of a run.
+    pub most: u32,
+    /// Options of `srun`.
+    #[serde(default = "pmix")]
+    pub srun: Vec<String>,
+    /// Files and folders that MPI of this site reads and writes, such as devices of its network.
+    #[serde(default)]
+    pub paths: Vec<PathBuf>,
+}
+
+fn pmix() -> Vec<String> {
+    vec!["--mpi=pmix".to_owned()]
 }
 
 impl Default for Site {
@@ -48,6 +68,7 @@ impl Default for Site {
             poll: 10.0,
             memory: true,
             array: 1000,
+            ranks: None,
         }
     }
 }
@@ -64,6 +85,25 @@ pub struct Slurm {
     /// Where the files of arrays are.
     arrays: PathBuf,
     seen: Mutex<Option<(Instant, HashMap<String, Observed>)>>,
+}
+
+/// What a job needs.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Needs {
+    ranks: u32,
+    threads: u32,
+    /// Of each rank, in bytes.
+    memory: u64,
+}
+
+impl Needs {
+    fn of(launch: &Launch) -> Self {
+        Self {
+            ranks: launch.ranks,
+            threads: launch.threads,
+            memory: launch.memory,
+        }
+    }
 }
 
 /// A line of `squeue -o '%i|%j|%T|%r|%N|%M'`.
@@ -127,19 +167,25 @@ impl Slurm {
     }
 
     /// The arguments of `sbatch` for a job with these needs.
-    fn arguments(&self, name: &str, threads: u32, memory: u64, log: &Path) -> Vec<String> {
+    fn arguments(&self, name: &str, needs: Needs, log: &Path) -> Vec<String> {
         let mut arguments = vec![
             "--parsable".to_owned(),
             format!("--job-name={name}"),
             // The server makes attempts, and nothing else.
             "--no-requeue".to_owned(),
             format!("--signal=B:TERM@{}", self.site.grace),
-            format!("--cpus-per-task={threads}"),
+            format!("--ntasks={}", needs.ranks),
+            format!("--cpus-per-task={}", needs.threads),
             format!("--output={}", log.display()),
             "--open-mode=append".to_owned(),
         ];
         if self.site.memory {
-            arguments.push(format!("--mem={}M", memory.div_ceil(1 << 20)));
+            // `--mem` is that of a node, which has as many of the ranks as there is room for.
+            let (option, cores) = match needs.ranks {
+                1 => ("--mem", 1),
+                _ => ("--mem-per-cpu", u64::from(needs.threads)),
+            };
+            arguments.push(format!("{option}={}M", needs.memory.div_ceil(cores << 20)));
         }
         for (option, value) in [
             ("partition", &self.site.partition),
@@ -191,9 +237,7 @@ impl Slurm {
         let mut file = fs::File::create_new(self.arrays.join(&name)).map_err(failed)?;
         file.write_all(names.as_bytes()).map_err(failed)?;
         file.sync_all().map_err(failed)?;
-        let first = jobs[0];
-        let mut arguments =
-            self.arguments(&name, first.threads, first.memory, Path::new("/dev/null"));
+        let mut arguments = self.arguments(&name, Needs::of(jobs[0]), Path::new("/dev/null"));
         arguments.push(format!("--array=0-{}", jobs.len() - 1));
         self.sbatch(&arguments, &array_script(jobs), jobs)
     }
@@ -265,7 +309,7 @@ impl Engine for Slurm {
         if self.observe()?.contains_key(&launch.job) {
             return Ok(());
         }
-        let arguments = self.arguments(&launch.job, launch.threads, launch.memory, &launch.log);
+        let arguments = self.arguments(&launch.job, Needs::of(launch), &launch.log);
         let script = format!("#!/bin/sh\n{}\n", exec(launch));
         self.sbatch(&arguments, &script, &[launch])
     }
@@ -276,11 +320,10 @@ impl Engine for Slurm {
             // Each of them says why.
             Err(_) => return launches.iter().map(|launch| self.submit(launch)).collect(),
         };
-        let mut alike: BTreeMap<(u32, u64), Vec<usize>> = BTreeMap::new();
+        let mut alike: BTreeMap<Needs, Vec<usize>> = BTreeMap::new();
         for (number, launch) in launches.iter().enumerate() {
             if !there.contains_key(&launch.job) {
-                let needs = (launch.threads, launch.memory);
-                alike.entry(needs).or_default().push(number);
+                alike.entry(Needs::of(launch)).or_default().push(number);
             }
         }
         let mut came: Vec<Result<(), EngineError>> = launches.iter().map(|_| Ok(())).collect();
@@ -344,6 +387,11 @@ impl Engine for Slurm {
             grace: f64::from(self.site.grace),
             beat: 10.0,
             cores: None,
+            ranks: self
+                .site
+                .ranks
+                .as_ref()
+                .map_or(1, |ranks| ranks.most.max(1)),
         }
     }
 }
@@ -396,6 +444,35 @@ mod tests {
     }
 
     #[test]
+    fn several_ranks_are_tasks_with_memory_by_core() {
+        let site: Site = toml::from_str("[ranks]\nmost = 4").unwrap();
+        let slurm = Slurm::new(site, PathBuf::new());
+        assert_eq!(slurm.abilities().ranks, 4);
+        let needs = |ranks| Needs {
+            ranks,
+            threads: 3,
+            memory: 301 << 20,
+        };
+        let arguments = |ranks| slurm.arguments("mc-ab-1", needs(ranks), Path::new("log"));
+        for word in ["--ntasks=2", "--cpus-per-task=3", "--mem-per-cpu=101M"] {
+            assert!(arguments(2).iter().any(|one| one == word), "{word}");
+        }
+        for word in ["--ntasks=1", "--cpus-per-task=3", "--mem=301M"] {
+            assert!(arguments(1).iter().any(|one| one == word), "{word}");
+        }
+    }
+
+    #[test]
+    fn a_site_file_offers_ranks_only_by_its_table() {
+        let site: Site = toml::from_str("grace = 60").unwrap();
+        assert_eq!(Slurm::new(site, PathBuf::new()).abilities().ranks, 1);
+        let site: Site = toml::from_str("[ranks]\nmost = 2\nsrun = []").unwrap();
+        assert!(site.ranks.unwrap().srun.is_empty());
+        let wrong = toml::from_str::<Site>("[ranks]\nmost = 2\nnodes = 1").unwrap_err();
+        assert!(wrong.message().contains("nodes"), "{wrong}");
+    }
+
+    #[test]
     fn each_task_of_an_array_runs_its_own_command() {
         use std::process::Command;
         let folder = tempfile::tempdir().unwrap();
@@ -403,6 +480,7 @@ mod tests {
             .map(|k| Launch {
                 job: format!("mc-ab-{k}"),
                 command: vec!["echo".into(), format!("task {k} it's").into()],
+                ranks: 1,
                 threads: 1,
                 memory: 1,
                 log: folder.path().join(format!("{k}.log")),

@@ -34,6 +34,7 @@ fn session_of(app: &App, caller: &Caller) -> Session {
             admin: false,
             read_only: true,
             cores: [0, 0],
+            ranks: 1,
             solver: app.version.clone(),
             usage: Usage::default(),
             price: None,
@@ -43,7 +44,7 @@ fn session_of(app: &App, caller: &Caller) -> Session {
     let busy: u32 = app.db.live().map_or(0, |runs| {
         runs.iter()
             .filter(|live| live.run.state.has_attempt())
-            .map(|live| live.threads)
+            .map(|live| live.cores() as u32)
             .sum()
     });
     Session {
@@ -51,6 +52,7 @@ fn session_of(app: &App, caller: &Caller) -> Session {
         admin: user.admin,
         read_only: user.read_only,
         cores: [cores.saturating_sub(busy), cores],
+        ranks: app.engine.abilities().ranks,
         solver: app.version.clone(),
         usage: app.db.usage(user.id).unwrap_or_default(),
         price: app.db.prices().and_then(|prices| {

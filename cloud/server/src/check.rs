@@ -364,6 +364,7 @@ pub(crate) fn confined(
         memory: MEMORY,
         file,
         cpu: patience.as_secs() * 2,
+        mpi: None,
     };
     let checks = app.options.data.join("checks");
     let (answer, messages) = (tempfile_in(&checks)?, tempfile_in(&checks)?);

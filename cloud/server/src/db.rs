@@ -89,6 +89,7 @@ const LATER: &[(&str, &str, &str)] = &[
     ("runs", "time_limit", "REAL"),
     ("runs", "core_seconds_before", "REAL NOT NULL DEFAULT 0"),
     ("runs", "stopped_by", "TEXT"),
+    ("runs", "ranks", "INTEGER NOT NULL DEFAULT 1"),
 ];
 
 /// Records the contents that the specs of runs name.

@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use cloud_api::lifecycle::{JobState, Observation, RunEvent, Todo, next};
-use cloud_api::{Beat, Control, Head, Phase, RunState, Wish};
-use cloud_engine::{Launch, Observed, Stop, job_name};
+use cloud_api::{Beat, Control, Head, Phase, RunState, Wish, memory_of_rank};
+use cloud_engine::{Launch, Observed, Site, Stop, job_name};
 use serde_json::json;
 
 use crate::EngineChoice;
@@ -69,7 +69,11 @@ fn reconcile_all(app: &App) -> Result<Duration> {
             Applied::Illegal(error) => eprintln!("run {id}: {error}"),
         }
     }
-    let runs = app.db.live()?;
+    let most = app.engine.abilities().ranks;
+    let mut runs = app.db.live()?;
+    // The site file may have offered more when they were submitted.
+    runs.iter_mut()
+        .for_each(|live| live.ranks = live.ranks.min(most));
     if runs.is_empty() {
         return Ok(every);
     }
@@ -96,14 +100,14 @@ fn reconcile_all(app: &App) -> Result<Duration> {
             .engine
             .abilities()
             .cores
-            .map(|cores| i64::from(cores) - busy(&|live| u64::from(live.threads)) as i64),
+            .map(|cores| i64::from(cores) - busy(&LiveRun::cores) as i64),
         memory: app.options.memory.saturating_sub(busy(&|live| live.memory)),
         empty: busy(&|_| 1) == 0,
         limits: app.db.most_cores()?,
         taken: HashMap::new(),
     };
     for live in runs.iter().filter(|live| live.run.state.has_attempt()) {
-        *capacity.taken.entry(live.owner).or_default() += u64::from(live.threads);
+        *capacity.taken.entry(live.owner).or_default() += live.cores();
     }
     let over = app.db.over_limit()?;
     let mut to_submit = Vec::new();
@@ -178,21 +182,19 @@ impl FreeCapacity {
     /// A run that is larger than the machine runs alone: it was let in by the check, or the machine was larger then.
     fn fits(&self, live: &LiveRun) -> bool {
         let taken = self.taken.get(&live.owner).copied().unwrap_or(0);
-        if (self.limits.get(&live.owner))
-            .is_some_and(|&most| taken + u64::from(live.threads) > most)
-        {
+        if (self.limits.get(&live.owner)).is_some_and(|&most| taken + live.cores() > most) {
             return false;
         }
         self.cores.is_none_or(|cores| {
-            self.empty || (i64::from(live.threads) <= cores && live.memory <= self.memory)
+            self.empty || (live.cores() as i64 <= cores && live.memory <= self.memory)
         })
     }
 
     fn reserve(&mut self, live: &LiveRun) {
-        self.cores = self.cores.map(|cores| cores - i64::from(live.threads));
+        self.cores = self.cores.map(|cores| cores - live.cores() as i64);
         self.memory = self.memory.saturating_sub(live.memory);
         self.empty = false;
-        *self.taken.entry(live.owner).or_default() += u64::from(live.threads);
+        *self.taken.entry(live.owner).or_default() += live.cores();
     }
 }
 
@@ -509,6 +511,21 @@ fn launch(app: &App, live: &LiveRun) -> Result<Launch> {
     if let Some(disk) = app.db.left_for(&live.id)? {
         add("--disk", disk.to_string().into());
     }
+    if live.ranks > 1
+        && let EngineChoice::Slurm(Site {
+            ranks: Some(ranks), ..
+        }) = &options.engine
+    {
+        add("--ranks", live.ranks.to_string().into());
+        ranks
+            .srun
+            .iter()
+            .for_each(|option| add("--srun", option.into()));
+        ranks
+            .paths
+            .iter()
+            .for_each(|path| add("--mpi-path", path.into()));
+    }
     if !app
         .engine
         .image()
@@ -520,8 +537,9 @@ fn launch(app: &App, live: &LiveRun) -> Result<Launch> {
     Ok(Launch {
         job,
         command,
+        ranks: live.ranks,
         threads: live.threads,
-        memory: live.memory,
+        memory: memory_of_rank(live.memory, live.ranks),
         log,
         barren: live.run.barren,
     })

@@ -32,8 +32,13 @@ struct Forecast {
     steps: Option<u64>,
 }
 
+/// Cores of a run.
+pub(crate) fn cores(threads: u32, ranks: u32) -> u32 {
+    threads.saturating_mul(ranks)
+}
+
 /// Forecasts of a plan. Without one (null: the scene was not checked) the run gets all memory that there is for runs.
-fn forecast(app: &App, plan: &Value, threads: u32) -> Result<Forecast, ApiError> {
+fn forecast(app: &App, plan: &Value, cores: u32) -> Result<Forecast, ApiError> {
     let number = |group: &str, name: &str| plan[group][name].as_f64().unwrap_or(0.0);
     let memory = if plan.is_null() {
         app.options.memory
@@ -41,14 +46,9 @@ fn forecast(app: &App, plan: &Value, threads: u32) -> Result<Forecast, ApiError>
         (number("memory", "at_most") * 1.25) as u64 + MEMORY_MARGIN
     };
     let disk = number("disk", "bytes");
-    if app
-        .engine
-        .abilities()
-        .cores
-        .is_some_and(|cores| threads > cores)
-    {
+    if app.engine.abilities().cores.is_some_and(|all| cores > all) {
         return Err(ApiError::bad_request(
-            "too many threads",
+            "too many cores",
             format!("This server has {} cores for runs.", app.options.cores),
         ));
     }
@@ -73,6 +73,19 @@ fn forecast(app: &App, plan: &Value, threads: u32) -> Result<Forecast, ApiError>
     })
 }
 
+/// Refuses a number of ranks that this server does not offer.
+pub(crate) fn check_ranks(app: &App, ranks: u32) -> Result<(), ApiError> {
+    let most = app.engine.abilities().ranks;
+    if (1..=most).contains(&ranks) {
+        return Ok(());
+    }
+    let detail = match most {
+        1 => "Runs of this server are single processes: 1 rank. A site file of Slurm with a table [ranks] offers more.".to_owned(),
+        most => format!("A run of this server has 1 to {most} ranks."),
+    };
+    Err(ApiError::bad_request("invalid number of ranks", detail))
+}
+
 /// Refuses to compute for a user whose core hours are spent.
 pub(crate) fn may_compute(app: &App, user: i64) -> Result<(), ApiError> {
     let usage = app.db.usage(user)?;
@@ -90,14 +103,14 @@ pub(crate) fn may_compute(app: &App, user: i64) -> Result<(), ApiError> {
 }
 
 /// Refuses what a user may not have: so many cores at once, so many bytes on top of what there is.
-pub(crate) fn within_quota(app: &App, user: i64, threads: u32, bytes: u64) -> Result<(), ApiError> {
+pub(crate) fn within_quota(app: &App, user: i64, cores: u32, bytes: u64) -> Result<(), ApiError> {
     let usage = app.db.usage(user)?;
     if let Some(most) = usage.most_cores
-        && u64::from(threads) > most
+        && u64::from(cores) > most
     {
         return Err(ApiError::new(
             StatusCode::FORBIDDEN,
-            "too many threads",
+            "too many cores",
             format!("Your runs may have {most} cores at once."),
         ));
     }
@@ -208,7 +221,8 @@ pub(crate) fn prepare(
             "It is a time in s, 1 s at least.",
         ));
     }
-    let forecast = forecast(app, plan, submit.threads)?;
+    check_ranks(app, submit.ranks)?;
+    let forecast = forecast(app, plan, cores(submit.threads, submit.ranks))?;
     let mut files: BTreeMap<String, InputFile> = inspect(app, user.id, &submit.scene)?
         .into_iter()
         .map(|(name, sha256, bytes)| (name, InputFile { sha256, bytes }))
@@ -302,7 +316,7 @@ pub(crate) async fn submit(
         }
         let reserved = expected_bytes(&plan);
         may_compute(&app, user.id)?;
-        within_quota(&app, user.id, submit.threads, reserved)?;
+        within_quota(&app, user.id, cores(submit.threads, submit.ranks), reserved)?;
         let mut run = prepare(&app, &user, &submit, &plan, title)?;
         run.spec.branch = branch;
         run.spec_text = serde_json::to_string(&run.spec).map_err(ApiError::internal)?;
@@ -316,6 +330,7 @@ pub(crate) async fn submit(
             label: &label,
             spec: &run.spec_text,
             threads: run.spec.threads,
+            ranks: submit.ranks,
             memory: run.spec.memory,
             of_steps: run.steps,
             study: None,
@@ -419,12 +434,20 @@ pub(crate) fn changeable_run(app: &App, user: &User, id: &str) -> Result<Changea
     Ok(ChangeableRun(run))
 }
 
+/// Goes on with a run, on another number of ranks if that is given.
+pub(crate) fn resume(app: &App, run: &ChangeableRun, ranks: Option<u32>) -> Result<(), ApiError> {
+    if let Some(ranks) = ranks {
+        check_ranks(app, ranks)?;
+    }
+    may_compute(app, run.owner)?;
+    let more = ranks.map_or(0, |ranks| cores(run.spec.threads, ranks));
+    within_quota(app, run.owner, more, 0)?;
+    let applied = app.db.resume(run.id.as_str(), ranks, app.engine.as_ref())?;
+    after(app, applied)
+}
+
 /// Records an event that the user wants.
 pub(crate) fn change(app: &App, run: &ChangeableRun, event: &RunEvent) -> Result<(), ApiError> {
-    if matches!(event, RunEvent::Resume) {
-        may_compute(app, run.owner)?;
-        within_quota(app, run.owner, 0, 0)?;
-    }
     let applied = (app.db).apply(run.id.as_str(), event, None, app.engine.as_ref())?;
     after(app, applied)
 }
@@ -483,6 +506,8 @@ pub(crate) fn like(app: &App, user: &User, run: VisibleRun) -> Result<Submit, Ap
         title: Some(row.title),
         label,
         threads: spec.threads,
+        // This server may offer fewer than when that run was submitted.
+        ranks: row.ranks.min(app.engine.abilities().ranks),
         time_limit: row.time_limit,
         result: spec.result,
         project: row
@@ -532,6 +557,8 @@ pub(crate) async fn branch(
     if body.title.is_some() {
         submit.title = body.title;
     }
+    // It begins in one process.
+    submit.ranks = 1;
     let at = body.at;
     self::submit(app, user, submit, None, Some(Branch { run, at, set })).await
 }
@@ -573,7 +600,8 @@ pub(crate) async fn extend(
         ..user.clone()
     };
     let plan = plan(app, &owner_user, &scene).await?;
-    let forecast = forecast(app, &plan, spec.threads)?;
+    let cores = cores(spec.threads, row.ranks);
+    let forecast = forecast(app, &plan, cores)?;
     let reserved = expected_bytes(&plan);
     spec.revision = run.revision + 1;
     spec.set = scene.set;
@@ -581,7 +609,7 @@ pub(crate) async fn extend(
     let app = Arc::clone(app);
     blocking(move || {
         may_compute(&app, owner)?;
-        within_quota(&app, owner, spec.threads, 0)?;
+        within_quota(&app, owner, cores, 0)?;
         // One extension at a time: the spec in the store is that of the one that is accepted.
         let _turn = app
             .extensions

@@ -153,7 +153,7 @@ impl App {
             None => data.join("store").display().to_string(),
         };
         let store = cloud_store::create(&store_url)?;
-        let version = version(&options.solver)?;
+        let (version, has_mpi) = version(&options.solver)?;
         let engine: Box<dyn Engine> = match options.engine.clone() {
             EngineChoice::Local => {
                 Box::new(Local::new(options.cores, &store_url, data.join("workers")))
@@ -162,6 +162,13 @@ impl App {
             #[cfg(feature = "aws")]
             EngineChoice::Aws(account) => Box::new(cloud_engine::Batch::new(account)?),
         };
+        if engine.abilities().ranks > 1 && !has_mpi {
+            bail!(
+                "the site file offers ranks, and {} was built without MPI: build it with `cargo build --release --features mpi --bin mercury-solve`, \
+                 or take [ranks] out of the site file",
+                options.solver.display()
+            );
+        }
         let beat = options.beat.unwrap_or_else(|| {
             let least = if cloud_store::is_remote(&store_url) {
                 REMOTE_BEAT
@@ -338,7 +345,8 @@ impl App {
 /// Caches by run, each with the instant of its last use.
 pub(crate) type ByRun<T> = Mutex<HashMap<String, (Instant, T)>>;
 
-fn version(solver: &std::path::Path) -> Result<String> {
+/// Version of the solver, and whether it can make a run on several ranks.
+fn version(solver: &std::path::Path) -> Result<(String, bool)> {
     let output = Command::new(solver)
         .arg("--version")
         .output()
@@ -349,9 +357,11 @@ fn version(solver: &std::path::Path) -> Result<String> {
             )
         })?;
     let text = String::from_utf8_lossy(&output.stdout);
-    let version = text.split_whitespace().last().unwrap_or_default();
+    let mut lines = text.lines();
+    let version = lines.next().and_then(|line| line.split_whitespace().last());
+    let version = version.unwrap_or_default();
     if !output.status.success() || version.is_empty() {
         bail!("{} --version prints no version", solver.display());
     }
-    Ok(version.to_owned())
+    Ok((version.to_owned(), lines.any(|line| line == "with MPI")))
 }

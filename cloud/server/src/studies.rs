@@ -26,7 +26,7 @@ use crate::check::{LARGEST_SCENE, inspect, lay_out, solve};
 use crate::content::Content;
 use crate::db::{ListScope, MOST_ROWS, NewRun, NewStudy};
 use crate::runs::{
-    PreparedRun, blocking, by_idempotency_key, expected_bytes, granted, label, may_compute,
+    PreparedRun, blocking, by_idempotency_key, cores, expected_bytes, granted, label, may_compute,
     prepare, title, undo, within_quota, write,
 };
 use crate::secrets::{self, User};
@@ -268,7 +268,7 @@ pub(crate) async fn submit(
             .map(|run| expected_bytes(&run.needs()))
             .sum();
         may_compute(&app, user.id)?;
-        within_quota(&app, user.id, base.threads, bytes)?;
+        within_quota(&app, user.id, cores(base.threads, base.ranks), bytes)?;
         let id = secrets::run_id()?.to_string();
         let mut called = None;
         let scene = json!({"title": plan.title});
@@ -301,6 +301,7 @@ pub(crate) async fn submit(
                 label: &label,
                 spec: &run.spec_text,
                 threads: run.spec.threads,
+                ranks: base.ranks,
                 memory: run.spec.memory,
                 of_steps: run.steps,
                 study: Some(&id),

@@ -35,6 +35,10 @@ export async function showNew(main, from) {
   const label = el("input", { class: "grow", placeholder: "none", maxlength: "100" });
   const sets = el("textarea", { class: "code", rows: 2, spellcheck: false, placeholder: "time.end = 2", "aria-label": "Settings that replace values of the scene" });
   const threads = el("input", { type: "number", min: "1", max: "1024", value: "1" });
+  const ranks = el("input", { type: "number", min: "1", max: String(session.ranks), value: "1" });
+  /** Threads of a rank, and ranks, of what is submitted. */
+  const needs = () => ({ threads: Number(threads.value) || 1, ranks: (session.ranks > 1 && Number(ranks.value)) || 1 });
+  const cores = () => needs().threads * needs().ranks;
   const hours = el("input", { type: "number", min: "0", step: "any", placeholder: "none", "aria-describedby": "hours-help" });
   const sweep = el("textarea", { class: "code", rows: 3, spellcheck: false, placeholder: "materials.bead.tangential.friction = 0.1, 0.3, 0.5\nseed = 1..4/4", "aria-label": "Keys and their values" });
   const results = el("textarea", { class: "code", rows: 2, spellcheck: false, placeholder: "height = max(particles.z)", "aria-label": "Results" });
@@ -68,7 +72,7 @@ export async function showNew(main, from) {
     el("div", { class: "columns" },
       el("div", {}, editor, help, drop),
       el("div", {}, el("div", { class: "card stays" }, facts, problems), el("div", { class: "card" },
-        el("h2", {}, "Submit"), el("div", { class: "form" }, el("label", {}, "Title", title), el("label", {}, "Label", label), el("label", {}, "Threads", threads), el("label", {}, "Time limit / h", hours), project && el("label", {}, "Project", project)),
+        el("h2", {}, "Submit"), el("div", { class: "form" }, el("label", {}, "Title", title), el("label", {}, "Label", label), el("label", {}, "Threads", threads), session.ranks > 1 && el("label", {}, "Ranks", ranks), el("label", {}, "Time limit / h", hours), project && el("label", {}, "Project", project)),
         settings, study,
         el("p", { class: "small quiet", id: "hours-help" }, "At its time limit a run stops with a checkpoint, and can be resumed."),
         el("div", { class: "row" }, submit, el("button", { onclick: trial }, "How long?"))),
@@ -83,7 +87,7 @@ export async function showNew(main, from) {
   /** Belongs to what is submitted: the same draft sent again is the same run. */
   let key = crypto.randomUUID();
   let sent = false;
-  const fields = { text, title, label, sets, threads, hours, sweep, results, document: document_ };
+  const fields = { text, title, label, sets, threads, ranks, hours, sweep, results, document: document_ };
 
   /** Keeps the draft; what was changed is another run. */
   function keep() {
@@ -156,7 +160,7 @@ export async function showNew(main, from) {
   /** The study that is asked for, or null. */
   function asked() {
     if (!study.open) return null;
-    const base = { scene: scene(), threads: Number(threads.value) || 1, result: filed.hidden ? linesOf(results.value).map(tight) : [] };
+    const base = { scene: scene(), ...needs(), result: filed.hidden ? linesOf(results.value).map(tight) : [] };
     if (!filed.hidden) return document_.value.trim() ? { base, file: document_.value } : null;
     const sweeps = linesOf(sweep.value).map(tight);
     return sweeps.length ? { base, sweep: sweeps } : null;
@@ -319,7 +323,7 @@ export async function showNew(main, from) {
         el("dt", {}, "Memory"), el("dd", {}, size(plan.memory?.at_most)),
         el("dt", {}, "Disk"), el("dd", {}, size(plan.disk?.bytes)),
         time && el("dt", {}, "Time"), time && el("dd", {}, duration(time[0]) === duration(time[1]) ? duration(time[0]) : `${duration(time[0])} to ${duration(time[1])}`),
-        time && session.price && [el("dt", {}, "Cost"), el("dd", {}, `about ${price(time[1] * (Number(threads.value) || 1), session.price)} at the most`)]),
+        time && session.price && [el("dt", {}, "Cost"), el("dd", {}, `about ${price(time[1] * cores(), session.price)} at the most`)]),
       plan.warnings?.length > 0 && el("ul", { class: "warn-text" }, ...plan.warnings.map((/** @type {any} */ warning) => el("li", {}, typeof warning === "string" ? warning : warning.message ?? JSON.stringify(warning)))));
   }
 
@@ -338,7 +342,7 @@ export async function showNew(main, from) {
   async function send() {
     submit.disabled = true;
     /** @type {any} */
-    const body = { scene: scene(), threads: Number(threads.value) || 1 };
+    const body = { scene: scene(), ...needs() };
     if (title.value.trim()) body.title = title.value.trim();
     if (Number(hours.value) > 0) body.time_limit = 3600 * Number(hours.value);
     if (label.value.trim()) body.label = label.value.trim();
@@ -375,6 +379,7 @@ export async function showNew(main, from) {
     label.value = submitted.label ?? "";
     if (project) project.value = submitted.project ?? "";
     threads.value = String(submitted.threads);
+    ranks.value = String(submitted.ranks);
     hours.value = submitted.time_limit ? String(submitted.time_limit / 3600) : "";
     sets.value = submitted.scene.set.join("\n");
     settings.open = sets.value !== "";

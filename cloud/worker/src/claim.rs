@@ -235,6 +235,7 @@ mod tests {
                 commit: Duration::from_secs(1),
                 checkpoint: "5m".into(),
                 limit: None,
+                ranks: None,
                 patience: Duration::from_secs(1),
             };
             let launched = Head {

@@ -7,6 +7,7 @@ mod claim;
 pub mod confine;
 mod notice;
 mod progress;
+mod ranks;
 mod restore;
 mod solver;
 mod supervise;
@@ -19,6 +20,7 @@ use anyhow::{Context, Result};
 use cloud_api::RunId;
 use cloud_store::Store;
 
+pub use ranks::Ranks;
 pub use supervise::work;
 
 /// Settings of an attempt.
@@ -45,6 +47,8 @@ pub struct Attempt<'a> {
     pub limit: Option<String>,
     /// The most bytes that the outputs may take by the limit of their owner, where there is one.
     pub disk: Option<u64>,
+    /// Several ranks, where Slurm has a job for them.
+    pub ranks: Option<Ranks>,
     /// How long the solver may be without a sign of life.
     pub patience: Duration,
 }

@@ -6,13 +6,15 @@ use std::os::fd::OwnedFd;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use cloud_api::{Branch, Cause, Ending, Spec};
+use cloud_api::{Branch, Cause, Ending, Spec, memory_of_rank};
 use rustix::process::{Pid, PidfdFlags, Signal, kill_process, pidfd_open, pidfd_send_signal};
 
 use crate::Attempt;
 use crate::confine::Cage;
+use crate::ranks::NOT_STARTED;
 
 /// Name of the run's folder within that of the attempt. No input begins with a dot, so it collides with none.
 pub(crate) const OUTPUT: &str = ".run";
@@ -23,26 +25,42 @@ const OVERHEAD: u64 = 1 << 30;
 /// How much of the solver's messages an ending keeps, in bytes.
 const LAST_WORDS: u64 = 2000;
 
+/// How long `srun` may take to end its ranks.
+const RANKS_END: Duration = Duration::from_secs(20);
+
 /// A solver that runs.
 pub(crate) struct Solver {
+    /// The solver, or `srun`.
     child: Child,
     over: bool,
     messages: PathBuf,
+    /// Of several ranks: the cores that they have.
+    cores: Option<u32>,
+    began: Instant,
+    ended: Option<Instant>,
 }
 
 /// Message of a run that was stopped because of its length.
 const TOO_LARGE: &str = "stopped with a checkpoint, because its files, or all files of its owner, take more disk than they may; \
                          make room, then resume it";
 
+/// The exit code, or the signal that has ended it. Of several ranks `srun` gives the highest one, and a signal as 128 and its number.
+fn ended_by(status: ExitStatus, is_srun: bool) -> (Option<i32>, Option<i32>) {
+    match status.code() {
+        Some(code @ 129..=192) if is_srun => (None, Some(code - 128)),
+        code => (code, status.signal()),
+    }
+}
+
 /// A solver that may have ended.
-pub(crate) struct Handle(Option<OwnedFd>, Option<Pid>);
+pub(crate) struct Handle(Option<OwnedFd>, Option<Pid>, Signal);
 
 impl Handle {
-    /// SIGTERM, if it has not ended. Kernels before 5.3 know processes by their numbers only.
+    /// Stops it as [`Solver::stop`] does, if it has not ended. Kernels before 5.3 know processes by their numbers only.
     pub(crate) fn stop(&self) {
         let _ = match (&self.0, self.1) {
-            (Some(process), _) => pidfd_send_signal(process, Signal::TERM),
-            (None, Some(pid)) => kill_process(pid, Signal::TERM),
+            (Some(process), _) => pidfd_send_signal(process, self.2),
+            (None, Some(pid)) => kill_process(pid, self.2),
             (None, None) => Ok(()),
         };
     }
@@ -57,15 +75,23 @@ impl Solver {
         progress: &Path,
     ) -> Result<Self> {
         let threads = u64::from(spec.threads);
+        // A branch begins in one process.
+        let ranks = (attempt.ranks.as_ref()).filter(|_| branch.is_none());
+        let memory = ranks.map_or(spec.memory, |ranks| {
+            memory_of_rank(spec.memory, ranks.count)
+        });
         let cage = Cage {
             folder: folder.to_owned(),
             sandbox: attempt.sandbox,
-            memory: spec.memory + OVERHEAD + threads * (64 << 20),
+            memory: memory + OVERHEAD + threads * (64 << 20),
             file: spec.disk,
-            cpu: 0,
+            ..Cage::default()
         };
         let messages = folder.join(".messages");
-        let mut command = cage.command(&attempt.solver);
+        let mut command = match ranks {
+            Some(ranks) => ranks.command(&cage, &attempt.solver, spec.threads)?,
+            None => cage.command(&attempt.solver),
+        };
         let set = match branch {
             None => {
                 command.arg(&spec.scene).args(["--resume", "--within", "."]);
@@ -109,6 +135,9 @@ impl Solver {
             child,
             over: false,
             messages,
+            cores: ranks.map(|ranks| ranks.count * spec.threads),
+            began: Instant::now(),
+            ended: None,
         })
     }
 
@@ -118,13 +147,24 @@ impl Solver {
             .child
             .try_wait()
             .context("the solver cannot be waited for")?;
-        self.over |= status.is_some();
+        if status.is_some() {
+            self.over = true;
+            self.ended.get_or_insert_with(Instant::now);
+        }
         Ok(status)
     }
 
-    /// SIGTERM: it writes a checkpoint and ends.
+    /// It writes a checkpoint and ends.
     pub(crate) fn stop(&self) {
-        self.signal(Signal::TERM);
+        self.signal(self.soft_stop());
+    }
+
+    /// SIGTERM; at SIGTERM `srun` would end its ranks at once, but it hands SIGUSR2 on to them.
+    fn soft_stop(&self) -> Signal {
+        match self.cores {
+            Some(_) => Signal::USR2,
+            None => Signal::TERM,
+        }
     }
 
     /// SIGUSR1: it writes a checkpoint and goes on.
@@ -132,8 +172,16 @@ impl Solver {
         self.signal(Signal::USR1);
     }
 
-    /// SIGKILL, and waits for its end.
+    /// Ends it at once, and waits for its end.
     pub(crate) fn kill(&mut self) {
+        // A killed `srun` leaves its ranks to themselves.
+        if self.cores.is_some() {
+            self.signal(Signal::TERM);
+            let begin = Instant::now();
+            while begin.elapsed() < RANKS_END && matches!(self.child.try_wait(), Ok(None)) {
+                std::thread::sleep(Duration::from_millis(50));
+            }
+        }
         // One that has ended already cannot be killed, which is what is wanted.
         let _ = self.child.kill();
         let _ = self.child.wait();
@@ -145,6 +193,7 @@ impl Solver {
         Handle(
             pid.and_then(|pid| pidfd_open(pid, PidfdFlags::empty()).ok()),
             pid,
+            self.soft_stop(),
         )
     }
 
@@ -154,8 +203,12 @@ impl Solver {
         }
     }
 
-    /// Processor time so far, in core seconds.
+    /// Processor time so far, in core seconds; of several ranks, which are not children of this process, the time of their cores by the clock.
     pub(crate) fn core_seconds(&self) -> Option<f64> {
+        if let Some(cores) = self.cores {
+            let time = self.ended.unwrap_or_else(Instant::now) - self.began;
+            return Some(f64::from(cores) * time.as_secs_f64());
+        }
         // Behind the name in brackets: state is field 3, user and system time are 14 and 15, those of children that have
         // ended 16 and 17 (proc(5)). This process has no other child.
         let (process, first) = if self.over {
@@ -194,7 +247,12 @@ impl Solver {
         end_cause: Option<&str>,
     ) -> Ending {
         let words = self.last_words();
-        let (cause, message) = match (status.code(), status.signal()) {
+        let (code, signal) = ended_by(status, self.cores.is_some());
+        let (cause, message) = match (code, signal) {
+            (Some(NOT_STARTED), _) if self.cores.is_some() => (
+                wanted.unwrap_or(Cause::Engine),
+                format!("srun did not start the ranks. {words}"),
+            ),
             (Some(0), _) => (Cause::Finished, String::new()),
             (Some(75), _) => match (wanted, end_cause) {
                 (Some(Cause::Disk), _) => (Cause::Disk, TOO_LARGE.to_owned()),
@@ -220,8 +278,24 @@ impl Solver {
         };
         Ending {
             cause,
-            code: status.code(),
+            code,
             message,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_signal_to_a_rank_is_one_to_the_solver() {
+        let exit = |code: i32| ExitStatus::from_raw(code << 8);
+        for code in [0, 1, 2, 75, NOT_STARTED] {
+            assert_eq!(ended_by(exit(code), true), (Some(code), None));
+        }
+        assert_eq!(ended_by(exit(137), true), (None, Some(9)));
+        assert_eq!(ended_by(exit(137), false), (Some(137), None));
+        assert_eq!(ended_by(ExitStatus::from_raw(9), false), (None, Some(9)));
     }
 }

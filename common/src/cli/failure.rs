@@ -99,50 +99,46 @@ impl Failure {
 }
 
 /// The exit code of an outcome, whose message goes to `errors`.
-pub(super) fn ended(outcome: Outcome, errors: &mut dyn Write) -> ExitCode {
+pub(super) fn ended(outcome: Outcome, errors: &mut dyn Write) -> Exit {
     let Err(failure) = outcome else {
-        return Exit::Done.into();
+        return Exit::Done;
     };
     if !failure.message.is_empty() {
         // A closed standard error is not an error here: the exit code carries the result.
         let _ = writeln!(errors, "{}", failure.message.trim_end());
     }
-    failure.exit.into()
+    failure.exit
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn end(outcome: Outcome) -> (String, String) {
+    fn end(outcome: Outcome) -> (u8, String) {
         let mut errors = Vec::new();
-        let code = ended(outcome, &mut errors);
-        (format!("{code:?}"), String::from_utf8(errors).unwrap())
-    }
-
-    fn code(number: u8) -> String {
-        format!("{:?}", ExitCode::from(number))
+        let exit = ended(outcome, &mut errors);
+        (exit as u8, String::from_utf8(errors).unwrap())
     }
 
     #[test]
     fn each_end_has_its_code_and_says_its_message_once() {
-        assert_eq!(end(Ok(())), (code(0), String::new()));
+        assert_eq!(end(Ok(())), (0, String::new()));
         assert_eq!(
             end(Err(Failure::run("the disk is full"))),
-            (code(1), "the disk is full\n".to_owned())
+            (1, "the disk is full\n".to_owned())
         );
         assert_eq!(
             end(Err(
                 Failure::input("--size: 0 is not above 0\n").with_help("give a length in m")
             )),
             (
-                code(2),
+                2,
                 "--size: 0 is not above 0\n\nhelp: give a length in m\n".to_owned()
             )
         );
         assert_eq!(
             end(Err(Failure::new(Exit::Resumable, ""))),
-            (code(75), String::new())
+            (75, String::new())
         );
     }
 }

@@ -12,6 +12,7 @@
 //! | `gluing` | which pairs are glued, at the start and at touches |
 //! | `critical` | the largest stable step |
 //! | `part` | the bonds in a step |
+//! | `ranks` | the bonds of one of several ranks |
 
 mod bond;
 mod critical;
@@ -20,6 +21,7 @@ mod evaluation;
 mod gluing;
 mod groups;
 mod part;
+mod ranks;
 #[cfg(test)]
 mod tests;
 

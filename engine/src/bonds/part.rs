@@ -11,6 +11,7 @@ use super::element::Action;
 use super::evaluation::Motion;
 use super::gluing::{at_start, to_wall};
 use super::groups::Groups;
+use super::ranks::{BondShare, Broken, Occasion};
 use super::{BondPlan, BondedStart, Gluing};
 use crate::audit::Moving;
 use crate::forces::{Needs, NewList, Observation, OverlapOffsets, StepContext};
@@ -38,10 +39,10 @@ impl BondCounts {
 
 /// An overlap that the contact of a glued pair does not count, until the two part.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Offset {
-    ids: [u32; 2],
-    is_wall: bool,
-    rows: [u32; 2],
+pub(super) struct Offset {
+    pub(super) ids: [u32; 2],
+    pub(super) is_wall: bool,
+    pub(super) rows: [u32; 2],
     /// m
     overlap: f64,
     /// Whether the bond holds: the offset outlives it.
@@ -50,22 +51,24 @@ struct Offset {
 
 /// A touch that may be glued, and the image of the second by which it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Candidate {
-    rows: [u32; 2],
+pub(super) struct Candidate {
+    pub(super) rows: [u32; 2],
     image: u32,
 }
 
 /// The part of the step that has the bonds.
 #[derive(Debug, Default)]
 pub struct Bonds {
-    /// In the order in which they were glued; those of one time by the ids of their ends.
-    all: Groups,
-    offsets: Vec<Offset>,
+    /// In the order in which they were glued; those of one time by the ids of their ends. Where rows are divided among ranks: those of this one.
+    pub(super) all: Groups,
+    /// Where rows are divided among ranks.
+    pub(super) share: Option<BondShare>,
+    pub(super) offsets: Vec<Offset>,
     /// Pairs of ids that were glued, with walls apart, where touches are glued: each is glued once.
     glued: BTreeSet<(bool, [u32; 2])>,
     counts: Vec<BondCounts>,
     /// Bonds that broke since they were taken last.
-    breaks: Vec<Break>,
+    pub(super) breaks: Vec<Break>,
     /// Taken by damping, and set free by breaks, J.
     taken: f64,
     /// Done by walls on the particles that are glued to them, and the share of walls with servos, J.
@@ -76,10 +79,10 @@ pub struct Bonds {
     time: f64,
     /// Offsets as the contact loop reads them.
     informed: OverlapOffsets,
-    /// Pairs that may touch by the present list; only where touches are glued.
-    candidates: Vec<Candidate>,
+    /// Pairs of own rows that may touch by the present list; only where touches are glued.
+    pub(super) candidates: Vec<Candidate>,
     /// Rows and walls that may touch, likewise.
-    near_walls: Vec<[u32; 2]>,
+    pub(super) near_walls: Vec<[u32; 2]>,
     glues_touches: bool,
 }
 
@@ -137,6 +140,9 @@ impl Part for Bonds {
 
     fn after_drift(&mut self, core: &mut Core) {
         self.time = core.time();
+        if let Some(share) = &mut self.share {
+            share.forget_whole();
+        }
     }
 
     /// Bonds of particles that leave break.
@@ -146,7 +152,7 @@ impl Part for Bonds {
             leaves.contains(&rows[0]) || !is_wall && leaves.contains(&rows[1])
         };
         let particles = &*at.particles;
-        self.break_where(particles, |bond| {
+        self.break_where(particles, Occasion::Leaving, |bond| {
             ends(bond.rows, bond.is_wall).then_some(BreakMode::Deletion)
         });
         self.offsets
@@ -194,16 +200,16 @@ impl Part for Bonds {
         let walls = &core.domain.walls;
         let is_gone = |wall: u32| !walls[wall as usize].state.present;
         let mut broken = self.all.walls().iter().any(|&wall| is_gone(wall))
-            && self.break_where(&core.particles, |bond| {
+            && self.break_where(&core.particles, Occasion::WallGone, |bond| {
                 (bond.is_wall && is_gone(bond.rows[1])).then_some(BreakMode::Deletion)
             });
         let parallel = rayon::current_thread_index().is_some();
         if self.all.act(&surroundings(core), core.width(), parallel) {
-            broken |= self.break_where(&core.particles, Bond::breaks);
+            broken |= self.break_where(&core.particles, Occasion::Strength, Bond::breaks);
         }
         self.all.add_loads(&mut core.particles.loads);
         let parted = self.forget_parted(core);
-        if broken {
+        if broken && self.share.is_none() {
             // Pairs that had no contact meet from the next list on.
             self.exclude(core);
         }
@@ -219,8 +225,8 @@ impl Part for Bonds {
     }
 
     fn observe(&self, core: &Core, observation: &mut Observation) {
-        observation.elastic_energy += self.all.elastic_energy();
-        for bond in self.all.at_walls() {
+        observation.elastic_energy += self.whole().elastic_energy();
+        for bond in self.whole().at_walls() {
             let number = bond.rows[1] as usize;
             if let Some((load, power)) = observation.walls.get_mut(number) {
                 let wall = &core.domain.walls[number];
@@ -245,6 +251,31 @@ impl Part for Bonds {
         }
     }
 
+    fn works_on_ranks(&self) -> bool {
+        true
+    }
+
+    fn send_to_ranks(&mut self) -> Vec<u8> {
+        let share = self.share.as_mut();
+        share.map_or_else(Vec::new, BondShare::send)
+    }
+
+    fn receive_from_ranks(
+        &mut self,
+        core: &mut Core,
+        messages: &[Vec<u8>],
+    ) -> Result<(), RunError> {
+        self.receive(core, messages)
+    }
+
+    fn take_share(&mut self, core: &mut Core) {
+        self.divide(core);
+    }
+
+    fn collect_from_ranks(&mut self, core: &mut Core) {
+        self.collect(core);
+    }
+
     fn dissipated(&self) -> Option<f64> {
         Some(self.taken)
     }
@@ -263,8 +294,13 @@ impl Part for Bonds {
         self.breaks.put(bytes);
         (self.taken, self.wall_work).put(bytes);
         self.last_powers.put(bytes);
-        self.near_walls.put(bytes);
-        self.candidates.put(bytes);
+        let whole = self.share.as_ref().and_then(BondShare::whole);
+        whole
+            .map_or(&self.near_walls, |whole| &whole.near_walls)
+            .put(bytes);
+        whole
+            .map_or(&self.candidates, |whole| &whole.candidates)
+            .put(bytes);
     }
 
     fn take(&mut self, core: &mut Core, bytes: &mut &[u8]) -> Result<(), String> {
@@ -313,7 +349,13 @@ impl Bonds {
     /// The bonds that hold, in the order in which they were glued.
     #[must_use]
     pub fn all(&self) -> Vec<Bond> {
-        self.all.iter().collect()
+        self.whole().iter().collect()
+    }
+
+    /// All bonds that are known here: on the first of several ranks those that were collected.
+    fn whole(&self) -> &Groups {
+        let whole = self.share.as_ref().and_then(BondShare::whole);
+        whole.map_or(&self.all, |whole| &whole.bonds)
     }
 
     /// Counts of the bonds of each entry.
@@ -351,7 +393,7 @@ impl Bonds {
             }
             row
         };
-        for bond in self.all.iter().filter(|bond| !bond.is_wall) {
+        for bond in self.whole().iter().filter(|bond| !bond.is_wall) {
             let [a, b] = bond.rows.map(|row| root(&mut parent, row));
             parent[a.max(b) as usize] = a.min(b);
         }
@@ -403,9 +445,19 @@ impl Bonds {
                 }
             }
         }
-        let all: Vec<Bond> = self.all.iter().chain(bonds).collect();
-        self.all = Groups::new(&all);
-        self.exclude(core);
+        if self.share.is_some() {
+            self.add_to_share(&bonds, core);
+            for bond in &bonds {
+                if self.is_alone(core, bond.plan) {
+                    core.particles.unpaired.add(bond.rows, bond.is_wall);
+                    core.lists_are_stale();
+                }
+            }
+        } else {
+            let all: Vec<Bond> = self.all.iter().chain(bonds).collect();
+            self.all = Groups::new(&all);
+            self.exclude(core);
+        }
         self.inform_contacts(core.particles.len());
     }
 
@@ -430,7 +482,7 @@ impl Bonds {
     }
 
     /// Gives the contact loop the overlaps that it does not count.
-    fn inform_contacts(&mut self, rows: usize) {
+    pub(super) fn inform_contacts(&mut self, rows: usize) {
         let of = |is_wall: bool| {
             let offsets = self.offsets.iter();
             let wanted = offsets.filter(move |offset| offset.is_wall == is_wall);
@@ -455,17 +507,17 @@ impl Bonds {
     fn break_where(
         &mut self,
         particles: &Particles,
+        occasion: Occasion,
         breaks: impl Fn(&Bond) -> Option<BreakMode>,
     ) -> bool {
-        let before = self.breaks.len();
+        let mut broken = Vec::new();
         let mut kept = Vec::with_capacity(self.all.len());
-        for bond in self.all.iter() {
+        for (number, bond) in (0..).zip(self.all.iter()) {
             let Some(mode) = breaks(&bond) else {
                 kept.push(bond);
                 continue;
             };
-            self.counts[bond.plan as usize].broken += 1;
-            self.breaks.push(Break {
+            let its = Break {
                 time: self.time,
                 ids: bond.ids,
                 is_wall: bond.is_wall,
@@ -473,59 +525,107 @@ impl Bonds {
                 mode,
                 position: particles.records[bond.rows[0] as usize].position + 0.5 * bond.branch,
                 energy: bond.released(mode),
+            };
+            broken.push(Broken {
+                occasion,
+                number,
+                rows: bond.rows,
+                its,
             });
         }
-        let broken = &self.breaks[before..];
         if broken.is_empty() {
             return false;
         }
         self.all = Groups::new(&kept);
+        let breaks: Vec<Break> = broken.iter().map(|broken| broken.its.clone()).collect();
+        self.loosen_offsets(&breaks);
+        match &mut self.share {
+            // Counted when all ranks know them.
+            Some(share) => share.note_broken(broken),
+            None => self.count(&breaks),
+        }
+        true
+    }
+
+    /// Counts bonds that have broken at once.
+    pub(super) fn count(&mut self, broken: &[Break]) {
+        for broken in broken {
+            self.counts[broken.plan as usize].broken += 1;
+        }
         self.taken += broken.iter().map(|broken| broken.energy).sum::<f64>();
+        self.breaks.extend_from_slice(broken);
+    }
+
+    /// Offsets of bonds that have broken hold until their pairs part.
+    pub(super) fn loosen_offsets(&mut self, broken: &[Break]) {
         if !self.offsets.is_empty() {
             let gone: BTreeSet<_> = broken.iter().map(|gone| (gone.is_wall, gone.ids)).collect();
             for offset in &mut self.offsets {
                 offset.is_glued &= !gone.contains(&(offset.is_wall, offset.ids));
             }
         }
-        true
+    }
+
+    /// Whether pairs that an entry glues have no contact.
+    pub(super) fn is_alone(&self, core: &Core, plan: u32) -> bool {
+        !core.physics().plans.all::<BondPlan>()[plan as usize].contact
     }
 
     /// Forgets the offsets of broken pairs that have parted; returns whether there were any.
     fn forget_parted(&mut self, core: &Core) -> bool {
-        let before = self.offsets.len();
         let (particles, cell) = (&core.particles, core.cell());
+        let own = core.own_rows();
+        let is_known = |offset: &Offset| {
+            let ends = if offset.is_wall { 1 } else { 2 };
+            offset.rows[..ends]
+                .iter()
+                .any(|&row| own.contains(&(row as usize)))
+        };
+        let mut parted = Vec::new();
         self.offsets.retain(|offset| {
-            if offset.is_glued {
+            if offset.is_glued || !is_known(offset) {
                 return true;
             }
             let [row, other] = offset.rows.map(|row| row as usize);
             let reach = reach(particles, offset.rows, offset.is_wall);
             let record = &particles.records[row];
-            if offset.is_wall {
-                return to_wall(record, &core.domain.walls[other], reach, cell).is_some();
+            let touch = if offset.is_wall {
+                to_wall(record, &core.domain.walls[other], reach, cell).is_some()
+            } else {
+                let way = particles.records[other].position - record.position;
+                cell.min_image(way, DVec3::ZERO).0.length() < reach
+            };
+            if !touch {
+                parted.push((offset.is_wall, offset.ids));
             }
-            let way = particles.records[other].position - record.position;
-            cell.min_image(way, DVec3::ZERO).0.length() < reach
+            touch
         });
-        self.offsets.len() < before
+        let any = !parted.is_empty();
+        if let Some(share) = &mut self.share {
+            share.note_parted(parted);
+        }
+        any
     }
 
     /// Glues pairs at their first touch.
     fn glue_touches(&mut self, core: &mut Core) {
         let physics = std::sync::Arc::clone(core.physics());
+        let plans = physics.plans.all::<BondPlan>();
         let (time, seed) = (core.time(), physics.seed);
+        let glues = |plan: &BondPlan| match plan.when {
+            Gluing::Start(_) => false,
+            Gluing::Contact { from, until } => time >= from && time < until,
+        };
+        if !plans.iter().any(glues) {
+            return;
+        }
+        core.fetch_records();
         let around = surroundings(core);
         let particles = around.particles;
         let records = &particles.records;
         let id = |row: u32| particles.ids[row as usize].number();
         let mut bonds = Vec::new();
-        for (number, plan) in physics.plans.all::<BondPlan>().iter().enumerate() {
-            let Gluing::Contact { from, until } = plan.when else {
-                continue;
-            };
-            if time < from || time >= until {
-                continue;
-            }
+        for (number, plan) in plans.iter().enumerate().filter(|(_, plan)| glues(plan)) {
             let mut found = Vec::new();
             for pair in &self.candidates {
                 let [mut row, mut other] = pair.rows;
@@ -556,12 +656,16 @@ impl Bonds {
                     found.push(((true, [id(row), wall]), [row, wall], way));
                 }
             }
-            found.sort_unstable_by_key(|&(key, ..)| key);
+            found.sort_by_key(|&(key, ..)| key);
             for (key, rows, branch) in found {
                 if self.glued.insert(key) {
                     bonds.push(plan.glue(number, rows, key.0, branch, seed, &around));
                 }
             }
+        }
+        if self.share.is_some() {
+            core.join_ranks(&mut bonds);
+            bonds.sort_by_key(|bond| (bond.plan, bond.is_wall, bond.ids));
         }
         if !bonds.is_empty() {
             self.add(bonds, core);
@@ -569,48 +673,12 @@ impl Bonds {
     }
 
     /// Takes in the powers of damping and of walls at these forces, by the trapezoidal rule.
-    fn take_powers(&mut self, core: &Core) {
+    fn take_powers(&mut self, core: &mut Core) {
         let dt = core.since_last();
-        let mut powers = [0.0; 3];
-        for bond in self.all.iter() {
-            let [row, other] = bond.rows.map(|row| Row::new(row as usize));
-            let of_row = |row: Row| {
-                let record = &core.particles.records[row.index()];
-                Moving {
-                    velocity: record.velocity,
-                    spin: record.angular_velocity,
-                }
-            };
-            let (seen, now) = if bond.is_wall {
-                let wall = other.index();
-                let point = bond.point_of_wall(&core.domain.walls[wall]);
-                let at = |field: &RigidVelocity| Moving {
-                    velocity: field.at(point),
-                    spin: field.angular_velocity,
-                };
-                let [before, after] = core.wall_fields(wall, dt).each_ref().map(at);
-                let now = Moving {
-                    velocity: 0.5 * (before.velocity + after.velocity),
-                    spin: 0.5 * (before.spin + after.spin),
-                };
-                let Action { force, couples, .. } = bond.now;
-                let power = force.dot(now.velocity) - couples[1].dot(now.spin);
-                powers[1] += power;
-                if !core.domain.walls[wall].servos.is_empty() {
-                    powers[2] += power;
-                }
-                (at(&core.domain.walls[wall].state.velocity), now)
-            } else {
-                (of_row(other), core.moving(other, 0.5 * dt))
-            };
-            let motion = |a: Moving, b: Moving| Motion {
-                velocity: (b.velocity - a.velocity).into(),
-                spins: [a.spin.into(), b.spin.into()],
-            };
-            let seen = motion(of_row(row), seen);
-            let now = motion(core.moving(row, 0.5 * dt), now);
-            powers[0] += (bond.element).damping_power(bond.branch.into(), &seen, &now);
-        }
+        let of_bonds: Vec<[f64; 3]> = (self.all.iter())
+            .map(|bond| powers_of(&bond, core, dt))
+            .collect();
+        let powers = self.sum_of_own(core, &of_bonds);
         if dt > 0.0 {
             let half = 0.5 * dt;
             let [taken, by_walls, by_servos] =
@@ -621,6 +689,48 @@ impl Bonds {
         }
         self.last_powers = powers;
     }
+}
+
+/// Power that the damping of a bond takes, and power of the wall that it holds to, and of it if it has servos, W.
+fn powers_of(bond: &Bond, core: &Core, dt: f64) -> [f64; 3] {
+    let [row, other] = bond.rows.map(|row| Row::new(row as usize));
+    let of_row = |row: Row| {
+        let record = &core.particles.records[row.index()];
+        Moving {
+            velocity: record.velocity,
+            spin: record.angular_velocity,
+        }
+    };
+    let mut by_wall = [0.0; 2];
+    let (seen, now) = if bond.is_wall {
+        let wall = other.index();
+        let point = bond.point_of_wall(&core.domain.walls[wall]);
+        let at = |field: &RigidVelocity| Moving {
+            velocity: field.at(point),
+            spin: field.angular_velocity,
+        };
+        let [before, after] = core.wall_fields(wall, dt).each_ref().map(at);
+        let now = Moving {
+            velocity: 0.5 * (before.velocity + after.velocity),
+            spin: 0.5 * (before.spin + after.spin),
+        };
+        let Action { force, couples, .. } = bond.now;
+        by_wall[0] = force.dot(now.velocity) - couples[1].dot(now.spin);
+        if !core.domain.walls[wall].servos.is_empty() {
+            by_wall[1] = by_wall[0];
+        }
+        (at(&core.domain.walls[wall].state.velocity), now)
+    } else {
+        (of_row(other), core.moving(other, 0.5 * dt))
+    };
+    let motion = |a: Moving, b: Moving| Motion {
+        velocity: (b.velocity - a.velocity).into(),
+        spins: [a.spin.into(), b.spin.into()],
+    };
+    let seen = motion(of_row(row), seen);
+    let now = motion(core.moving(row, 0.5 * dt), now);
+    let taken = (bond.element).damping_power(bond.branch.into(), &seen, &now);
+    [taken, by_wall[0], by_wall[1]]
 }
 
 /// Distance (m) below which the two of a pair touch.

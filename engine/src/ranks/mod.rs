@@ -19,6 +19,8 @@ mod threads;
 pub use share::{Across, END, Share, Traffic};
 pub use threads::Threads;
 
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
 /// The ways in which ranks exchange bytes. All ranks make the same calls in the same order.
 pub trait Ranks: Send {
     /// The number of this rank, and how many there are.
@@ -41,4 +43,42 @@ pub trait Ranks: Send {
 
     /// Replaces each number by the sum over all ranks.
     fn add(&mut self, numbers: &mut [i64]);
+}
+
+/// Ranks that make several runs, one after the other: each has a handle.
+pub type Team = Arc<Mutex<dyn Ranks>>;
+
+/// The ranks, for one call.
+pub fn of_team(team: &Team) -> MutexGuard<'_, dyn Ranks + 'static> {
+    team.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Ranks for Team {
+    fn place(&self) -> (usize, usize) {
+        of_team(self).place()
+    }
+
+    fn exchange(&mut self, to: Vec<(usize, Vec<u8>)>, from: &[usize]) -> Vec<Vec<u8>> {
+        of_team(self).exchange(to, from)
+    }
+
+    fn all(&mut self, own: Vec<u8>) -> Vec<Vec<u8>> {
+        of_team(self).all(own)
+    }
+
+    fn gather(&mut self, own: Vec<u8>) -> Vec<Vec<u8>> {
+        of_team(self).gather(own)
+    }
+
+    fn broadcast(&mut self, own: Vec<u8>) -> Vec<u8> {
+        of_team(self).broadcast(own)
+    }
+
+    fn largest(&mut self, numbers: &mut [f64]) {
+        of_team(self).largest(numbers);
+    }
+
+    fn add(&mut self, numbers: &mut [i64]) {
+        of_team(self).add(numbers);
+    }
 }

@@ -53,10 +53,12 @@ pub struct Share {
     cut: Vec<usize>,
     block_size: usize,
     rows: usize,
-    /// The rows of other ranks that contacts of this one read, by rank.
+    /// The rows of other ranks that this one reads, by rank.
     read: Vec<(usize, Vec<u32>)>,
-    /// The rows of this rank that contacts of others read, by rank.
+    /// The rows of this rank that others read, by rank.
     sent: Vec<(usize, Vec<u32>)>,
+    /// The rows that other things than contacts read, with their orientations; `None` where nothing but contacts reads rows.
+    beside_contacts: Option<Vec<u32>>,
     /// Whether all rows are as their ranks have them.
     is_complete: bool,
     /// The time that it took to compute own rows since the last division.
@@ -82,6 +84,7 @@ impl Share {
             rows: 0,
             read: Vec::new(),
             sent: Vec::new(),
+            beside_contacts: None,
             is_complete: true,
             busy: Duration::ZERO,
             has_ended: false,
@@ -131,6 +134,7 @@ impl Share {
         self.cut = balanced(&self.cut, &times, blocks)
             .unwrap_or_else(|| (0..=count).map(|rank| blocks * rank / count).collect());
         (self.rows, self.block_size) = (rows, block_size);
+        self.beside_contacts = None;
         self.is_complete = true;
     }
 
@@ -179,13 +183,34 @@ impl Share {
         self.ranks.all(own)
     }
 
-    /// Notes which rows of other ranks contacts of this one read (ascending), and which rows of this one others read.
-    pub fn note_readers(&mut self, read: &[u32]) {
-        let (_, count) = self.place();
-        let mut wanted = vec![Vec::new(); count];
-        for &row in read {
-            wanted[rank_of(&self.cut, row as usize / self.block_size)].push(row);
+    /// The rank of a row.
+    #[must_use]
+    pub fn rank_of_row(&self, row: u32) -> usize {
+        rank_of(&self.cut, row as usize / self.block_size)
+    }
+
+    /// Adds rows that are read beside those that contacts read, until rows are divided anew; all ranks do it.
+    pub fn read_beside_contacts(&mut self, rows: &[u32]) {
+        let beside = self.beside_contacts.get_or_insert_default();
+        beside.extend_from_slice(rows);
+        beside.sort_unstable();
+        beside.dedup();
+    }
+
+    /// Notes which rows of other ranks this one reads, those that contacts read (ascending) among them, and which rows of this one others read.
+    pub fn note_readers(&mut self, by_contacts: &[u32]) {
+        let (own, count) = self.place();
+        let mut rows = by_contacts.to_vec();
+        if let Some(beside) = &self.beside_contacts {
+            rows.extend_from_slice(beside);
+            rows.sort_unstable();
+            rows.dedup();
         }
+        let mut wanted = vec![Vec::new(); count];
+        for row in rows {
+            wanted[self.rank_of_row(row)].push(row);
+        }
+        wanted[own].clear();
         let bytes = |rows: &Vec<u32>| bytemuck::cast_slice(rows).to_vec();
         let came = self.exchange_all(wanted.iter().map(bytes).collect());
         let some = |all: Vec<Vec<u32>>| {
@@ -202,15 +227,22 @@ impl Share {
         self.is_complete = !self.is_divided();
     }
 
-    /// Brings up to date the records that contacts of this rank read.
-    pub fn fetch_records(&mut self, records: &mut [Particle]) {
+    /// Brings up to date the records that this rank reads, with orientations where not only contacts read them.
+    pub fn fetch_records(&mut self, particles: &mut Particles) {
         if self.is_complete {
             return;
         }
+        let records = &mut particles.records;
+        let orientations = particles.orientations.as_mut();
+        let mut orientations = orientations.filter(|_| self.beside_contacts.is_some());
         let pack = |(rank, rows): &(usize, Vec<u32>)| {
             let mut bytes = Vec::with_capacity(rows.len() * MOTION);
-            rows.iter()
-                .for_each(|&row| put_motion(&records[row as usize], &mut bytes));
+            for row in rows.iter().map(|&row| row as usize) {
+                put_motion(&records[row], &mut bytes);
+                if let Some(orientations) = &orientations {
+                    bytes.extend_from_slice(bytes_of(&orientations[row]));
+                }
+            }
             (*rank, bytes)
         };
         let to: Vec<_> = self.sent.iter().map(pack).collect();
@@ -219,8 +251,16 @@ impl Share {
         let from: Vec<usize> = self.read.iter().map(|(rank, _)| *rank).collect();
         let came = self.ranks.exchange(to, &from);
         for ((_, rows), bytes) in self.read.iter().zip(came) {
-            for (&row, motion) in rows.iter().zip(bytes.as_chunks().0) {
-                take_motion(motion, &mut records[row as usize]);
+            let size = bytes.len() / rows.len();
+            for (row, bytes) in rows.iter().zip(bytes.chunks_exact(size)) {
+                let row = *row as usize;
+                let Some((motion, orientation)) = bytes.split_first_chunk() else {
+                    continue;
+                };
+                take_motion(motion, &mut records[row]);
+                if let Some(orientations) = &mut orientations {
+                    bytes_of_mut(&mut orientations[row]).copy_from_slice(orientation);
+                }
             }
         }
     }
@@ -290,6 +330,11 @@ impl Share {
         result
     }
 
+    /// Counts more time that it took to compute own rows.
+    pub fn note_work(&mut self, time: Duration) {
+        self.busy += time;
+    }
+
     /// The way to all ranks, while lists are built.
     pub fn with_all<T>(&mut self, work: impl FnOnce(Across<'_>) -> T) -> T {
         let (rank, cut) = (self.place().0, self.cut.clone());
@@ -336,14 +381,19 @@ impl Share {
         }
     }
 
+    /// The bytes of all ranks on the first one, for a look; nothing on the others.
+    pub fn gather(&mut self, own: Vec<u8>) -> Vec<Vec<u8>> {
+        self.traffic.bytes_of_looks += own.len() as u64;
+        self.ranks.gather(own)
+    }
+
     /// Brings all rows up to date on the first rank, with the loads on them.
     pub fn collect(&mut self, particles: &mut Particles) {
         if !self.is_divided() {
             return;
         }
         let bytes = pack_rows(particles, self.own_rows(particles.len()), true);
-        self.traffic.bytes_of_looks += bytes.len() as u64;
-        let all = self.ranks.gather(bytes);
+        let all = self.gather(bytes);
         self.take_rows(&all, particles, true);
         let Traffic {
             messages,

@@ -45,6 +45,28 @@ impl Unpaired {
         self.walls.binary_search(&[row, wall]).is_ok()
     }
 
+    /// With one more pair of rows, or of a row and a wall.
+    pub fn add(&mut self, rows: [u32; 2], is_wall: bool) {
+        let (pairs, pair) = self.place_of(rows, is_wall);
+        let place = pairs.partition_point(|other| *other < pair);
+        pairs.insert(place, pair);
+    }
+
+    /// Without a pair; it stays if it is there twice.
+    pub fn remove(&mut self, rows: [u32; 2], is_wall: bool) {
+        let (pairs, pair) = self.place_of(rows, is_wall);
+        if let Ok(place) = pairs.binary_search(&pair) {
+            pairs.remove(place);
+        }
+    }
+
+    fn place_of(&mut self, [a, b]: [u32; 2], is_wall: bool) -> (&mut Vec<[u32; 2]>, [u32; 2]) {
+        match is_wall {
+            true => (&mut self.walls, [a, b]),
+            false => (&mut self.pairs, [a.min(b), a.max(b)]),
+        }
+    }
+
     /// The rows were reordered: `new_row[old]`, `None` for rows that were removed.
     pub(super) fn follow(&mut self, new_row: &[Option<Row>]) {
         let now = |row: u32| new_row[row as usize].map(|row| row.index() as u32);

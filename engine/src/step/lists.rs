@@ -113,7 +113,6 @@ impl Engine {
             }),
             None => contacts.adopt(&pairs, &near_walls, &new_row, None, parallel),
         }
-        core.note_readers();
         let list = NewList {
             particles: &core.particles,
             pairs: &pairs,
@@ -123,7 +122,8 @@ impl Engine {
         };
         parts.iter_mut().for_each(|part| part.new_list(&list));
         core.adopt(extra, grid, &levels);
-        if core.particles.len() > MANY {
+        self.share_parts();
+        if self.particles.len() > MANY {
             give_back();
         }
         Ok(())

@@ -166,6 +166,12 @@ pub trait Part: Any + Send {
         Ok(())
     }
 
+    /// Rows were divided among ranks anew: gives what it keeps of rows that have left this rank to those that compute them now, and names the
+    /// rows of others that it reads ([`Core::read_rows`]). At the first call every rank has the whole state.
+    fn take_share(&mut self, core: &mut Core) {
+        let _ = core;
+    }
+
     /// Brings what it has on each rank to the first one, which observes or saves it until the next step.
     fn collect_from_ranks(&mut self, core: &mut Core) {
         let _ = core;

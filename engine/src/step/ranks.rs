@@ -74,10 +74,10 @@ impl Core {
         }
     }
 
-    /// Brings up to date the records that contacts of this rank read.
-    pub(super) fn fetch_records(&mut self) {
+    /// Brings up to date the records that contacts and parts of this rank read; all ranks do it.
+    pub fn fetch_records(&mut self) {
         if let Some(share) = &mut self.ranks {
-            share.fetch_records(&mut self.particles.records);
+            share.fetch_records(&mut self.particles);
         }
     }
 
@@ -86,6 +86,47 @@ impl Core {
         if let Some(share) = self.ranks.as_mut().filter(|share| share.is_divided()) {
             share.fetch_loads(&mut self.particles.loads);
         }
+    }
+
+    /// The number of this rank among those that divide rows.
+    #[must_use]
+    pub fn rank(&self) -> usize {
+        let share = self.ranks.as_ref().filter(|share| share.is_divided());
+        share.map_or(0, |share| share.place().0)
+    }
+
+    /// The number of ranks among which rows are divided.
+    #[must_use]
+    pub fn rank_count(&self) -> usize {
+        let share = self.ranks.as_ref().filter(|share| share.is_divided());
+        share.map_or(1, |share| share.place().1)
+    }
+
+    /// The rank that computes a row.
+    #[must_use]
+    pub fn rank_of_row(&self, row: u32) -> usize {
+        let share = self.ranks.as_ref().filter(|share| share.is_divided());
+        share.map_or(0, |share| share.rank_of_row(row))
+    }
+
+    /// Adds rows that a part reads in each step, with their orientations, until the next list; all ranks do it. After a list is in place,
+    /// [`Core::note_readers`] must follow.
+    pub fn read_rows(&mut self, rows: &[u32]) {
+        if let Some(share) = &mut self.ranks {
+            share.read_beside_contacts(rows);
+        }
+    }
+
+    /// Sends bytes to each other rank and returns what each has sent here; all ranks do it.
+    pub fn exchange_with_ranks(&mut self, out: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        let share = self.ranks.as_mut().filter(|share| share.is_divided());
+        share.map_or_else(Vec::new, |share| share.exchange_all(out))
+    }
+
+    /// The bytes of all ranks on the first one, nothing on the others; all ranks do it.
+    pub fn gather_from_ranks(&mut self, own: Vec<u8>) -> Vec<Vec<u8>> {
+        let share = self.ranks.as_mut().filter(|share| share.is_divided());
+        share.map_or_else(Vec::new, |share| share.gather(own))
     }
 
     /// Listed pairs, and those that touch or adhere, of all ranks.
@@ -117,6 +158,8 @@ impl Core {
         };
         let mut bytes = Vec::new();
         list.iter().for_each(|one| one.put(&mut bytes));
+        share.traffic.messages += 1;
+        share.traffic.bytes += bytes.len() as u64;
         let all = share.ranks().all(bytes);
         list.clear();
         for bytes in &all {
@@ -136,8 +179,7 @@ impl Core {
         };
         let mut bytes = Vec::new();
         self.contacts.put_own(what, &mut bytes);
-        share.traffic.bytes_of_looks += bytes.len() as u64;
-        let came = share.ranks().gather(bytes);
+        let came = share.gather(bytes);
         let cut = share.cut();
         for (rank, bytes) in came.iter().enumerate().skip(1) {
             let blocks = cut[rank]..cut[rank + 1];
@@ -171,8 +213,8 @@ impl Core {
         self.contacts.take_feature_loads()
     }
 
-    /// Notes which rows go over to other ranks in each step, after contacts were divided.
-    pub(super) fn note_readers(&mut self) {
+    /// Notes which rows go over to other ranks in each step, after contacts were divided; all ranks do it.
+    pub fn note_readers(&mut self) {
         if self.ranks.is_none() {
             return;
         }
@@ -182,20 +224,34 @@ impl Core {
             share.note_readers(&self.contacts.read_rows());
         }
     }
-
-    /// Divides rows and contacts of a state that every rank has as a whole.
-    pub(super) fn divide(&mut self) {
-        let rows = self.particles.len();
-        let Some(share) = &mut self.ranks else {
-            return;
-        };
-        share.divide(rows, block_size(rows));
-        share.with_all(|across| self.contacts.keep_own(across));
-        self.note_readers();
-    }
 }
 
 impl Engine {
+    /// Divides a state that every rank has as a whole.
+    pub(super) fn divide(&mut self) {
+        let Core {
+            ranks,
+            particles,
+            contacts,
+            ..
+        } = &mut self.core;
+        let Some(share) = ranks else {
+            return;
+        };
+        let rows = particles.len();
+        share.divide(rows, block_size(rows));
+        share.with_all(|across| contacts.keep_own(across));
+        self.share_parts();
+    }
+
+    /// After rows and contacts were divided: parts take their shares, and what ranks read of each other is noted.
+    pub(super) fn share_parts(&mut self) {
+        if self.is_divided() {
+            self.call(|part, core| part.take_share(core));
+            self.core.note_readers();
+        }
+    }
+
     /// Finds the largest speed of all ranks, and passes on the messages of parts about the last step.
     ///
     /// # Errors

@@ -283,7 +283,7 @@ impl Engine {
         Self::lead_beginning(&mut options, || Beginning::Resume(snapshot.encode()));
         let mut engine = Self::unstarted(setup.to_setup(), options)?;
         take_state(&mut engine.core, &mut engine.parts, &snapshot)?;
-        engine.core.divide();
+        engine.divide();
         if engine.is_divided() {
             engine.call(|part, core| part.collect_from_ranks(core));
         }

@@ -2,19 +2,19 @@
 
 use std::path::PathBuf;
 
+use crate::plan::{Disk, Memory, Plan, document_as_json, files, report, sha256, summed};
+use crate::run::check_fit;
 use mercury_common::cli::{Failure, Outcome, say};
 use mercury_common::machine::MachineMemory;
 use mercury_common::readable;
 use mercury_common::scene::{Scene, SceneErrors};
-use mercury_solver::plan::{Disk, Memory, Plan, document_as_json, files, report, sha256, summed};
-use mercury_solver::run::check_fit;
 use serde_json::{Value, json};
 
+use super::Arguments;
 use super::input::{Input, refused};
 use super::problems::{self, say_object};
 use super::run::disk_warning;
 use super::trial;
-use crate::Arguments;
 
 /// Says it all.
 pub(crate) fn execute(

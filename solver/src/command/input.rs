@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::plan::{read_all, refusal};
+use crate::run::SceneInput;
 use mercury_common::cli::Failure;
 use mercury_common::problem::Problem;
 use mercury_common::scene::{
     Files, STANDARD_INPUT, Scene, SceneErrors, read_scene_from, read_scene_text,
 };
 use mercury_common::within::Within;
-use mercury_solver::plan::{read_all, refusal};
-use mercury_solver::run::SceneInput;
 
 /// The text of a scene or a study.
 #[derive(Debug, Clone)]

@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use crate::starters::{STARTERS, StarterError};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use mercury_common::cli::{Failure, Outcome, say};
-use mercury_solver::starters::{STARTERS, StarterError};
 
 /// Arguments of `new`: the file to write, and its place.
 #[derive(Debug, Args)]

@@ -1,6 +1,6 @@
 //! `--json` after an error: the problems as one object on standard output.
 
-use std::ffi::OsStr;
+use std::ffi::OsString;
 
 use mercury_common::cli::{Failure, say};
 use mercury_common::problem::{Problem, Spot};
@@ -14,16 +14,14 @@ const MOST: usize = 1000;
 const LONGEST: usize = 1000;
 
 /// Whether the command line has `--json`, also if the rest of it is wrong.
-pub(crate) fn are_requested() -> bool {
-    let arguments = std::env::args_os().skip(1);
-    arguments
-        .take_while(|argument| argument != OsStr::new("--"))
-        .any(|argument| argument == OsStr::new("--json"))
+pub(crate) fn are_requested(words: &[OsString]) -> bool {
+    let mut options = words.iter().skip(1).take_while(|word| *word != "--");
+    options.any(|word| word == "--json")
 }
 
-/// Prints the error in the requested form, if nothing was printed before.
+/// Prints the error as an object, if nothing was printed before.
 pub(crate) fn tell(failure: &Failure) {
-    if let Some(problems) = failure.problems().filter(|_| are_requested()) {
+    if let Some(problems) = failure.problems() {
         // A closed standard output is not an error here: the exit code carries the result.
         let _ = say_object(&of(&problems));
     }

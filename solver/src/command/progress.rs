@@ -11,11 +11,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
+use crate::plan::Plan;
+use crate::run::checkpoint::Checkpoint;
+use crate::run::{Ending, Progress, Report};
 use mercury_common::cli::{Exit, Failure};
 use mercury_engine::task::{OutputFile, RunEvent, Task, TaskProgress};
-use mercury_solver::plan::Plan;
-use mercury_solver::run::checkpoint::Checkpoint;
-use mercury_solver::run::{Ending, Progress, Report};
 use serde_json::{Value, json};
 
 use super::problems;

@@ -3,15 +3,16 @@
 // Without MPI a job is never joined.
 #![cfg_attr(not(feature = "mpi"), allow(dead_code))]
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
-use mercury_common::cli::{Failure, Outcome};
+use crate::plan::{Memory, Plan, sha256};
+use mercury_common::cli::Failure;
 use mercury_common::readable;
 use mercury_common::scene::Statement;
-use mercury_engine::ranks::Share;
+use mercury_engine::forces::block_size;
+use mercury_engine::ranks::{Ranks as _, Share, of_team};
 use mercury_engine::state::Plain;
-use mercury_engine::step::{Engine, StartOptions};
-use mercury_solver::plan::{Memory, Plan, sha256};
+use mercury_engine::step::{Core, Engine, Part, RunError, StartOptions};
 
 /// Names of the variables in which launchers say how many processes there are, and which this one is: of Open MPI, of PMI (MPICH, Intel MPI), of
 /// Slurm, whose variables are there for single programs too.
@@ -32,9 +33,9 @@ pub(crate) enum Job {
     Silent,
 }
 
-/// The share of a rank, and the ranks of this machine.
+/// The ranks of the job.
 pub(crate) struct Team {
-    pub(crate) share: Share,
+    ranks: mercury_engine::ranks::Team,
     /// Ranks on this machine.
     on_machine: usize,
 }
@@ -50,6 +51,11 @@ fn launched() -> Option<(usize, usize)> {
         .into_iter()
         .find_map(of)
         .filter(|&(size, _): &(usize, usize)| size > 1)
+}
+
+/// Whether a launcher has begun several processes, and this is not the first one.
+pub(crate) fn is_another() -> bool {
+    launched().is_some_and(|(_, rank)| rank > 0)
 }
 
 impl Job {
@@ -77,18 +83,19 @@ fn join(count: usize, rank: usize) -> Result<Job, Failure> {
 }
 
 #[cfg(feature = "mpi")]
-fn join(_: usize, _: usize) -> Result<Job, Failure> {
+fn join(count: usize, rank: usize) -> Result<Job, Failure> {
     use mercury_engine::ranks::mpi::Mpi;
     let mpi = Mpi::join().map_err(Failure::run)?;
     // A rank that ends in disorder would leave the others waiting for ever.
     let report = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
         report(panic);
+        eprintln!("rank {rank} of {count} failed, and all others end with it");
         Mpi::abort(101);
     }));
     let on_machine = mpi.on_this_machine();
     Ok(Job::Rank(Box::new(Team {
-        share: Share::new(Box::new(mpi)),
+        ranks: Arc::new(Mutex::new(mpi)),
         on_machine,
     })))
 }
@@ -96,12 +103,17 @@ fn join(_: usize, _: usize) -> Result<Job, Failure> {
 impl Team {
     /// The number of ranks.
     pub(crate) fn count(&self) -> usize {
-        self.share.place().1
+        self.ranks.place().1
     }
 
     /// Whether this is the first rank.
     pub(crate) fn is_first(&self) -> bool {
-        self.share.is_first()
+        self.ranks.place().0 == 0
+    }
+
+    /// The share of this rank in the next run. Where the first rank drops it without a run, the others go on as after one.
+    pub(crate) fn share(&self) -> Share {
+        Share::new(Box::new(Arc::clone(&self.ranks)))
     }
 
     /// Threads of this rank where none are requested: the cores that it may use, shared with the other ranks of the machine where these may use
@@ -118,14 +130,14 @@ impl Team {
     ///
     /// # Errors
     /// If another rank cannot run this, or would run something else.
-    pub(crate) fn agree(&mut self, own: Result<String, String>) -> Result<(), Failure> {
+    pub(crate) fn agree(&self, own: Result<String, String>) -> Result<(), Failure> {
         let mut bytes = Vec::new();
         let (is_ready, text) = match &own {
             Ok(digest) => (true, digest),
             Err(reason) => (false, reason),
         };
         (is_ready, text.clone()).put(&mut bytes);
-        let all = self.share.ranks().all(bytes);
+        let all = of_team(&self.ranks).all(bytes);
         let mut first = None;
         for (rank, bytes) in all.iter().enumerate() {
             let (is_ready, text) = <(bool, String)>::take(&mut &bytes[..]).map_err(Failure::run)?;
@@ -142,11 +154,94 @@ impl Team {
         Ok(())
     }
 
+    /// A note where there are more ranks than blocks of rows.
+    pub(crate) fn idle(&self, memory: &Memory) -> Option<String> {
+        let (rows, ranks) = (memory.spheres as usize, self.count());
+        let blocks = rows.div_ceil(block_size(rows)).max(1);
+        (blocks < ranks).then(|| {
+            format!(
+                "{ranks} ranks, of which {blocks} will have something to compute: {} are divided into {}",
+                readable::counted(rows, "sphere"),
+                readable::counted(blocks, "block")
+            )
+        })
+    }
+
+    /// On the last rank: a part that panics at a step, so that a test sees what becomes of the others.
+    pub(crate) fn failing(&self, step: u64) -> Option<Box<dyn Part>> {
+        let (rank, count) = self.ranks.place();
+        (rank + 1 == count).then(|| Box::new(Failing(step)) as _)
+    }
+
     /// Makes the run of the first rank with it, on another one.
-    pub(crate) fn follow(self, plan: Plan, options: StartOptions) -> Outcome {
+    pub(crate) fn follow(&self, plan: Plan, options: StartOptions) {
         // The first rank reports every error.
-        let _ = Engine::follow(Arc::new(plan), options.ranks(Some(self.share)));
+        let _ = Engine::follow(Arc::new(plan), options.ranks(Some(self.share())));
+    }
+
+    /// The number of the next run of a study, on a rank that is not the first; `None` behind the last one.
+    pub(crate) fn next_run(&self) -> Option<usize> {
+        let bytes = of_team(&self.ranks).broadcast(Vec::new());
+        <Option<u64> as Plain>::take(&mut &bytes[..])
+            .ok()
+            .flatten()
+            .map(|run| run as usize)
+    }
+
+    fn tell_run(&self, run: Option<usize>) {
+        let mut bytes = Vec::new();
+        run.map(|run| run as u64).put(&mut bytes);
+        of_team(&self.ranks).broadcast(bytes);
+    }
+}
+
+/// Panics at the end of a step.
+struct Failing(u64);
+
+impl Part for Failing {
+    fn name(&self) -> &str {
+        "failing"
+    }
+
+    fn works_on_ranks(&self) -> bool {
+        true
+    }
+
+    fn end_step(&mut self, core: &mut Core) -> Result<(), RunError> {
+        assert!(core.steps() < self.0, "step {} fails, as it should", self.0);
         Ok(())
+    }
+}
+
+/// On the first rank: leads the others through the runs of a study, until it is dropped.
+pub(crate) struct Leader(pub(crate) Box<Team>);
+
+impl Leader {
+    /// Begins a run, by its number, on all ranks.
+    ///
+    /// # Errors
+    /// If another rank cannot make this run, or would make another one.
+    pub(crate) fn share(
+        &self,
+        run: usize,
+        digest: Result<String, String>,
+    ) -> Result<Share, Failure> {
+        self.0.tell_run(Some(run));
+        self.0.agree(digest)?;
+        Ok(self.0.share())
+    }
+
+    /// [`Team::threads`].
+    pub(crate) fn threads(&self) -> usize {
+        self.0.threads()
+    }
+}
+
+impl Drop for Leader {
+    fn drop(&mut self) {
+        if !std::thread::panicking() {
+            self.0.tell_run(None);
+        }
     }
 }
 

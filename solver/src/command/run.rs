@@ -10,6 +10,14 @@ use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use crate::output::folder::{self, Earlier, FolderError};
+use crate::plan::{Disk, Memory, Plan, document};
+use crate::results::{Aims, NamedResult};
+use crate::run::checkpoint::Checkpoint;
+use crate::run::{
+    Branch, BranchError, Checkpoints, Claim, Progress, Report, RunFailure, RunOptions, is_over,
+    run_from, useful_threads,
+};
 use mercury_common::cli::{self, Failure};
 use mercury_common::machine;
 use mercury_common::readable::bytes;
@@ -18,14 +26,6 @@ use mercury_common::within::Within;
 use mercury_engine::lanes::Width;
 use mercury_engine::ranks::Share;
 use mercury_engine::task::{RunEvent, TaskProgress};
-use mercury_solver::output::folder::{self, Earlier, FolderError};
-use mercury_solver::plan::{Disk, Memory, Plan, document};
-use mercury_solver::results::{Aims, NamedResult};
-use mercury_solver::run::checkpoint::Checkpoint;
-use mercury_solver::run::{
-    Branch, BranchError, Checkpoints, Claim, Progress, Report, RunFailure, RunOptions, is_over,
-    run_from, useful_threads,
-};
 
 /// Requests of signals to a run.
 #[derive(Debug, Clone)]
@@ -85,6 +85,8 @@ pub(crate) struct How {
     pub(crate) checkpoint_every: Option<Duration>,
     /// Only errors are printed.
     pub(crate) quiet: bool,
+    /// The command line as it was typed.
+    pub(crate) typed: String,
     /// The share of this process, where several make the run.
     pub(crate) ranks: Arc<Mutex<Option<Share>>>,
 }
@@ -202,7 +204,7 @@ pub(crate) fn run_plan(
         threads,
         fewer_where_faster: !how.fixed_threads,
         width: how.width,
-        command_line: std::env::args().collect::<Vec<_>>().join(" "),
+        command_line: how.typed.clone(),
         plan_document: Some(plan_as_toml(&plan, memory)?),
         scene_text: Some(stated.input.text.clone()),
         scene_folder: Some(stated.scene.directory().to_owned()),
@@ -229,7 +231,7 @@ pub(crate) fn run_plan(
     let from = match stated.branch {
         Some(branch) => Some(
             branch
-                .make(&options)
+                .make(&options, tell)
                 .map_err(|error| not_branched(&error))?,
         ),
         None => from,

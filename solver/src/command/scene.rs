@@ -4,6 +4,10 @@ use std::io::IsTerminal as _;
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
+use crate::output::summary::Status;
+use crate::plan::{Memory, Plan};
+use crate::results::{Aims, NamedResult, PlannedRows, requested};
+use crate::run::{Branch, Progress, Report, check_fit, plan_within};
 use mercury_common::cli::{self, Failure, Outcome, say};
 use mercury_common::machine;
 use mercury_common::readable::rounded;
@@ -12,19 +16,15 @@ use mercury_common::whole_file::write_whole;
 use mercury_common::within::Within;
 use mercury_engine::step::StartOptions;
 use mercury_engine::task::TaskProgress;
-use mercury_solver::output::summary::Status;
-use mercury_solver::plan::{Memory, Plan};
-use mercury_solver::results::{Aims, NamedResult, PlannedRows, requested};
-use mercury_solver::run::{Branch, Progress, Report, check_fit, plan_within};
 use serde_json::Value;
 
+use super::Arguments;
 use super::input::{Input, refused};
 use super::progress::ProgressFile;
-use super::ranks::{self, Job, Team};
+use super::ranks::{self, Job, Leader, Team};
 use super::run::{How, Ran, Requests, Stated, not_branched, run_plan};
 use super::waiting::{BeforeEnd, Waiting};
 use super::{check, problems, study};
-use crate::Arguments;
 
 /// Executes the command line: a scene is checked or run, and so is a study.
 pub(crate) fn execute(arguments: &Arguments, path: &Path, within: Option<Arc<Within>>) -> Outcome {
@@ -44,7 +44,7 @@ pub(crate) fn execute(arguments: &Arguments, path: &Path, within: Option<Arc<Wit
             None
         }
         (Some(_), Job::Rank(team)) if team.is_first() => Some(team),
-        (Some(_), Job::Rank(team)) => return follow(arguments, path, within, team),
+        (Some(_), Job::Rank(team)) => return follow(arguments, path, within, &team),
     };
     let progress = ProgressFile::requested(arguments.progress.as_deref(), path)?;
     let task_progress = match (&requests, &progress) {
@@ -93,13 +93,13 @@ fn plan_and_run(
     requests: Option<Requests>,
     task_progress: &Arc<TaskProgress>,
     progress: Option<Arc<ProgressFile>>,
-    (mut team, checked): (Option<Box<Team>>, Option<usize>),
+    (team, checked): (Option<Box<Team>>, Option<usize>),
 ) -> Result<Option<Report>, Failure> {
     let quiet = arguments.quiet || (arguments.check && arguments.json);
     let stop = (requests.as_ref()).map(|requests| (&requests.stop, before_end(progress.clone())));
     let waiting = Waiting::begin(task_progress, stop, quiet)?;
     let prepared = prepared(arguments, path, within.as_ref(), team.is_some());
-    if let Some(team) = &mut team {
+    if let Some(team) = &team {
         // Its own reason is the better one.
         team.agree(digest_of(&prepared))
             .or_else(|failure| match prepared.is_err() {
@@ -109,7 +109,15 @@ fn plan_and_run(
     }
     let (input, scene, plan, memory, branch) = match prepared? {
         Prepared::Study(requested) => {
-            study::execute(&requested, arguments, requests, task_progress, waiting)?;
+            let leader = team.map(Leader);
+            study::execute(
+                &requested,
+                arguments,
+                requests,
+                task_progress,
+                waiting,
+                leader,
+            )?;
             return Ok(None);
         }
         Prepared::Scene {
@@ -120,6 +128,13 @@ fn plan_and_run(
             branch,
         } => (*input, *scene, *plan, memory, branch),
     };
+    // Where a reason against the run is found from here on, the other ranks end with it.
+    let share = team.as_ref().map(|team| team.share());
+    if let Some(note) = team.as_ref().and_then(|team| team.idle(&memory))
+        && !arguments.quiet
+    {
+        eprintln!("note: {note}");
+    }
     let branch = branch.as_deref();
     let set = branch.map_or(&arguments.set, |branch| &branch.input.set);
     let machine = machine::memory();
@@ -157,7 +172,7 @@ fn plan_and_run(
         progress: progress.clone(),
         results,
         until,
-        ranks: Arc::new(Mutex::new(team.map(|team| team.share))),
+        ranks: Arc::new(Mutex::new(share)),
         ..arguments.how()
     };
     let how = match threads {
@@ -231,10 +246,6 @@ fn prepared(
     is_divided: bool,
 ) -> Result<Prepared, Failure> {
     let branch = match (&arguments.from, arguments.at) {
-        (Some(_), Some(_)) if is_divided => {
-            return Err(Failure::input("a branch begins in one process")
-                .with_help("start it without mpirun or srun, stop it, and go on with --resume"));
-        }
         (Some(run), Some(at)) => {
             Some(Branch::plan(run, at, &arguments.set).map_err(|error| not_branched(&error))?)
         }
@@ -260,12 +271,11 @@ fn prepared(
     if branch.is_none()
         && let Some(requested) = study::requested(&input, arguments, within)?
     {
-        if is_divided {
-            return Err(
-                Failure::input("a study makes each of its runs in one process").with_help(
-                    "start it without mpirun or srun; --jobs says how many runs are made at a time",
-                ),
-            );
+        if is_divided && requested.has_jobs() {
+            return Err(Failure::input(
+                "several ranks make the runs of a study together, one after the other: they have no jobs",
+            )
+            .with_help("leave out --jobs or `jobs`, or start the study without mpirun or srun"));
         }
         return Ok(Prepared::Study(Box::new(requested)));
     }
@@ -285,25 +295,38 @@ fn prepared(
 fn digest_of(prepared: &Result<Prepared, Failure>) -> Result<String, String> {
     match prepared {
         Ok(Prepared::Scene { scene, .. }) => ranks::digest(&scene.statement),
-        Ok(Prepared::Study(_)) => Err("it is a study".to_owned()),
+        Ok(Prepared::Study(requested)) => Ok(requested.digest()),
         Err(failure) => Err(failure.message.clone()),
     }
 }
 
 /// On a rank that is not the first: makes the run with it. The first rank reports, and its exit code counts.
-fn follow(
-    arguments: &Arguments,
-    path: &Path,
-    within: Option<Arc<Within>>,
-    mut team: Box<Team>,
-) -> Outcome {
+fn follow(arguments: &Arguments, path: &Path, within: Option<Arc<Within>>, team: &Team) -> Outcome {
     let prepared = prepared(arguments, path, within.as_ref(), true);
     let agreed = team.agree(digest_of(&prepared));
-    if let (Ok(()), Ok(Prepared::Scene { plan, .. })) = (agreed, prepared) {
-        let how = arguments.how();
-        let threads = how.threads.map_or_else(|| team.threads(), usize::from);
-        let options = StartOptions::threads(threads).width(how.width);
-        return team.follow(*plan, options);
+    let how = arguments.how();
+    let threads = how.threads.map_or_else(|| team.threads(), usize::from);
+    let options = || {
+        let parts = arguments.fail_at.map(|step| team.failing(step));
+        StartOptions::threads(threads)
+            .width(how.width)
+            .parts(parts.into_iter().flatten().collect())
+    };
+    match (agreed, prepared) {
+        (Ok(()), Ok(Prepared::Scene { plan, .. })) => team.follow(*plan, options()),
+        (Ok(()), Ok(Prepared::Study(requested))) => {
+            while let Some(run) = team.next_run() {
+                let planned = requested.planned(run);
+                let digest = match &planned {
+                    Ok((_, scene)) => ranks::digest(&scene.statement),
+                    Err(failure) => Err(failure.message.clone()),
+                };
+                if let (Ok(()), Ok((plan, _))) = (team.agree(digest), planned) {
+                    team.follow(plan, options());
+                }
+            }
+        }
+        _ => {}
     }
     Ok(())
 }

@@ -5,6 +5,14 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
+use crate::output::folder::{self, Earlier};
+use crate::output::summary::Status;
+use crate::plan::{Disk, Plan, sha256};
+use crate::results::{self, NamedResult};
+use crate::run::{check_fit, plan_within};
+use crate::study::seeds::{DIFFERENCES, MEANS};
+use crate::study::table::{FILE, State, StudyTable};
+use crate::study::{Seeds, Study, StudyRun, Sweep, earlier, file, grid, plot};
 use mercury_common::cli::{self, Exit, Failure, Outcome, say};
 use mercury_common::machine;
 use mercury_common::problem::Problem;
@@ -13,21 +21,14 @@ use mercury_common::scene::{Scene, stem};
 use mercury_common::whole_file::write_whole;
 use mercury_common::within::Within;
 use mercury_engine::task::{Task, TaskProgress};
-use mercury_solver::output::folder::{self, Earlier};
-use mercury_solver::output::summary::Status;
-use mercury_solver::plan::{Disk, Plan};
-use mercury_solver::results::{self, NamedResult};
-use mercury_solver::run::{check_fit, plan_within};
-use mercury_solver::study::seeds::{DIFFERENCES, MEANS};
-use mercury_solver::study::table::{FILE, State, StudyTable};
-use mercury_solver::study::{Seeds, Study, StudyRun, Sweep, earlier, file, grid, plot};
 use serde_json::{Value, json};
 
+use super::Arguments;
 use super::input::{Input, lies_within, refused};
 use super::problems::say_object;
+use super::ranks::{self, Leader};
 use super::run::{How, Ran, Requests, Stated, run_plan, unusable};
 use super::waiting::Waiting;
-use crate::Arguments;
 
 /// Number of refused runs that a report lists.
 const MOST_TOLD: usize = 3;
@@ -38,6 +39,27 @@ pub(crate) struct Asked {
     study: Study,
     scene: Input,
     within: Option<Arc<Within>>,
+}
+
+impl Asked {
+    /// By what ranks see that they make the same study; the scene of each run is compared when it begins.
+    pub(crate) fn digest(&self) -> String {
+        sha256(format!("{:?}", self.study).as_bytes())
+    }
+
+    /// Whether several of its runs are to be made at a time.
+    pub(crate) fn has_jobs(&self) -> bool {
+        self.study.jobs.is_some_and(|jobs| jobs > 1)
+    }
+
+    /// A run by its number, and its scene.
+    ///
+    /// # Errors
+    /// If it cannot be planned.
+    pub(crate) fn planned(&self, run: usize) -> Result<(Plan, Scene), Failure> {
+        let (plan, _, scene) = planned(self, &self.study.runs[run], 1, true)?;
+        Ok((plan, scene))
+    }
 }
 
 /// The study that the command line names, if it names one.
@@ -193,16 +215,21 @@ fn swept(scene: &Path, arguments: &[String]) -> Result<Study, Failure> {
 
 /// Runs what is not finished yet, and writes table and plots.
 ///
-/// `waiting`: shows the tasks of this `stage`, and ends the program as long as no run has begun.
+/// `waiting`: shows the tasks of this `stage`, and ends the program as long as no run has begun. `leader`: of the ranks that make each run together,
+/// where there are several.
 pub(crate) fn execute(
     asked: &Asked,
     arguments: &Arguments,
     requests: Option<Requests>,
     task_progress: &TaskProgress,
     waiting: Waiting,
+    leader: Option<Leader>,
 ) -> Outcome {
     let mut study = asked.study.clone();
-    let jobs = jobs(&study);
+    let jobs = match leader {
+        Some(_) => 1,
+        None => jobs(&study),
+    };
     let (prefix, needs) = check(asked, &mut study, jobs, arguments.force_memory)?;
     let study = &study;
     if !arguments.force {
@@ -254,6 +281,7 @@ pub(crate) fn execute(
         prefix: &prefix,
         earlier: &earlier,
         requests,
+        leader,
         begun: Instant::now(),
         board: Mutex::new(Board {
             states: (0..study.runs.len())
@@ -403,7 +431,7 @@ fn check(
 }
 
 /// A plan, its memory and its scene.
-type Planned = (Plan, mercury_solver::plan::Memory, Scene);
+type Planned = (Plan, crate::plan::Memory, Scene);
 
 fn planned(
     asked: &Asked,
@@ -462,6 +490,7 @@ struct Work<'a> {
     /// Rows of the table that was there.
     earlier: &'a earlier::Rows,
     requests: Requests,
+    leader: Option<Leader>,
     begun: Instant,
     board: Mutex<Board>,
 }
@@ -526,8 +555,12 @@ impl Work<'_> {
         let (plan, memory, scene) = planned(self.asked, run, 1, true)?;
         let (results, until) =
             results::requested(&scene, &plan).map_err(|errors| refused(&errors))?;
+        let share = (self.leader.as_ref())
+            .map(|leader| leader.share(number, ranks::digest(&scene.statement)))
+            .transpose()?;
+        let threads = self.leader.as_ref().map_or(1, Leader::threads);
         let how = How {
-            ranks: Arc::default(),
+            ranks: Arc::new(Mutex::new(share)),
             folder: Some(self.study.folder.join(&run.name)),
             within: self.asked.within.clone(),
             progress: None,
@@ -537,7 +570,7 @@ impl Work<'_> {
                 true => Earlier::Replace,
                 false => Earlier::Continue,
             },
-            threads: Some(self.study.threads.unwrap_or(1)),
+            threads: self.study.threads.or(u16::try_from(threads).ok()),
             fixed_threads: self.arguments.fixed_threads,
             width: self.arguments.lanes,
             time_limit: self.time_left(),
@@ -549,9 +582,10 @@ impl Work<'_> {
                     .unwrap_or(Duration::from_secs(600)),
             ),
             quiet: true,
+            typed: self.arguments.typed.clone(),
         };
         let mut seen = Instant::now();
-        let mut tell = |progress: &mercury_solver::run::Progress<'_>| {
+        let mut tell = |progress: &crate::run::Progress<'_>| {
             if seen.elapsed() > Duration::from_millis(200) {
                 seen = Instant::now();
                 self.tell(number, progress.share());

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use crate::plan::Plan;
+use crate::run::{RunOptions, Trial, trial};
 use mercury_common::cli::{self, Failure};
-use mercury_solver::plan::Plan;
-use mercury_solver::run::{RunOptions, Trial, trial};
 
 use super::run::{How, Requests};
 use super::waiting::Waiting;

@@ -3,12 +3,12 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
+use crate::verify::{self, Options};
 use clap::Args;
 use mercury_common::cli::{self, Failure, Outcome, say};
-use mercury_solver::verify::{self, Options};
 
+use super::MOST_THREADS;
 use super::problems::say_object;
-use crate::MOST_THREADS;
 
 /// Arguments of `verify`: the run, and how much of it is made again.
 #[derive(Debug, Args)]

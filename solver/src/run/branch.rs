@@ -12,7 +12,7 @@ use super::checkpoint::{self, Checkpoint, CheckpointError, MAY_CHANGE};
 use super::claim::{ClaimError, stated_by};
 use super::open::SceneInput;
 use super::recorded::{Recorded, RecordedError};
-use super::{Run, RunFailure, RunOptions};
+use super::{Progress, Run, RunFailure, RunOptions};
 use crate::output::chain::{CHAIN, Chain, ChainScene, Content, kept_checkpoints, kept_folder};
 use crate::output::folder::VTK;
 use crate::output::summary::BranchOf;
@@ -315,11 +315,16 @@ impl Branch {
     }
 
     /// Makes the steps up to the branch in a folder that is ready for a run: copies what the other run had written by its last checkpoint before, makes its
-    /// steps again from there, which must give its links, and leaves the state from which the new scene goes on.
+    /// steps again from there, which must give its links, and leaves the state from which the new scene goes on. `observe` gets the progress of
+    /// these steps.
     ///
     /// # Errors
     /// If the steps come out differently, the state does not fit the new scene, or a file cannot be copied.
-    pub fn make(&self, options: &RunOptions) -> Result<Checkpoint, BranchError> {
+    pub fn make(
+        &self,
+        options: &RunOptions,
+        observe: &mut dyn FnMut(&Progress<'_>),
+    ) -> Result<Checkpoint, BranchError> {
         let Self { parent, step, .. } = self;
         let (_, change) = parent.chain.stated();
         let from = parent.last_checkpoint(change.max(1)..=*step);
@@ -355,13 +360,15 @@ impl Branch {
             chain: Some(Arc::new(parent.stated.clone())),
             checkpoints: None,
             until: None,
+            // By the first rank alone: the others wait for what comes behind.
+            ranks: Arc::default(),
             ..options.clone()
         };
         let mut run = match from {
             Some(from) => Run::resume(parent.plan.clone(), again, from)?,
             None => Run::new(parent.plan.clone(), again)?,
         };
-        run.advance(self.time(), &mut |_| ())?;
+        run.advance(self.time(), observe)?;
         if run.engine.steps() < *step {
             return Err(BranchError::Stopped(self.time()));
         }

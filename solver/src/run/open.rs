@@ -203,7 +203,7 @@ impl OpenRun {
             ..RunOptions::default()
         };
         let from = match branch {
-            Some(branch) => Some(branch.make(&options)?),
+            Some(branch) => Some(branch.make(&options, &mut |_| ())?),
             None => from,
         };
         let run = match from {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use mercury_engine::step::Engine;
 use mercury_solver::output::chain::{Chain, kept_checkpoints};
 use mercury_solver::plan::{plan, read_scene};
-use mercury_solver::run::checkpoint;
+use mercury_solver::run::{Branch, RunOptions, checkpoint};
 
 use super::chain::{HEAP, run};
 use crate::common::{code, errors, facts, folder_with, results, solve};
@@ -128,6 +128,24 @@ fn a_branch_goes_on_as_if_the_library_had_changed_the_scene_at_its_step() {
         results(&folder, "heap"),
         results(&place.path().join("c"), "heap")
     );
+}
+
+#[test]
+fn steps_that_are_made_again_have_progress() {
+    let place = folder_with("heap.toml", HEAP);
+    run(place.path(), "a", &[]);
+    let options = RunOptions {
+        folder: place.path().join("b"),
+        ..RunOptions::default()
+    };
+    fs::create_dir(&options.folder).unwrap();
+    let branch = Branch::plan(&place.path().join("a"), 0.0257, &[]).unwrap();
+    let mut steps = Vec::new();
+    let made = branch.make(&options, &mut |progress| {
+        steps.push(progress.engine.steps());
+    });
+    assert_eq!(made.unwrap().head.step, 1285);
+    assert!(!steps.is_empty() && steps.iter().all(|step| (1..=1285).contains(step)));
 }
 
 #[test]

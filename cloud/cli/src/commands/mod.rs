@@ -17,7 +17,7 @@ use crate::client::Client;
 
 pub(crate) use accounts::{Audit, Hook, Link, Session, Share, Token, User};
 pub(crate) use projects::Project;
-pub(crate) use runs::{Branch, Clone, Extend, Get, List, Log, One, Remove, Verify};
+pub(crate) use runs::{Branch, Clone, Extend, Get, List, Log, One, Remove, Resume, Verify};
 pub(crate) use submit::{Submit, Table};
 
 /// Wrong usage or input: exit code 2.

@@ -170,6 +170,27 @@ impl Verify {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct Resume {
+    #[command(flatten)]
+    server: Server,
+    /// The run
+    run: String,
+    /// Ranks of MPI from now on [default: as before]
+    #[arg(long)]
+    ranks: Option<u32>,
+}
+
+impl Resume {
+    pub(crate) fn run(self) -> Result<ExitCode> {
+        let client = self.server.connect()?;
+        let query = (self.ranks).map_or(String::new(), |ranks| format!("?ranks={ranks}"));
+        let path = format!("/runs/{}/resume{query}", client.id(&self.run)?);
+        self.server.show(&client.post(&path, &json!({}))?, line)?;
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct Extend {
     #[command(flatten)]
     server: Server,
@@ -241,6 +262,9 @@ pub(crate) struct Clone {
     /// Threads that compute [default: those of the run]
     #[arg(long)]
     threads: Option<u32>,
+    /// Ranks of MPI [default: those of the run]
+    #[arg(long)]
+    ranks: Option<u32>,
     /// Show progress until the new run ends
     #[arg(long)]
     watch: bool,
@@ -258,8 +282,10 @@ impl Clone {
         if let Some(title) = &self.title {
             body["title"] = json!(title);
         }
-        if let Some(threads) = self.threads {
-            body["threads"] = json!(threads);
+        for (member, count) in [("threads", self.threads), ("ranks", self.ranks)] {
+            if let Some(count) = count {
+                body[member] = json!(count);
+            }
         }
         let run = client.submit(&body, None)?;
         let id = text_of(&run["id"]);

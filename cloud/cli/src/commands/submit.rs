@@ -35,6 +35,9 @@ pub(crate) struct Submit {
     /// Threads that compute
     #[arg(long, default_value_t = 1)]
     threads: u32,
+    /// Ranks of MPI, each with so many threads, where the server offers them
+    #[arg(long, default_value_t = 1)]
+    ranks: u32,
     /// Stop each run after this time by the clock, with a checkpoint: 90s, 10m, 1h30m
     #[arg(long, value_name = "TIME", value_parser = mercury_common::cli::duration)]
     time_limit: Option<Duration>,
@@ -190,7 +193,7 @@ impl Submit {
         }
         let mut body = json!({
             "scene": {"name": name(&scene), "text": text, "files": contents, "set": self.set},
-            "threads": self.threads, "result": self.result,
+            "threads": self.threads, "ranks": self.ranks, "result": self.result,
         });
         for (member, value) in [("title", &self.title), ("label", &self.label)] {
             if let Some(value) = value {

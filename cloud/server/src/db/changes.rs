@@ -85,6 +85,24 @@ impl Db {
         Ok(Reserved::Done(Some(applied)))
     }
 
+    /// Records [`RunEvent::Resume`], and another number of ranks if that is given.
+    pub(crate) fn resume(
+        &self,
+        id: &str,
+        ranks: Option<u32>,
+        engine: &dyn Engine,
+    ) -> Result<Applied> {
+        let mut connection = self.lock();
+        let transaction = connection.transaction()?;
+        let applied = self.apply_in(&transaction, id, &RunEvent::Resume, None, engine)?;
+        if matches!(applied, Applied::Done(..)) {
+            let record = "UPDATE runs SET ranks = coalesce(?2, ranks) WHERE id = ?1";
+            transaction.execute(record, params![id, ranks])?;
+            transaction.commit()?;
+        }
+        Ok(applied)
+    }
+
     /// Stops a run because of a limit, with a sentence that says which.
     pub(crate) fn stop_for(&self, id: &str, why: &str, engine: &dyn Engine) -> Result<Applied> {
         let mut connection = self.lock();

@@ -28,7 +28,7 @@ impl Db {
 
     fn usage_in(&self, connection: &Connection, user: i64) -> Result<Usage> {
         let mut query = connection.prepare_cached(
-            "SELECT (SELECT coalesce(sum(threads), 0) FROM runs WHERE owner = ?1 AND state IN ('running', 'stopping')),
+            "SELECT (SELECT coalesce(sum(threads * ranks), 0) FROM runs WHERE owner = ?1 AND state IN ('running', 'stopping')),
                (SELECT coalesce(sum(CASE WHEN state IN ('queued', 'running', 'stopping') THEN max(bytes, reserved) ELSE bytes END), 0)
                 FROM runs WHERE owner = ?1) + (SELECT coalesce(sum(bytes), 0) FROM inputs WHERE owner = ?1),
                (SELECT coalesce(sum(a.core_seconds), 0) FROM attempts a JOIN runs r ON r.id = a.run WHERE r.owner = ?1) + removed_core_seconds,
@@ -114,7 +114,7 @@ impl Db {
                + (SELECT coalesce(sum(a.core_seconds), 0) FROM attempts a JOIN runs o ON o.id = a.run WHERE o.owner = users.id))
              SELECT r.id, r.time_limit, over.core_seconds FROM runs r LEFT JOIN over ON over.id = r.owner
              WHERE r.state IN ('queued', 'running') AND r.wish = 'run' AND (over.id IS NOT NULL OR (r.time_limit IS NOT NULL
-               AND r.time_limit * r.threads <= (SELECT coalesce(sum(core_seconds), 0) FROM attempts WHERE run = r.id) - r.core_seconds_before)) ORDER BY r.number",
+               AND r.time_limit * r.threads * r.ranks <= (SELECT coalesce(sum(core_seconds), 0) FROM attempts WHERE run = r.id) - r.core_seconds_before)) ORDER BY r.number",
         )?;
         let rows = query.query_map([], |row| {
             let why = match (row.get(2)?, row.get::<_, Option<f64>>(1)?) {

@@ -78,6 +78,7 @@ pub(super) fn row_of(row: &Row) -> Result<RunRow> {
             .get::<_, Option<i64>>("of_steps")?
             .map(|steps| steps as u64),
         time: row.get("time")?,
+        ranks: row.get("ranks")?,
         core_seconds: row.get("core_seconds")?,
         time_limit: row.get("time_limit")?,
         cost: row.get("cost")?,

@@ -19,7 +19,15 @@ pub(crate) struct LiveRun {
     pub(crate) owner: i64,
     pub(crate) run: Run,
     pub(crate) threads: u32,
+    pub(crate) ranks: u32,
     pub(crate) memory: u64,
+}
+
+impl LiveRun {
+    /// Its cores.
+    pub(crate) fn cores(&self) -> u64 {
+        u64::from(self.threads) * u64::from(self.ranks)
+    }
 }
 
 /// A run that is new.
@@ -32,6 +40,7 @@ pub(crate) struct NewRun<'a> {
     pub(crate) label: &'a str,
     pub(crate) spec: &'a str,
     pub(crate) threads: u32,
+    pub(crate) ranks: u32,
     pub(crate) memory: u64,
     pub(crate) of_steps: Option<u64>,
     pub(crate) study: Option<&'a str>,
@@ -88,7 +97,7 @@ impl Db {
         let connection = self.lock();
         let mut query = connection.prepare_cached(
             // Not the specs, of which a long queue has many.
-            "SELECT id, owner, threads, memory, state, wish, epoch, revision, submitted, step, barren, not_before FROM runs
+            "SELECT id, owner, threads, ranks, memory, state, wish, epoch, revision, submitted, step, barren, not_before FROM runs
              WHERE state IN ('queued', 'running', 'stopping') ORDER BY number",
         )?;
         let rows = query.query_map([], |row| {
@@ -97,6 +106,7 @@ impl Db {
                 owner: row.get("owner")?,
                 run: run_of(row)?,
                 threads: row.get("threads")?,
+                ranks: row.get("ranks")?,
                 memory: row.get::<_, i64>("memory")? as u64,
             })
         })?;
@@ -132,7 +142,7 @@ impl Db {
             )?;
             let first = Run::new();
             transaction.execute(
-                "INSERT INTO runs VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17,?18,?19,?19,?20,0,0,NULL,'',?21,NULL,0,?22,NULL,NULL,?23,?24,0,NULL)",
+                "INSERT INTO runs VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17,?18,?19,?19,?20,0,0,NULL,'',?21,NULL,0,?22,NULL,NULL,?23,?24,0,NULL,?25)",
                 params![
                     run.id,
                     number,
@@ -158,6 +168,7 @@ impl Db {
                     run.project,
                     run.reserved as i64,
                     run.time_limit,
+                    run.ranks,
                 ],
             )?;
             transaction.execute(&format!("{NAME_INPUTS} WHERE r.id = ?1"), [run.id])?;

@@ -28,6 +28,7 @@ fn new<'a>(id: &'a str, key: Option<(&'a str, &'a str)>) -> NewRun<'a> {
         label: "",
         spec: "{}",
         threads: 1,
+        ranks: 1,
         memory: 1,
         of_steps: None,
         study: None,
@@ -44,7 +45,8 @@ fn runs_stop_at_their_time_and_at_the_core_hours_of_their_user() {
     let engine = Local::new(1, "", "");
     let limited = NewRun {
         threads: 2,
-        time_limit: Some(10.0),
+        ranks: 2,
+        time_limit: Some(5.0),
         ..new("a", None)
     };
     let other = NewRun {
@@ -78,7 +80,7 @@ fn runs_stop_at_their_time_and_at_the_core_hours_of_their_user() {
         )
     };
     done("a", &RunEvent::Launched, None);
-    // Two threads spend 20 core seconds in 10 s.
+    // Two ranks of two threads spend 20 core seconds in 5 s.
     spent(1, 19.9);
     assert!(out().is_empty());
     // Another attempt goes on where the lost one was.
@@ -90,7 +92,7 @@ fn runs_stop_at_their_time_and_at_the_core_hours_of_their_user() {
     spent(2, 0.1);
     assert_eq!(out(), ["a"]);
     let (_, why) = &db.out_of_time().unwrap()[0];
-    assert!(why.contains("limit of 0.0028 h"), "{why}");
+    assert!(why.contains("limit of 0.0014 h"), "{why}");
     db.stop_for("a", why, &engine).unwrap();
     assert!(out().is_empty(), "it was stopped already");
     done("a", &ended(Cause::User), Some(&head(2, 0.1)));

@@ -234,14 +234,24 @@ pub(crate) async fn run_kill(
     changed(app, user, id, RunEvent::Kill).await
 }
 
-/// Goes on with a run that was stopped or has failed, from its last checkpoint.
-#[utoipa::path(post, path = "/api/v1/runs/{run}/resume", params(("run" = String, Path)), responses((status = 200, body = RunAnswer)))]
+#[derive(Deserialize)]
+pub(crate) struct ResumeQuery {
+    ranks: Option<u32>,
+}
+
+/// Goes on with a run that was stopped or has failed, from its last checkpoint; with `ranks` on another number of ranks.
+#[utoipa::path(post, path = "/api/v1/runs/{run}/resume", params(("run" = String, Path), ("ranks" = Option<u32>, Query)), responses((status = 200, body = RunAnswer)))]
 pub(crate) async fn run_resume(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
     Path(id): Path<String>,
+    QueryParams(query): QueryParams<ResumeQuery>,
 ) -> Answer<RunAnswer> {
-    changed(app, user, id, RunEvent::Resume).await
+    blocking(move || {
+        runs::resume(&app, &runs::changeable_run(&app, &user, &id)?, query.ranks)?;
+        Ok(Json(answer(&app, &Caller::User(user), &id)?))
+    })
+    .await
 }
 
 /// Goes on with a run to a later end.
