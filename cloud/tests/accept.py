@@ -923,6 +923,8 @@ speed = "max(particles.vx)"
         seeds = made.stderr.split()[1]
         wait_for(lambda: served.json("GET", f"/studies/{seeds}")["states"].get("finished") == 6, 120, "not finished")
         must(numbers(served.request("GET", f"/studies/{seeds}/means.csv", expect=200).body.decode()) == means, f"other means: {means}")
+        got = numbers(served.request("GET", f"/studies/{seeds}/differences.csv", expect=200).body.decode())
+        must(got == differences, f"other differences: {got}, expected {differences}")
         points = served.json("GET", f"/studies/{seeds}")["means"]
         must([point["seeds"] for point in points] == [3, 3], f"{points}")
         for k, name in enumerate(("height", "speed")):
