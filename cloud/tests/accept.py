@@ -2310,6 +2310,8 @@ def check_slurm_ranks():
             served.wait(run)
             must(served.run(run)["ranks"] == 2, "it went on with other ranks")
             served.same_as_alone(run, reference)
+            with contextlib.suppress(Skipped):
+                browser("ranks.mjs", served.link)
             # At once.
             run, found = begin()
             served.json("POST", f"/runs/{run}/kill", {})
