@@ -278,6 +278,8 @@ pub struct StudyPoint {
     pub values: Vec<Option<String>>,
     /// How many seeds count.
     pub seeds: u64,
+    /// How many of them the first point has, too: those of the differences.
+    pub pairs: u64,
     /// A mean for each result.
     pub results: Vec<PointResult>,
 }

@@ -34,7 +34,7 @@ const MOST_FILES: usize = 100;
 const MOST_SETS: usize = 1000;
 
 /// How long a check may take.
-const PATIENCE: Duration = Duration::from_secs(10);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
 
 /// The most memory of a check, in bytes: the plan of a scene is small, its meshes and tables need not be.
 pub(crate) const MEMORY: u64 = 4 << 30;

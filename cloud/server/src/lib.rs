@@ -6,6 +6,7 @@ mod archive;
 mod at_end;
 mod attempts;
 mod audit;
+mod branch;
 mod charts;
 mod check;
 mod connections;

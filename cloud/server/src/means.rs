@@ -67,6 +67,7 @@ pub(crate) fn points(keys: &[String], results: usize, rows: &[StudyRun]) -> Vec<
             .unzip();
         StudyPoint {
             seeds: runs.len() as u64,
+            pairs: ours.len() as u64,
             values,
             results: (0..results)
                 .map(|k| result(&runs, &ours, &theirs, k))
@@ -106,24 +107,46 @@ const PARTS: [Part; 6] = [
     ("_within", |result| result.within),
 ];
 
+const DIFFERENCES: [Part; 3] = [
+    ("", |result| result.difference),
+    ("_error", |result| result.difference_error),
+    ("_correlation", |result| result.correlation),
+];
+
 /// The means as comma-separated values, with the columns of the solver's `study.means.csv`.
 pub(crate) fn csv(table: &StudyTable) -> String {
+    written(table, &table.means, |point| point.seeds, PARTS)
+}
+
+/// The differences from the first point as comma-separated values, with the columns of the solver's `study.differences.csv`.
+pub(crate) fn differences(table: &StudyTable) -> String {
+    let others = table.means.get(1..).unwrap_or_default();
+    written(table, others, |point| point.pairs, DIFFERENCES)
+}
+
+/// A row for each of these points: its keys, how many seeds count, and these parts of its results.
+fn written<const N: usize>(
+    table: &StudyTable,
+    points: &[StudyPoint],
+    seeds: fn(&StudyPoint) -> u64,
+    parts: [Part; N],
+) -> String {
     let keys = table.keys.iter().filter(|key| *key != SEED);
     let mut head: Vec<(String, &str)> = keys.map(|key| (key.clone(), "")).collect();
     head.push(("seeds".to_owned(), ""));
     for column in &table.results {
-        let names = PARTS.map(|(part, _)| (format!("{}{part}", column.name), column.unit.as_str()));
+        let names = parts.map(|(part, _)| (format!("{}{part}", column.name), column.unit.as_str()));
         head.extend(names);
     }
     let head = head.iter().map(|(name, unit)| (name.as_str(), *unit));
     let mut text = table_head::line(head).into_bytes();
-    for point in &table.means {
+    for point in points {
         let values = point.values.iter().cloned().map(Option::unwrap_or_default);
-        let mut cells: Vec<String> = values.chain([point.seeds.to_string()]).collect();
+        let mut cells: Vec<String> = values.chain([seeds(point).to_string()]).collect();
         for result in &point.results {
             let number =
                 |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
-            cells.extend(PARTS.map(|(_, value)| number(value(result))));
+            cells.extend(parts.map(|(_, value)| number(value(result))));
         }
         push_line(&mut text, cells);
     }
@@ -178,6 +201,7 @@ mod tests {
         }
         let [first, second] = [&points[0].results[0], &points[1].results[0]];
         assert!(near(first.within, (0.125_f64).sqrt()) && second.within.is_none());
+        assert_eq!((points[0].pairs, points[1].pairs), (0, 2));
         assert!(first.difference.is_none());
         assert_eq!(second.difference, Some(2.0));
         assert!(near(second.difference_error, t / 1.96) && near(second.correlation, 1.0));

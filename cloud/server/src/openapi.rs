@@ -49,6 +49,7 @@ use crate::{accounts, audit, downloads, hooks, projects, routes, verify};
         routes::study_table,
         routes::study_csv,
         routes::study_means,
+        routes::study_differences,
         projects::project_list,
         projects::project_add,
         projects::project_remove,

@@ -7,8 +7,8 @@ use axum::http::StatusCode;
 use cloud_api::answers::{RunRow, Usage};
 use cloud_api::lifecycle::RunEvent;
 use cloud_api::names::check_text;
-use cloud_api::requests::{BranchOff, Role, Scene, Submit};
-use cloud_api::{Branch, Head, InputFile, RunId, RunState, Spec};
+use cloud_api::requests::{Role, Scene, Submit};
+use cloud_api::{Branch, Head, InputFile, RunId, Spec};
 use cloud_store::sha256;
 use serde_json::Value;
 
@@ -179,7 +179,7 @@ pub(crate) fn label(given: Option<&str>) -> Result<&str, ApiError> {
 }
 
 /// The plan of a scene that can run; null where it is too large for a check.
-async fn plan(app: &Arc<App>, user: &User, scene: &Scene) -> Result<Value, ApiError> {
+pub(crate) async fn plan(app: &Arc<App>, user: &User, scene: &Scene) -> Result<Value, ApiError> {
     let checked = check(app, user.id, scene.clone(), false).await?;
     match checked.plan {
         _ if checked.unchecked.is_some() => Ok(Value::Null),
@@ -514,53 +514,6 @@ pub(crate) fn like(app: &App, user: &User, run: VisibleRun) -> Result<Submit, Ap
             .project
             .filter(|project| projects::need(app, user, project, Role::Member).is_ok()),
     })
-}
-
-/// Submits a run that branches off from another one. Whether it can is said by the solver when the run begins.
-pub(crate) async fn branch(
-    app: &Arc<App>,
-    user: &User,
-    id: &str,
-    body: BranchOff,
-) -> Result<String, ApiError> {
-    let (shared, owner, id) = (Arc::clone(app), user.clone(), id.to_owned());
-    let (run, mut submit) = blocking(move || {
-        let run = visible_run(&shared, &Caller::User(owner.clone()), &id)?;
-        if !matches!(run.row.state, RunState::Finished | RunState::Stopped) {
-            let detail = "Stop the run first, or wait for its end.";
-            let title = "not in this state";
-            return Err(ApiError::new(StatusCode::CONFLICT, title, detail));
-        }
-        if !body.at.is_finite() || body.at <= 0.0 || body.at > run.row.time {
-            let detail = format!("The run was made from 0 to {} s.", run.row.time);
-            return Err(ApiError::bad_request("invalid time", detail));
-        }
-        let from = run.id.clone();
-        Ok((from, like(&shared, &owner, run)?))
-    })
-    .await?;
-    let then = plan(app, user, &submit.scene).await?;
-    submit.scene.set.extend(body.set.iter().cloned());
-    let now = plan(app, user, &submit.scene).await?;
-    let step = |plan: &Value| plan["time"]["step"].as_f64();
-    let (Some(then), Some(now)) = (step(&then), step(&now)) else {
-        let detail = "A scene that is too large for a check cannot branch off here.";
-        return Err(ApiError::bad_request("too large", detail));
-    };
-    let mut set = body.set;
-    // A branch keeps the step of its run.
-    if then.to_bits() != now.to_bits() {
-        let step = format!("time.step={then:?}");
-        submit.scene.set.push(step.clone());
-        set.push(step);
-    }
-    if body.title.is_some() {
-        submit.title = body.title;
-    }
-    // It begins in one process.
-    submit.ranks = 1;
-    let at = body.at;
-    self::submit(app, user, submit, None, Some(Branch { run, at, set })).await
 }
 
 /// Gives a run a later end: a further revision of its spec, on the same data.

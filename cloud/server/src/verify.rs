@@ -32,7 +32,7 @@ const PATIENCE: Duration = Duration::from_secs(600);
 const LARGEST_RUN: u64 = 4 << 30;
 
 /// Folder of the run in that of the verification, as of workers. No input begins with a dot.
-const RUN: &str = ".run";
+pub(crate) const RUN: &str = ".run";
 
 /// Runs that are being verified, and whose request that was.
 #[derive(Default)]
@@ -175,19 +175,33 @@ fn work(app: &App, run: &VisibleRun, head: &Head) -> Result<()> {
     Ok(())
 }
 
-fn verified(app: &App, run: &VisibleRun, head: &Head) -> Result<Verification> {
+/// Lays out the inputs of a run, and those of its files that are wanted in [`RUN`], in a folder of its own.
+pub(crate) fn lay_out_run(
+    app: &App,
+    run: &VisibleRun,
+    head: &Head,
+    wanted: impl Fn(&str) -> bool,
+) -> Result<Folder> {
     let folder = Folder(app.options.data.join("checks").join(secrets::random()?));
     fs::create_dir(&folder.0)?;
     let inputs = run.spec.files.iter();
     let inputs = inputs.map(|(name, input)| (name.clone(), Content::of_input(input)));
-    let outputs = files(head).into_iter().filter_map(|file| {
-        let content = Content::of(&run.id, head, &file.name)?;
-        Some((format!("{RUN}/{}", file.name), content))
-    });
+    let outputs = files(head).into_iter();
+    let outputs = outputs
+        .filter(|file| wanted(&file.name))
+        .filter_map(|file| {
+            let content = Content::of(&run.id, head, &file.name)?;
+            Some((format!("{RUN}/{}", file.name), content))
+        });
     for (name, content) in inputs.chain(outputs) {
         lay_out(app, &folder.0.join(&name), &content)
             .with_context(|| format!("{name} cannot be read"))?;
     }
+    Ok(folder)
+}
+
+fn verified(app: &App, run: &VisibleRun, head: &Head) -> Result<Verification> {
+    let folder = lay_out_run(app, run, head, |_| true)?;
     let arguments = ["verify", RUN, "--json", "--steps=1%", "--threads=1"].map(str::to_owned);
     let solver = &app.options.solver;
     let said = confined(

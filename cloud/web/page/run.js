@@ -1,5 +1,5 @@
 // The page of one run: progress, particles, charts, log, attempts, files; what can be done with it.
-import { bytes, get, listen, patch, post, remove } from "./api.js";
+import { bytes, get, listen, patch, post, Problem, remove } from "./api.js";
 import { box, draw } from "./chart.js";
 import { choices, Charts, column } from "./charts.js";
 import { ago, ask, duration, el, number, put, size, state, toast, whole } from "./dom.js";
@@ -179,7 +179,8 @@ export async function showRun(main, id) {
       const made = await post(`/runs/${id}/branch`, { at: time, set: text.split("\n").map((line) => line.trim()).filter(Boolean) });
       go(`/runs/${made.id}`);
     } catch (error) {
-      toast(error instanceof Error ? error.message : String(error), true);
+      const problems = error instanceof Problem ? error.problems.map((/** @type {any} */ problem) => problem.message) : [];
+      toast(problems.join("; ") || (error instanceof Error ? error.message : String(error)), true);
     }
   }
 

@@ -81,7 +81,9 @@ export async function showStudy(main, id) {
     const differ = table.means.some((/** @type {any} */ point) => point.results.some((/** @type {any} */ one) => one.difference != null));
     /** @param {number | null} value @param {number | null} error */
     const text = (value, error) => (value == null ? "" : error ? uncertain(value, error) : number(value));
-    put(means, el("div", { class: "card scroll" }, el("div", { class: "row spread" }, el("h2", {}, "Means over seeds"), el("a", { class: "button", href: `/api/v1/studies/${id}/means.csv`, download: "study.means.csv" }, "Download the means")),
+    put(means, el("div", { class: "card scroll" }, el("div", { class: "row spread" }, el("h2", {}, "Means over seeds"), el("div", { class: "row" },
+      el("a", { class: "button", href: `/api/v1/studies/${id}/means.csv`, download: "study.means.csv" }, "Download the means"),
+      differ && el("a", { class: "button", href: `/api/v1/studies/${id}/differences.csv`, download: "study.differences.csv" }, "Download the differences"))),
       el("p", { class: "quiet small" }, "With standard errors, which few seeds widen. Seeds count in their order, up to the first that is not finished.", differ && " Differences are those from the first row, seed by seed."),
       el("table", { class: "means" }, el("thead", {}, el("tr", {}, keys.map((/** @type {string} */ key) => el("th", { class: "number" }, key)), el("th", { class: "number" }, "seeds"),
         table.results.map((/** @type {any} */ column) => [el("th", { class: "number" }, heading(column)), differ && el("th", { class: "number" }, "difference")]))),

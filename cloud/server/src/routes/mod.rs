@@ -148,6 +148,7 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route("/studies/{study}", get(study_table))
         .route("/studies/{study}/table.csv", get(study_csv))
         .route("/studies/{study}/means.csv", get(study_means))
+        .route("/studies/{study}/differences.csv", get(study_differences))
         .route(
             "/projects",
             get(projects::project_list).post(projects::project_add),

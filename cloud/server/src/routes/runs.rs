@@ -20,7 +20,7 @@ use crate::db::MOST_ROWS;
 use crate::runs::{VisibleRun, blocking, visible_run, with_life};
 use crate::secrets::{Caller, NewSecret, SecretKind};
 use crate::state::App;
-use crate::{projects, runs, secrets};
+use crate::{branch, projects, runs, secrets};
 
 #[derive(Deserialize)]
 pub(crate) struct ListQuery {
@@ -288,7 +288,7 @@ pub(crate) async fn run_branch(
     Path(id): Path<String>,
     JsonBody(body): JsonBody<BranchOff>,
 ) -> Result<Response, ApiError> {
-    let id = runs::branch(&app, &user, &id, body).await?;
+    let id = branch::branch(&app, &user, &id, body).await?;
     let answer = blocking(move || answer(&app, &Caller::User(user), &id)).await?;
     Ok((StatusCode::CREATED, Json(answer)).into_response())
 }

@@ -101,6 +101,17 @@ pub(crate) async fn study_means(
     Ok(saved("study.means.csv", means::csv(&table)))
 }
 
+/// The differences of a study's points from the first one as comma-separated values, as the solver's `study.differences.csv`.
+#[utoipa::path(get, path = "/api/v1/studies/{study}/differences.csv", params(("study" = String, Path)), responses((status = 200, content_type = "text/csv")))]
+pub(crate) async fn study_differences(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Path(study): Path<String>,
+) -> Result<Response, ApiError> {
+    let table = blocking(move || studies::table(&app, &user, &study)).await?;
+    Ok(saved("study.differences.csv", means::differences(&table)))
+}
+
 /// A table that browsers save under a name.
 fn saved(name: &str, text: String) -> Response {
     let disposition = format!("attachment; filename=\"{name}\"");
