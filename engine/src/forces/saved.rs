@@ -261,7 +261,7 @@ impl SavedSlots {
         self.heads.len()
     }
 
-    /// How many are of rows before this one, where they are in the order of their rows.
+    /// Number of slots of the rows before this one, where slots are in the order of their rows.
     pub(super) fn before(&self, row: usize) -> usize {
         self.heads.partition_point(|head| (head.row as usize) < row)
     }
