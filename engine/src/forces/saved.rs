@@ -261,6 +261,11 @@ impl SavedSlots {
         self.heads.len()
     }
 
+    /// Number of slots of the rows before this one, where slots are in the order of their rows.
+    pub(super) fn before(&self, row: usize) -> usize {
+        self.heads.partition_point(|head| (head.row as usize) < row)
+    }
+
     /// Whether there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {

@@ -75,6 +75,18 @@ pub trait Plain: Sized + Sync {
     /// # Errors
     /// The bytes are too few, or are no value of this type.
     fn take(bytes: &mut &[u8]) -> Result<Self, String>;
+    /// Takes this many values from the front.
+    ///
+    /// # Errors
+    /// Errors of [`Plain::take`].
+    fn take_many(count: usize, bytes: &mut &[u8]) -> Result<Vec<Self>, String> {
+        // A damaged number reserves no more than the bytes that are there.
+        let mut values = Vec::with_capacity(count.min(bytes.len() / size_of::<Self>().max(1)));
+        for _ in 0..count {
+            values.push(Self::take(bytes)?);
+        }
+        Ok(values)
+    }
 }
 
 /// Takes the first `count` bytes off.
@@ -126,6 +138,12 @@ macro_rules! plain_number {
                 let mut raw = [0; size_of::<$number>()];
                 raw.copy_from_slice(front(bytes, size_of::<$number>())?);
                 Ok(<$number>::from_le_bytes(raw))
+            }
+
+            fn take_many(count: usize, bytes: &mut &[u8]) -> Result<Vec<Self>, String> {
+                let raw = front(bytes, count.saturating_mul(size_of::<$number>()))?;
+                let numbers = raw.as_chunks().0.iter();
+                Ok(numbers.map(|raw| <$number>::from_le_bytes(*raw)).collect())
             }
         }
     )*};
@@ -191,7 +209,7 @@ impl<T: Plain> Plain for Vec<T> {
     }
 
     fn take(bytes: &mut &[u8]) -> Result<Self, String> {
-        (0..announced(bytes)?).map(|_| T::take(bytes)).collect()
+        T::take_many(announced(bytes)?, bytes)
     }
 }
 
@@ -270,7 +288,10 @@ impl Plain for DVec3 {
     }
 
     fn take(bytes: &mut &[u8]) -> Result<Self, String> {
-        <[f64; 3]>::take(bytes).map(Self::from_array)
+        // Likewise, without memory of the system for each vector.
+        let mut raw = front(bytes, 3 * size_of::<f64>())?;
+        let mut number = || f64::take(&mut raw);
+        Ok(Self::new(number()?, number()?, number()?))
     }
 }
 
@@ -280,7 +301,9 @@ impl Plain for DQuat {
     }
 
     fn take(bytes: &mut &[u8]) -> Result<Self, String> {
-        <[f64; 4]>::take(bytes).map(Self::from_array)
+        let mut raw = front(bytes, 4 * size_of::<f64>())?;
+        let mut number = || f64::take(&mut raw);
+        Ok(Self::from_xyzw(number()?, number()?, number()?, number()?))
     }
 }
 

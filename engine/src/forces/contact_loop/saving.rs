@@ -67,10 +67,15 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
         self.blocks.iter().flat_map(Block::saved_near_walls)
     }
 
-    fn restore_pairs(&mut self, rows: usize, pairs: &SavedSlots) {
+    fn restore_pairs(&mut self, rows: usize, saved: &SavedSlots) {
         self.cut(rows);
-        let mut pairs = pairs.iter().peekable();
+        let mut pairs = saved.iter().peekable();
+        let mut begin = 0;
         for block in &mut self.blocks {
+            // The space is reserved at once, because a growing list would be copied over and over.
+            let end = saved.before(block.rows.end);
+            block.slots.reserve(end.saturating_sub(begin));
+            begin = end;
             for (owner, row) in block.rows.clone().enumerate() {
                 while let Some(saved) = pairs.next_if(|saved| saved.row as usize == row) {
                     block.slots.push(Slot::new(
