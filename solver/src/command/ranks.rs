@@ -12,6 +12,7 @@ use mercury_engine::ranks::Share;
 use mercury_engine::state::Plain;
 use mercury_engine::step::{Engine, StartOptions};
 use mercury_solver::plan::{Memory, Plan, sha256};
+use mercury_solver::run::RanksHere;
 
 /// Names of the variables in which launchers say how many processes there are, and which this one is: of Open MPI, of PMI (MPICH, Intel MPI), of
 /// Slurm, whose variables are there for single programs too.
@@ -36,7 +37,7 @@ pub(crate) enum Job {
 pub(crate) struct Team {
     pub(crate) share: Share,
     /// Ranks on this machine.
-    on_machine: usize,
+    pub(crate) here: RanksHere,
 }
 
 /// Number of processes of the job and number of this one, if a launcher has begun several.
@@ -86,19 +87,17 @@ fn join(_: usize, _: usize) -> Result<Job, Failure> {
         report(panic);
         Mpi::abort(101);
     }));
-    let on_machine = mpi.on_this_machine();
-    Ok(Job::Rank(Box::new(Team {
-        share: Share::new(Box::new(mpi)),
-        on_machine,
-    })))
+    let (here, with_first) = mpi.on_this_machine();
+    let share = Share::new(Box::new(mpi));
+    let here = RanksHere {
+        all: share.place().1,
+        here,
+        with_first,
+    };
+    Ok(Job::Rank(Box::new(Team { share, here })))
 }
 
 impl Team {
-    /// The number of ranks.
-    pub(crate) fn count(&self) -> usize {
-        self.share.place().1
-    }
-
     /// Whether this is the first rank.
     pub(crate) fn is_first(&self) -> bool {
         self.share.is_first()
@@ -110,7 +109,7 @@ impl Team {
         let usable = std::thread::available_parallelism().map_or(1, usize::from);
         match usable < cores_of_machine() {
             true => usable,
-            false => (usable / self.on_machine.max(1)).max(1),
+            false => (usable / self.here.here.max(1)).max(1),
         }
     }
 
@@ -151,13 +150,15 @@ impl Team {
 }
 
 /// The section of a plan on ranks.
-pub(crate) fn planned(count: usize, memory: &Memory) -> String {
+pub(crate) fn planned(ranks: RanksHere, memory: &Memory) -> String {
+    let count = ranks.all;
     let each = memory.spheres / count as f64;
     // A part of a packing amid others: docs/theory/distribution.md.
     let beside = (4.0 * libm::cbrt(each * each)).min(memory.spheres - each);
     let [each, beside] = [each, beside].map(|spheres| readable::count(spheres.round() as u64));
     format!(
-        "\nRanks\n  {count:<23} about {each} spheres each, and up to {beside} beside them whose motion or loads go over in each step"
+        "\nRanks\n  {count:<23} about {each} spheres each, and up to {beside} beside them whose motion or loads go over in each step\n  on this machine         {}, whose memory is estimated above",
+        ranks.here
     )
 }
 

@@ -15,7 +15,7 @@ use mercury_engine::task::TaskProgress;
 use mercury_solver::output::summary::Status;
 use mercury_solver::plan::{Memory, Plan};
 use mercury_solver::results::{Aims, NamedResult, PlannedRows, requested};
-use mercury_solver::run::{Branch, Progress, Report, check_fit, plan_within};
+use mercury_solver::run::{self, Branch, Progress, RanksHere, Report, check_fit, plan_of_ranks};
 use serde_json::Value;
 
 use super::input::{Input, refused};
@@ -40,7 +40,7 @@ pub(crate) fn execute(arguments: &Arguments, path: &Path, within: Option<Arc<Wit
         // A command that only prints needs one process.
         (None, Job::Rank(team)) if !team.is_first() => return Ok(()),
         (None, Job::Rank(team)) => {
-            checked = Some(team.count());
+            checked = Some(team.here);
             None
         }
         (Some(_), Job::Rank(team)) if team.is_first() => Some(team),
@@ -93,12 +93,14 @@ fn plan_and_run(
     requests: Option<Requests>,
     task_progress: &Arc<TaskProgress>,
     progress: Option<Arc<ProgressFile>>,
-    (mut team, checked): (Option<Box<Team>>, Option<usize>),
+    (mut team, checked): (Option<Box<Team>>, Option<RanksHere>),
 ) -> Result<Option<Report>, Failure> {
     let quiet = arguments.quiet || (arguments.check && arguments.json);
     let stop = (requests.as_ref()).map(|requests| (&requests.stop, before_end(progress.clone())));
     let waiting = Waiting::begin(task_progress, stop, quiet)?;
-    let prepared = prepared(arguments, path, within.as_ref(), team.is_some());
+    let ranks = team.as_ref().map(|team| team.here);
+    let here = checked.or(ranks).unwrap_or(RanksHere::ALONE);
+    let prepared = prepared(arguments, path, within.as_ref(), (ranks.is_some(), here));
     if let Some(team) = &mut team {
         // Its own reason is the better one.
         team.agree(digest_of(&prepared))
@@ -122,8 +124,7 @@ fn plan_and_run(
     };
     let branch = branch.as_deref();
     let set = branch.map_or(&arguments.set, |branch| &branch.input.set);
-    let machine = machine::memory();
-    let limit = machine.filter(|_| !arguments.force_memory);
+    let machine = machine::memory_for(here.here);
     let (mut results, until) = requested(&scene, &plan).map_err(|errors| refused(&errors))?;
     let more = arguments.results()?;
     study::check_results(&more, &plan)?;
@@ -134,16 +135,12 @@ fn plan_and_run(
         drop(waiting);
         let ends = until.as_ref().map(Aims::lines);
         let mut named = lines_of(&results, &plan, ends.unwrap_or_default());
-        named += &checked.map_or_else(String::new, |count| ranks::planned(count, &memory));
+        named += &checked.map_or_else(String::new, |here| ranks::planned(here, &memory));
         let few = few_rows(&results, &plan);
         let said = (named.as_str(), few);
         check::execute(arguments, &input, &scene, plan, &memory, machine, said)?;
         return Ok(None);
     };
-    if let Some(limit) = limit {
-        let fit = check_fit(&scene, &plan, &memory, limit);
-        fit.map_err(|error| refused(&SceneErrors(vec![error])))?;
-    }
     let threads = team.as_ref().map(|team| team.threads());
     let mut line = cli::Progress::in_logs_too(arguments.quiet);
     let mut tell = |now: &Progress<'_>| {
@@ -228,7 +225,7 @@ fn prepared(
     arguments: &Arguments,
     path: &Path,
     within: Option<&Arc<Within>>,
-    is_divided: bool,
+    (is_divided, here): (bool, RanksHere),
 ) -> Result<Prepared, Failure> {
     let branch = match (&arguments.from, arguments.at) {
         (Some(_), Some(_)) if is_divided => {
@@ -270,8 +267,18 @@ fn prepared(
         return Ok(Prepared::Study(Box::new(requested)));
     }
     let scene = input.scene(set)?;
-    let limit = machine::memory().filter(|_| !arguments.force_memory);
-    let (plan, memory) = plan_within(&scene, limit).map_err(|errors| refused(&errors))?;
+    let limit = machine::memory_for(here.here).filter(|_| !arguments.force_memory);
+    let planned = plan_of_ranks(&scene, limit, here);
+    let (plan, mut memory) = planned.map_err(|errors| refused(&errors))?;
+    // The report of a plan that does not fit is printed before the error.
+    if let Some(limit) = limit.filter(|_| !arguments.check) {
+        let fit = check_fit(&scene, &plan, &memory, limit);
+        fit.map_err(|error| refused(&SceneErrors(vec![error])))?;
+    }
+    if is_divided {
+        // The files of a run do not depend on the number of ranks.
+        memory = run::memory(&plan);
+    }
     Ok(Prepared::Scene {
         input: Box::new(input),
         scene: Box::new(scene),
@@ -297,7 +304,7 @@ fn follow(
     within: Option<Arc<Within>>,
     mut team: Box<Team>,
 ) -> Outcome {
-    let prepared = prepared(arguments, path, within.as_ref(), true);
+    let prepared = prepared(arguments, path, within.as_ref(), (true, team.here));
     let agreed = team.agree(digest_of(&prepared));
     if let (Ok(()), Ok(Prepared::Scene { plan, .. })) = (agreed, prepared) {
         let how = arguments.how();
