@@ -9,7 +9,7 @@ use crate::readable::bytes;
 /// The memory that a program may use.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MachineMemory {
-    /// In all, bytes: of the machine, or of the control group that the program was put into, if that is less.
+    /// In all, bytes: of the machine, or of the control group that the program was put into, or the limit of its address space, whatever is least.
     pub total: f64,
     /// Part of it that is free now or easily freed, bytes.
     pub free: f64,
@@ -30,6 +30,22 @@ impl std::fmt::Display for MachineMemory {
 /// The memory of this machine; none where the system does not report it (Linux does).
 #[must_use]
 pub fn memory() -> Option<MachineMemory> {
+    memory_for(1)
+}
+
+/// The memory of this machine for so many processes, each of which may use as much as this one.
+#[must_use]
+pub fn memory_for(processes: usize) -> Option<MachineMemory> {
+    let limits = fs::read_to_string("/proc/self/limits").unwrap_or_default();
+    let limit = address_space(&limits).map_or(f64::INFINITY, |limit| limit * processes as f64);
+    let MachineMemory { total, free } = of_machine()?;
+    Some(MachineMemory {
+        total: total.min(limit),
+        free: free.min(limit),
+    })
+}
+
+fn of_machine() -> Option<MachineMemory> {
     let machine = of_meminfo(&fs::read_to_string("/proc/meminfo").ok()?)?;
     let groups = fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
     Some(within_groups(machine, &groups, Path::new("/sys/fs/cgroup")))
@@ -56,6 +72,12 @@ pub fn is_full_disk(error: &(dyn std::error::Error + 'static)) -> bool {
                 io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded
             )
         })
+}
+
+/// The limit of the address space of a process (`ulimit -v`), bytes, from the text of `/proc/PID/limits`; `None` without one.
+fn address_space(limits: &str) -> Option<f64> {
+    let line = (limits.lines()).find_map(|line| line.strip_prefix("Max address space"))?;
+    line.split_whitespace().next()?.parse().ok()
 }
 
 /// From the text of `/proc/meminfo`: lines such as `MemTotal:       24579100 kB`.
@@ -128,6 +150,18 @@ fn within_groups(machine: MachineMemory, groups: &str, root: &Path) -> MachineMe
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_address_space_may_be_limited() {
+        let limits = |soft: &str| {
+            format!(
+                "Limit  Soft Limit  Hard Limit  Units\nMax open files  1024  4096  files\nMax address space         {soft}           unlimited            bytes\n"
+            )
+        };
+        assert_eq!(address_space(&limits("2097152000")), Some(2_097_152_000.0));
+        assert_eq!(address_space(&limits("unlimited")), None);
+        assert_eq!(address_space(""), None);
+    }
 
     #[test]
     fn the_free_space_is_that_of_the_folder_to_come() {

@@ -91,6 +91,13 @@ bytes_of wet-packing --set time.end=0.02 --set output.interval=0.005
 bytes_of wet-piles --set time.end=0.1 --set output.interval=0.05
 bytes_of wet-pair
 bytes_of spray-drum --set time.end=0.03 --set output.interval=0.01 --set sprays.0.from=0 --set sprays.0.speed=5 --set sprays.0.flow_rate=1e-4
+bytes_of agglomerate --set time.end=0.0004 --set output.interval=0.0002
+bytes_of bonded-cantilever --set time.end=0.002
+bytes_of membrane --set time.end=0.05 --set output.interval=0.01
+bytes_of balloon --set time.end=0.002 --set output.interval=0.001
+bytes_of gripper --set time.end=0.002 --set output.interval=0.001
+bytes_of gripper-pull --set time.end=0.002 --set output.interval=0.001
+bytes_of sleeve --set time.end=0.02 --set output.interval=0.005
 
 # One scene of many things, in blocks of 8 rows: a sphere twenty times its neighbours, insertion over cuts, grains that go round through a periodic
 # face, a servo, removal, a flux plane, tracks.
@@ -288,6 +295,16 @@ if [ "$(id -u)" = 0 ] && mkdir small && mount -t tmpfs -o size=300k tmpfs small 
     error_of "a full disk" 1 "No space left" solve "$with" 3 small/run "$long" --threads 1 --set output.data=true --set output.interval=0.001 --set time.end=0.03
     umount small
 fi
+# Memory: that of all ranks on the machine counts, and one rank may have less than the others.
+sed -e 's/^max      = .*/max      = [9.0, 9.0, 9.0]/' -e 's/total    = { number = 400 }/total    = { number = 400000 }/' -e 's/max = \[0.15, 0.1, 0.08\]/max = [9.0, 9.0, 9.0]/' many.toml > large.toml
+# shellcheck disable=SC2086
+error_of "memory that one rank lacks" 1 "rank 1: .*is expected to need" $run -np 1 "$with" large.toml --quiet --output bad/large \
+    : -np 1 bash -c "ulimit -v 1000000; exec '$with' large.toml --quiet --output bad/large"
+[ ! -e bad/large ]
+check $? "without the memory the folder is untouched"
+# shellcheck disable=SC2086
+$run -np 2 "$with" many.toml --check 2> /dev/null | grep -q "on this machine  *2,"
+check $? "the ranks of the machine in --check"
 cp many.toml other.toml
 cat > other.sh << 'SCRIPT'
 #!/bin/sh

@@ -124,9 +124,9 @@ impl Bonds {
     /// Takes the bonds of this rank from other ranks, and gives them those of theirs.
     pub(super) fn divide(&mut self, core: &mut Core) {
         let (rank, count) = (core.rank(), core.rank_count());
+        let before = self.share.take();
         let mut bonds: Vec<(u32, Bond)>;
-        let next;
-        if let Some(share) = &self.share {
+        if let Some(share) = &before {
             let mut out = vec![Vec::new(); count];
             for own in share.own(&self.all) {
                 let others = (0..count).filter(|&to| to != rank);
@@ -134,7 +134,6 @@ impl Bonds {
                     own.put(&mut out[to]);
                 }
             }
-            next = share.next;
             let numbers = share.places.iter().map(|place| place.number);
             bonds = numbers.zip(self.all.iter()).collect();
             for bytes in core.exchange_with_ranks(out) {
@@ -144,19 +143,20 @@ impl Bonds {
             bonds.sort_by_key(|(number, _)| *number);
             bonds.dedup_by_key(|(number, _)| *number);
         } else {
-            next = self.all.len() as u32;
             bonds = (0..).zip(self.all.iter()).collect();
         }
+        // News of this step stays: bonds of grains that left are broken.
+        let mut share = before.unwrap_or_else(|| BondShare {
+            next: bonds.len() as u32,
+            ..BondShare::default()
+        });
         bonds.retain(|(_, bond)| is_of(core, rank, bond));
         let place = |(number, bond): &(u32, Bond)| Place {
             number: *number,
             is_own: core.rank_of_row(bond.rows[0]) == rank,
         };
-        self.share = Some(BondShare {
-            places: bonds.iter().map(place).collect(),
-            next,
-            ..BondShare::default()
-        });
+        share.places = bonds.iter().map(place).collect();
+        self.share = Some(share);
         let bonds: Vec<Bond> = bonds.into_iter().map(|(_, bond)| bond).collect();
         self.all = Groups::new(&bonds);
         let own = core.own_rows();

@@ -223,9 +223,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         self.empty_shells();
     }
 
-    fn own_reports(&self) -> Vec<&Reports> {
+    fn own_reports(&self, vertices: bool) -> Vec<&Reports> {
         let blocks = self.own_blocks().iter();
-        let blocks = blocks.chain(self.of_sheets.iter().flatten());
+        let of_vertices = self.of_sheets.iter().flatten().filter(|_| vertices);
+        let blocks = blocks.chain(of_vertices);
         blocks.map(|block| &block.reports).collect()
     }
 

@@ -55,8 +55,8 @@ pub trait ContactForces: Send {
     /// Forgets the contacts of other ranks, which were taken for a look or a checkpoint.
     fn forget_others(&mut self);
 
-    /// Reports of the blocks that are computed here, and of the vertices of sheets.
-    fn own_reports(&self) -> Vec<&Reports>;
+    /// Reports of the blocks that are computed here; `vertices`: and of the vertices of sheets, which every rank computes.
+    fn own_reports(&self, vertices: bool) -> Vec<&Reports>;
 
     /// Takes note of which vertices of each sheet are near which walls; contacts that last keep what they remember.
     fn adopt_vertices(&mut self, near_walls: &[Vec<NearWall>]);

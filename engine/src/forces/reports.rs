@@ -51,19 +51,23 @@ impl dyn ContactForces + '_ {
         sum
     }
 
-    /// Force on a wall (N), stiffness (N/m) and damping (N s/m) of its contacts in the last observation: the exact sums over the blocks of this rank.
+    /// Force on a wall (N), stiffness (N/m) and damping (N s/m) of its contacts in the last observation: the exact sums over the blocks of this rank;
+    /// `vertices`: and over those of the vertices of sheets.
     #[must_use]
-    pub fn exact_load(&self, wall: usize) -> [Exact; 5] {
-        let blocks = self.own_reports().into_iter().filter_map(|reports| {
-            let Observation {
-                walls,
-                wall_stiffness,
-                ..
-            } = &reports.observation;
-            let [x, y, z] = walls.get(wall)?.0.force.to_array();
-            let WallStiffness { stiffness, damping } = *wall_stiffness.get(wall)?;
-            Some([x, y, z, stiffness, damping])
-        });
+    pub fn exact_load(&self, wall: usize, vertices: bool) -> [Exact; 5] {
+        let blocks = self
+            .own_reports(vertices)
+            .into_iter()
+            .filter_map(|reports| {
+                let Observation {
+                    walls,
+                    wall_stiffness,
+                    ..
+                } = &reports.observation;
+                let [x, y, z] = walls.get(wall)?.0.force.to_array();
+                let WallStiffness { stiffness, damping } = *wall_stiffness.get(wall)?;
+                Some([x, y, z, stiffness, damping])
+            });
         exact(blocks)
     }
 

@@ -187,6 +187,23 @@ impl Part for Membranes {
         }
     }
 
+    fn works_on_ranks(&self) -> bool {
+        true
+    }
+
+    /// Every rank moves all sheets. A sheet is near grains where it is near those of any rank.
+    fn take_share(&mut self, core: &mut Core) {
+        let numbers = |are: &[bool]| -> Vec<u32> {
+            let numbers = (0..).zip(are).filter(|(_, is)| **is);
+            numbers.map(|(number, _)| number).collect()
+        };
+        for are in [&mut self.is_near, &mut self.beside] {
+            let mut all = numbers(are);
+            core.join_ranks(&mut all);
+            all.iter().for_each(|&number| are[number as usize] = true);
+        }
+    }
+
     fn inform<'a>(&'a self, context: &mut StepContext<'a>) {
         context.beside_sheets = Some(&self.beside);
     }

@@ -44,10 +44,13 @@ impl Mpi {
         })
     }
 
-    /// Number of ranks on this machine.
+    /// Number of ranks on this machine, and whether the first of all is among them; all ranks call it.
     #[must_use]
-    pub fn on_this_machine(&self) -> usize {
-        self.world.split_shared(0).size() as usize
+    pub fn on_this_machine(&self) -> (usize, bool) {
+        let here = self.world.split_shared(0);
+        let (own, mut lowest) = (self.world.rank(), 0);
+        here.all_reduce_into(&own, &mut lowest, SystemOperation::min());
+        (here.size() as usize, lowest == 0)
     }
 
     /// Ends all ranks at once.

@@ -1,6 +1,7 @@
 //! The force evaluation, and what is fused with it.
 
 use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
 
 use glam::{DQuat, DVec3};
 
@@ -56,7 +57,8 @@ impl Engine {
         let mut sums = (self.contacts).observation(self.physics.walls.len(), false);
         for wall in 0..self.physics.walls.len() {
             if !self.domain.walls[wall].servos.is_empty() {
-                let load = self.contacts.exact_load(wall);
+                // Vertices are the same on all ranks: they count once.
+                let load = self.contacts.exact_load(wall, self.is_first());
                 let load = self.core.add_exactly(load).map(|sum| sum.value());
                 let [x, y, z, stiffness, damping] = load;
                 sums.walls[wall].0.force = DVec3::new(x, y, z);
@@ -159,7 +161,11 @@ impl Engine {
             vertex_loads.push(loads);
         }
         core.load_surfaces(&vertex_loads);
+        let begun = core.is_divided().then(Instant::now);
         parts.iter_mut().for_each(|part| part.add_loads(core));
+        if let Some((share, begun)) = core.ranks.as_mut().zip(begun) {
+            share.note_work(begun.elapsed());
+        }
         bound
     }
 }

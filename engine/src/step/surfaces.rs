@@ -8,7 +8,7 @@ use crate::forces::{NearWall, near_walls_of_vertices};
 use crate::membrane::MembranePlan;
 use crate::neighbours::Margin;
 use crate::state::{Load, Particle};
-use crate::surface::{SavedSurface, Surface};
+use crate::surface::{SavedSurface, Surface, SurfaceLoad};
 use crate::walls::{Wall, WallNow};
 
 /// The sheets of a plan at rest, and the walls that borrow their shapes.
@@ -70,9 +70,13 @@ impl Core {
             .surfaces
             .iter_mut()
             .for_each(Surface::clear_loads);
-        let surfaces = &mut self.domain.surfaces;
-        (self.contacts)
-            .visit_surface_loads(&mut |load| surfaces[load.surface as usize].add_load(load));
+        // In the order of the blocks, of all ranks.
+        let mut loads: Vec<SurfaceLoad> = Vec::new();
+        (self.contacts).visit_surface_loads(&mut |load| loads.push(*load));
+        self.join_ranks(&mut loads);
+        for load in &loads {
+            self.domain.surfaces[load.surface as usize].add_load(load);
+        }
         for (surface, loads) in self.domain.surfaces.iter_mut().zip(of_walls) {
             surface.add_vertex_loads(loads.iter().map(|load| load.force));
         }

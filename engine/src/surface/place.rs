@@ -30,6 +30,12 @@ pub struct SurfaceLoad {
     pub shares: [DVec3; 3],
 }
 
+crate::state::plain!(SurfaceLoad {
+    surface,
+    triangle,
+    shares
+});
+
 impl Surface {
     /// The place of `foot` (m), the nearest point of a feature of the mesh that borrows its shape.
     #[inline]

@@ -6,6 +6,7 @@
 use std::sync::{Arc, Mutex};
 
 use crate::plan::{Memory, Plan, sha256};
+use crate::run::RanksHere;
 use mercury_common::cli::Failure;
 use mercury_common::readable;
 use mercury_common::scene::Statement;
@@ -37,7 +38,7 @@ pub(crate) enum Job {
 pub(crate) struct Team {
     ranks: mercury_engine::ranks::Team,
     /// Ranks on this machine.
-    on_machine: usize,
+    pub(crate) here: RanksHere,
 }
 
 /// Number of processes of the job and number of this one, if a launcher has begun several.
@@ -93,19 +94,19 @@ fn join(count: usize, rank: usize) -> Result<Job, Failure> {
         eprintln!("rank {rank} of {count} failed, and all others end with it");
         Mpi::abort(101);
     }));
-    let on_machine = mpi.on_this_machine();
+    let (here, with_first) = mpi.on_this_machine();
+    let here = RanksHere {
+        all: count,
+        here,
+        with_first,
+    };
     Ok(Job::Rank(Box::new(Team {
         ranks: Arc::new(Mutex::new(mpi)),
-        on_machine,
+        here,
     })))
 }
 
 impl Team {
-    /// The number of ranks.
-    pub(crate) fn count(&self) -> usize {
-        self.ranks.place().1
-    }
-
     /// Whether this is the first rank.
     pub(crate) fn is_first(&self) -> bool {
         self.ranks.place().0 == 0
@@ -122,7 +123,7 @@ impl Team {
         let usable = std::thread::available_parallelism().map_or(1, usize::from);
         match usable < cores_of_machine() {
             true => usable,
-            false => (usable / self.on_machine.max(1)).max(1),
+            false => (usable / self.here.here.max(1)).max(1),
         }
     }
 
@@ -156,7 +157,7 @@ impl Team {
 
     /// A note where there are more ranks than blocks of rows.
     pub(crate) fn idle(&self, memory: &Memory) -> Option<String> {
-        let (rows, ranks) = (memory.spheres as usize, self.count());
+        let (rows, ranks) = (memory.spheres as usize, self.here.all);
         let blocks = rows.div_ceil(block_size(rows)).max(1);
         (blocks < ranks).then(|| {
             format!(
@@ -246,13 +247,15 @@ impl Drop for Leader {
 }
 
 /// The section of a plan on ranks.
-pub(crate) fn planned(count: usize, memory: &Memory) -> String {
+pub(crate) fn planned(ranks: RanksHere, memory: &Memory) -> String {
+    let count = ranks.all;
     let each = memory.spheres / count as f64;
     // A part of a packing amid others: docs/theory/distribution.md.
     let beside = (4.0 * libm::cbrt(each * each)).min(memory.spheres - each);
     let [each, beside] = [each, beside].map(|spheres| readable::count(spheres.round() as u64));
     format!(
-        "\nRanks\n  {count:<23} about {each} spheres each, and up to {beside} beside them whose motion or loads go over in each step"
+        "\nRanks\n  {count:<23} about {each} spheres each, and up to {beside} beside them whose motion or loads go over in each step\n  on this machine         {}, whose memory is estimated above",
+        ranks.here
     )
 }
 

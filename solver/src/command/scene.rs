@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 use crate::output::summary::Status;
 use crate::plan::{Memory, Plan};
 use crate::results::{Aims, NamedResult, PlannedRows, requested};
-use crate::run::{Branch, Progress, Report, check_fit, plan_within};
+use crate::run::{self, Branch, Progress, RanksHere, Report, check_fit, plan_of_ranks};
 use mercury_common::cli::{self, Failure, Outcome, say};
 use mercury_common::machine;
 use mercury_common::readable::rounded;
@@ -40,7 +40,7 @@ pub(crate) fn execute(arguments: &Arguments, path: &Path, within: Option<Arc<Wit
         // A command that only prints needs one process.
         (None, Job::Rank(team)) if !team.is_first() => return Ok(()),
         (None, Job::Rank(team)) => {
-            checked = Some(team.count());
+            checked = Some(team.here);
             None
         }
         (Some(_), Job::Rank(team)) if team.is_first() => Some(team),
@@ -93,12 +93,14 @@ fn plan_and_run(
     requests: Option<Requests>,
     task_progress: &Arc<TaskProgress>,
     progress: Option<Arc<ProgressFile>>,
-    (team, checked): (Option<Box<Team>>, Option<usize>),
+    (team, checked): (Option<Box<Team>>, Option<RanksHere>),
 ) -> Result<Option<Report>, Failure> {
     let quiet = arguments.quiet || (arguments.check && arguments.json);
     let stop = (requests.as_ref()).map(|requests| (&requests.stop, before_end(progress.clone())));
     let waiting = Waiting::begin(task_progress, stop, quiet)?;
-    let prepared = prepared(arguments, path, within.as_ref(), team.is_some());
+    let ranks = team.as_ref().map(|team| team.here);
+    let here = checked.or(ranks).unwrap_or(RanksHere::ALONE);
+    let prepared = prepared(arguments, path, within.as_ref(), (ranks.is_some(), here));
     if let Some(team) = &team {
         // Its own reason is the better one.
         team.agree(digest_of(&prepared))
@@ -137,8 +139,7 @@ fn plan_and_run(
     }
     let branch = branch.as_deref();
     let set = branch.map_or(&arguments.set, |branch| &branch.input.set);
-    let machine = machine::memory();
-    let limit = machine.filter(|_| !arguments.force_memory);
+    let machine = machine::memory_for(here.here);
     let (mut results, until) = requested(&scene, &plan).map_err(|errors| refused(&errors))?;
     let more = arguments.results()?;
     study::check_results(&more, &plan)?;
@@ -149,16 +150,12 @@ fn plan_and_run(
         drop(waiting);
         let ends = until.as_ref().map(Aims::lines);
         let mut named = lines_of(&results, &plan, ends.unwrap_or_default());
-        named += &checked.map_or_else(String::new, |count| ranks::planned(count, &memory));
+        named += &checked.map_or_else(String::new, |here| ranks::planned(here, &memory));
         let few = few_rows(&results, &plan);
         let said = (named.as_str(), few);
         check::execute(arguments, &input, &scene, plan, &memory, machine, said)?;
         return Ok(None);
     };
-    if let Some(limit) = limit {
-        let fit = check_fit(&scene, &plan, &memory, limit);
-        fit.map_err(|error| refused(&SceneErrors(vec![error])))?;
-    }
     let threads = team.as_ref().map(|team| team.threads());
     let mut line = cli::Progress::in_logs_too(arguments.quiet);
     let mut tell = |now: &Progress<'_>| {
@@ -243,7 +240,7 @@ fn prepared(
     arguments: &Arguments,
     path: &Path,
     within: Option<&Arc<Within>>,
-    is_divided: bool,
+    (is_divided, here): (bool, RanksHere),
 ) -> Result<Prepared, Failure> {
     let branch = match (&arguments.from, arguments.at) {
         (Some(run), Some(at)) => {
@@ -269,7 +266,7 @@ fn prepared(
         (None, false) => Input::read(path, within)?,
     };
     if branch.is_none()
-        && let Some(requested) = study::requested(&input, arguments, within)?
+        && let Some(requested) = study::requested(&input, arguments, within, here)?
     {
         if is_divided && requested.has_jobs() {
             return Err(Failure::input(
@@ -280,8 +277,18 @@ fn prepared(
         return Ok(Prepared::Study(Box::new(requested)));
     }
     let scene = input.scene(set)?;
-    let limit = machine::memory().filter(|_| !arguments.force_memory);
-    let (plan, memory) = plan_within(&scene, limit).map_err(|errors| refused(&errors))?;
+    let limit = machine::memory_for(here.here).filter(|_| !arguments.force_memory);
+    let planned = plan_of_ranks(&scene, limit, here);
+    let (plan, mut memory) = planned.map_err(|errors| refused(&errors))?;
+    // The report of a plan that does not fit is printed before the error.
+    if let Some(limit) = limit.filter(|_| !arguments.check) {
+        let fit = check_fit(&scene, &plan, &memory, limit);
+        fit.map_err(|error| refused(&SceneErrors(vec![error])))?;
+    }
+    if is_divided {
+        // The files of a run do not depend on the number of ranks.
+        memory = run::memory(&plan);
+    }
     Ok(Prepared::Scene {
         input: Box::new(input),
         scene: Box::new(scene),
@@ -302,7 +309,7 @@ fn digest_of(prepared: &Result<Prepared, Failure>) -> Result<String, String> {
 
 /// On a rank that is not the first: makes the run with it. The first rank reports, and its exit code counts.
 fn follow(arguments: &Arguments, path: &Path, within: Option<Arc<Within>>, team: &Team) -> Outcome {
-    let prepared = prepared(arguments, path, within.as_ref(), true);
+    let prepared = prepared(arguments, path, within.as_ref(), (true, team.here));
     let agreed = team.agree(digest_of(&prepared));
     let how = arguments.how();
     let threads = how.threads.map_or_else(|| team.threads(), usize::from);

@@ -9,7 +9,7 @@ use crate::output::folder::{self, Earlier};
 use crate::output::summary::Status;
 use crate::plan::{Disk, Plan, sha256};
 use crate::results::{self, NamedResult};
-use crate::run::{check_fit, plan_within};
+use crate::run::{self, RanksHere, check_fit, plan_of_ranks};
 use crate::study::seeds::{DIFFERENCES, MEANS};
 use crate::study::table::{FILE, State, StudyTable};
 use crate::study::{Seeds, Study, StudyRun, Sweep, earlier, file, grid, plot};
@@ -39,6 +39,10 @@ pub(crate) struct Asked {
     study: Study,
     scene: Input,
     within: Option<Arc<Within>>,
+    /// The ranks that make each run.
+    ranks: RanksHere,
+    /// Also runs that need more memory than there is.
+    any_memory: bool,
 }
 
 impl Asked {
@@ -57,7 +61,7 @@ impl Asked {
     /// # Errors
     /// If it cannot be planned.
     pub(crate) fn planned(&self, run: usize) -> Result<(Plan, Scene), Failure> {
-        let (plan, _, scene) = planned(self, &self.study.runs[run], 1, true)?;
+        let (plan, _, scene) = planned(self, &self.study.runs[run], 1, self.any_memory)?;
         Ok((plan, scene))
     }
 }
@@ -67,6 +71,7 @@ pub(crate) fn requested(
     input: &Input,
     arguments: &Arguments,
     within: Option<&Arc<Within>>,
+    ranks: RanksHere,
 ) -> Result<Option<Asked>, Failure> {
     let path = &input.path;
     let is_file = file::is_study(&input.text);
@@ -130,6 +135,8 @@ pub(crate) fn requested(
         study,
         scene,
         within: within.cloned(),
+        ranks,
+        any_memory: arguments.force_memory,
     }))
 }
 
@@ -230,7 +237,7 @@ pub(crate) fn execute(
         Some(_) => 1,
         None => jobs(&study),
     };
-    let (prefix, needs) = check(asked, &mut study, jobs, arguments.force_memory)?;
+    let (prefix, needs) = check(asked, &mut study, jobs)?;
     let study = &study;
     if !arguments.force {
         earlier_rows(study, &prefix)?;
@@ -367,12 +374,7 @@ struct Needs {
 
 /// Checks that every run can be planned, and fits into the memory beside the others; the scene gives the units of the study's
 /// values. Returns the prefix of the names of the runs' files, and the cost of each run.
-fn check(
-    asked: &Asked,
-    study: &mut Study,
-    jobs: usize,
-    any_memory: bool,
-) -> Result<(String, Vec<Needs>), Failure> {
+fn check(asked: &Asked, study: &mut Study, jobs: usize) -> Result<(String, Vec<Needs>), Failure> {
     let (mut reported, mut problems) = (String::new(), Vec::new());
     let mut needs: Vec<Needs> = Vec::new();
     let (mut refused, mut prefix) = (0, String::new());
@@ -390,7 +392,7 @@ fn check(
         if number % of_point > 0 {
             continue;
         }
-        match planned(asked, run, jobs, any_memory) {
+        match planned(asked, run, jobs, asked.any_memory) {
             Ok((plan, memory, scene)) => {
                 needs.push(Needs {
                     steps: plan.physics().steps,
@@ -440,11 +442,12 @@ fn planned(
     any_memory: bool,
 ) -> Result<Planned, Failure> {
     let scene = asked.scene.scene(&asked.study.overrides(run))?;
-    let mut limit = machine::memory().filter(|_| !any_memory);
+    let mut limit = machine::memory_for(asked.ranks.here).filter(|_| !any_memory);
     if let Some(limit) = &mut limit {
         limit.total /= jobs as f64;
     }
-    let (plan, memory) = plan_within(&scene, limit).map_err(|errors| refused(&errors))?;
+    let planned = plan_of_ranks(&scene, limit, asked.ranks);
+    let (plan, memory) = planned.map_err(|errors| refused(&errors))?;
     results::requested(&scene, &plan).map_err(|errors| refused(&errors))?;
     if let Some(limit) = limit {
         check_fit(&scene, &plan, &memory, limit).map_err(|error| {
@@ -551,8 +554,10 @@ impl Work<'_> {
     }
 
     /// Runs it, resumes it, or finds that it has ended.
-    fn run(&self, number: usize, run: &StudyRun) -> Result<Option<Status>, Failure> {
-        let (plan, memory, scene) = planned(self.asked, run, 1, true)?;
+    fn run(&self, number: usize, studied: &StudyRun) -> Result<Option<Status>, Failure> {
+        let (plan, _, scene) = planned(self.asked, studied, 1, true)?;
+        // The files of a run do not depend on the number of ranks.
+        let memory = run::memory(&plan);
         let (results, until) =
             results::requested(&scene, &plan).map_err(|errors| refused(&errors))?;
         let share = (self.leader.as_ref())
@@ -561,7 +566,7 @@ impl Work<'_> {
         let threads = self.leader.as_ref().map_or(1, Leader::threads);
         let how = How {
             ranks: Arc::new(Mutex::new(share)),
-            folder: Some(self.study.folder.join(&run.name)),
+            folder: Some(self.study.folder.join(&studied.name)),
             within: self.asked.within.clone(),
             progress: None,
             results,
@@ -597,7 +602,7 @@ impl Work<'_> {
             &memory,
             Stated {
                 input: &self.asked.scene,
-                set: &self.study.overrides(run),
+                set: &self.study.overrides(studied),
                 scene: &scene,
                 branch: None,
             },

@@ -16,14 +16,45 @@ use mercury_engine::step::{SizeEstimate, bytes_of_parts};
 /// The memory of any run: the program, its libraries, its pictures.
 const PROGRAM: f64 = 16e6;
 
-/// Memory that the run of a plan is expected to need.
+/// The ranks of a run, and those of them that share the memory of this machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RanksHere {
+    /// All ranks.
+    pub all: usize,
+    /// Those on this machine.
+    pub here: usize,
+    /// Whether the first one, which writes outputs and checkpoints, is among them.
+    pub with_first: bool,
+}
+
+impl RanksHere {
+    /// One process.
+    pub const ALONE: Self = Self {
+        all: 1,
+        here: 1,
+        with_first: true,
+    };
+}
+
+/// Memory that the run of a plan is expected to need in one process.
+#[must_use]
+pub fn memory(plan: &Plan) -> Memory {
+    memory_of(plan, RanksHere::ALONE)
+}
+
+/// Memory that the ranks on this machine are expected to need for the run of a plan: each the columns of all particles, and its part of contacts and
+/// lists.
 ///
 /// The sum of the memory of particles, lists, parts of the step and outputs, for the expected number of particles and contacts.
 /// A list that is built while a frame is written takes somewhat more than either, and so do states that wait for a slow disk.
 #[must_use]
-pub fn memory(plan: &Plan) -> Memory {
+pub(super) fn memory_of(plan: &Plan, ranks: RanksHere) -> Memory {
     let expected = expected(plan);
     let rows = expected.spheres;
+    let here = ranks.here as f64;
+    let first = f64::from(u8::from(ranks.with_first));
+    let [listed, touching] =
+        [expected.listed, expected.touching].map(|contacts| contacts / ranks.all as f64);
     let (forces, _) = contact_loop(&plan.physics().laws);
     let layout = forces.layout();
     let (slot, carried) = (layout.slot as f64, layout.carried as f64);
@@ -33,32 +64,38 @@ pub fn memory(plan: &Plan) -> Memory {
     if expected.bodies > 0.0 {
         particles += Bodies::bytes(expected.bodies, expected.pebbles, rows);
     }
-    let slots = expected.listed * slot;
-    let parked = parked_bytes(rows, expected.touching);
+    let slots = listed * slot;
+    let parked = parked_bytes(rows, touching);
     let output = output_bytes(plan, &expected, &layout.columns);
     let start = StartBytes::of(plan);
-    let crowd = SizeEstimate {
-        rows,
-        touching: expected.touching,
-    };
+    let crowd = SizeEstimate { rows, touching };
     let parts = bytes_of_parts(&plan.to_setup(), &crowd);
-    let checkpoint = particles + layout.saved_bytes(rows, expected.listed, expected.touching);
+    let saved = layout.saved_bytes(rows, expected.listed, expected.touching);
+    // The first of several ranks holds the contacts of all for a checkpoint.
+    let of_others = expected.listed * layout.slot as f64 - slots;
+    let checkpoint = first * (particles + saved + of_others);
 
-    let steps = PROGRAM + start.plan + particles + parts + slots + parked + output.kept;
+    let each = PROGRAM + start.plan + particles + parts + slots + parked;
+    let steps = here * each + first * output.kept;
     // A list is made while the old slots exist; then their histories are kept, twice for a moment, for the new ones.
-    let searching = build_bytes(rows, expected.listed);
-    let waiting = (GROWTH + 1.0) * expected.touching * carried;
+    let searching = build_bytes(rows, listed);
+    let waiting = (GROWTH + 1.0) * touching * carried;
     let carrying =
-        list_bytes(rows, expected.listed) + waiting + 4.0 * rows * size_of::<u32>() as f64 - slots;
+        list_bytes(rows, listed) + waiting + 4.0 * rows * size_of::<u32>() as f64 - slots;
     let checking =
         start.spheres * columns + build_bytes(start.spheres, plan.notes().counted().listed as f64);
-    let most = steps + searching.max(carrying).max(output.writing);
+    let most = steps + (here * searching.max(carrying)).max(first * output.writing);
     // These histories lie in many small pieces, and the allocator keeps their memory for the next list of few particles.
-    let kept_free = if rows > MANY as f64 { 0.0 } else { waiting };
+    let kept_free = if rows > MANY as f64 {
+        0.0
+    } else {
+        here * waiting
+    };
     let steps = steps + kept_free;
+    let at_start = PROGRAM + start.plan + start.reading.max(start.looking_over + checking);
     Memory {
         spheres: rows,
-        start: PROGRAM + start.plan + start.reading.max(start.looking_over + checking),
+        start: here * at_start,
         steps,
         kept_free,
         most: most.max(steps),
@@ -80,6 +117,19 @@ pub fn plan_within(
     scene: &Scene,
     machine: Option<MachineMemory>,
 ) -> Result<(Plan, Memory), SceneErrors> {
+    plan_of_ranks(scene, machine, RanksHere::ALONE)
+}
+
+/// As [`plan_within`], for the ranks on this machine, which share its memory.
+///
+/// # Errors
+/// Those of [`plan_within`].
+pub fn plan_of_ranks(
+    scene: &Scene,
+    machine: Option<MachineMemory>,
+    ranks: RanksHere,
+) -> Result<(Plan, Memory), SceneErrors> {
+    let memory = |plan: &Plan| memory_of(plan, ranks);
     let grains = lattice_grains(scene);
     if let Some(machine) = machine.filter(|machine| grains * MOST_EACH > machine.total) {
         match sketch(scene) {

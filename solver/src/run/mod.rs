@@ -41,7 +41,7 @@ pub use branch::{Branch, BranchError};
 pub use budget::Budget;
 pub use claim::{Claim, ClaimError, stated_by};
 pub use coupling::{CouplingError, Saved, WallDrive};
-pub use memory::{check_fit, memory, plan_within};
+pub use memory::{RanksHere, check_fit, memory, plan_of_ranks, plan_within};
 pub use open::{OpenError, OpenRun, SceneInput};
 pub use options::{Checkpoints, RunFailure, RunOptions, useful_threads};
 pub use origin::Origin;

@@ -3,230 +3,20 @@
 //! Ranks are threads here, with blocks of 64 rows, so that small scenes have many. State and observations of the first rank are compared with those
 //! of an engine without others: in the middle, at looks, after a checkpoint on other ranks.
 
+mod compare;
+mod mistakes;
+
 use std::collections::BTreeSet;
 use std::path::Path;
-use std::sync::{Arc, Once};
+use std::sync::Arc;
 use std::thread;
 
-use mercury_engine::audit::Audit;
-use mercury_engine::forces::{LoadSums, Observation, Partner, Watch, fix_block_size};
 use mercury_engine::liquid::LiquidRow;
 use mercury_engine::ranks::{Ranks, Share, Threads};
-use mercury_engine::state::Id;
-use mercury_engine::step::{Engine, Part, RunError, Snapshot, StartOptions};
+use mercury_engine::step::{Engine, Part, RunError, Snapshot};
 use mercury_solver::plan::Plan;
-use mercury_tests::scene_checks::planned;
 
-/// Rows of a block.
-const ROWS: usize = 64;
-
-static SMALL_BLOCKS: Once = Once::new();
-
-/// States of a run as bytes, and observations.
-#[derive(PartialEq, Default)]
-struct Seen {
-    counts: Counts,
-    states: Vec<Vec<u8>>,
-    observations: Vec<Observation>,
-    looks: Vec<Look>,
-}
-
-/// What outputs read of an engine beside rows and observations.
-#[derive(Debug, Clone, PartialEq)]
-struct Look {
-    liquid: Option<LiquidRow>,
-    volumes: Option<Vec<f64>>,
-    audit: Audit,
-    /// Since the last look.
-    loads: Option<LoadSums>,
-    /// Ids of the ends of each liquid bridge, and whether the rows of its lower end are in the second half of all.
-    bridges: Vec<([Option<Id>; 2], bool)>,
-}
-
-impl Look {
-    fn at(engine: &mut Engine, takes_loads: bool) -> Self {
-        let [loads, _] = engine.take_load_sums(takes_loads, false);
-        let ids = &engine.particles.ids;
-        let bridges = engine.bridges();
-        let bridges = bridges.iter().map(|site| {
-            let other = match site.partner {
-                Partner::Particle { row, .. } => Some(ids[row as usize]),
-                Partner::Wall { .. } => None,
-            };
-            let mut ends = [Some(ids[site.row as usize]), other];
-            ends.sort();
-            (ends, site.row as usize >= ids.len() / 2)
-        });
-        Self {
-            bridges: bridges.collect(),
-            liquid: engine.liquid(),
-            volumes: engine.liquid_volumes(),
-            audit: engine.audit(),
-            loads,
-        }
-    }
-}
-
-/// Counts since the start.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Counts {
-    lists: u64,
-    inserted: u64,
-    removed: u64,
-}
-
-fn scene(name: &str, set: &[&str]) -> Arc<Plan> {
-    SMALL_BLOCKS.call_once(|| fix_block_size(ROWS));
-    let set: Vec<String> = set.iter().map(ToString::to_string).collect();
-    Arc::new(planned(name, &set).unwrap())
-}
-
-fn options(threads: usize, ranks: Option<Share>) -> StartOptions {
-    StartOptions::threads(threads).ranks(ranks)
-}
-
-/// The steps between looks.
-const PIECES: [u64; 4] = [1, 40, 7, 100];
-
-/// Makes some pieces of a run; a look, the end of a step and a checkpoint behind each.
-fn advance(engine: &mut Engine, seen: &mut Seen, pieces: &[u64]) -> Result<(), RunError> {
-    for (number, &steps) in pieces.iter().enumerate() {
-        let records = number % 2 == 0;
-        engine.steps_at_once(
-            steps,
-            Some(Watch {
-                records,
-                audit: None,
-            }),
-        )?;
-        seen.observations.push(engine.observation());
-        // Loads on triangles go on being summed up over some looks.
-        seen.looks.push(Look::at(engine, number % 2 == 1));
-        // In the middle of its kicks, as checkpoints of a run are, and at the end of the step.
-        engine.collect(true);
-        seen.states.push(engine.snapshot().encode());
-        engine.complete_step()?;
-        seen.looks.push(Look::at(engine, false));
-        engine.collect(true);
-        seen.states.push(engine.snapshot().encode());
-    }
-    Ok(())
-}
-
-/// Makes a run on so many ranks, from the start or from a state.
-fn on_ranks(
-    plan: &Arc<Plan>,
-    ranks: usize,
-    threads: usize,
-    from: Option<&[u8]>,
-    pieces: &[u64],
-) -> Seen {
-    let mut team = Threads::team(ranks).into_iter();
-    let first = team.next().unwrap();
-    thread::scope(|scope| {
-        for rank in team {
-            let plan = Arc::clone(plan);
-            scope.spawn(move || {
-                let share = Share::new(Box::new(rank));
-                Engine::follow(plan, options(threads, Some(share))).unwrap();
-            });
-        }
-        let share = (ranks > 1).then(|| Share::new(Box::new(first)));
-        let options = options(threads, share);
-        let mut engine = match from {
-            None => Engine::start(Arc::clone(plan), options),
-            Some(state) => {
-                Engine::resume(Arc::clone(plan), Snapshot::decode(state).unwrap(), options)
-            }
-        }
-        .unwrap();
-        let mut seen = Seen::default();
-        if from.is_none() {
-            seen.observations.push(engine.observation());
-        }
-        advance(&mut engine, &mut seen, pieces).unwrap();
-        let boundaries = engine.boundaries();
-        seen.counts = Counts {
-            lists: engine.lists().rebuilds,
-            inserted: boundaries.inserted().number,
-            removed: boundaries.removed().number,
-        };
-        seen
-    })
-}
-
-/// Where two runs differ first.
-fn assert_same(seen: &Seen, expected: &Seen, of: &str) {
-    for (k, (a, b)) in seen
-        .observations
-        .iter()
-        .zip(&expected.observations)
-        .enumerate()
-    {
-        assert_eq!(a, b, "{of}: observation {k}");
-    }
-    for (k, (a, b)) in seen.looks.iter().zip(&expected.looks).enumerate() {
-        assert_eq!(a, b, "{of}: look {k}");
-    }
-    for (k, (a, b)) in seen.states.iter().zip(&expected.states).enumerate() {
-        if a != b {
-            let [a, b] = [a, b].map(|bytes| Snapshot::decode(bytes).unwrap());
-            let sections = a.sections().iter().zip(b.sections().iter());
-            let differ: Vec<&str> = sections
-                .filter(|((_, a), (_, b))| a != b)
-                .map(|((name, _), _)| name)
-                .collect();
-            panic!("{of}: state {k} differs in {differ:?}");
-        }
-    }
-    assert!(seen == expected, "{of}");
-}
-
-/// The scene gives the same bytes on any number of ranks, with one and two threads each: from the start, and from a state that one process has
-/// made `ahead` steps later. Returns what happened in the steps compared.
-fn same_on_any_ranks(plan: &Arc<Plan>, ahead: u64) -> Counts {
-    compared(plan, ahead).0
-}
-
-/// Likewise, with all looks: that before the steps compared, then those of them.
-fn compared(plan: &Arc<Plan>, ahead: u64) -> (Counts, Vec<Look>) {
-    let name = plan.outputs().prefix();
-    let start = on_ranks(plan, 1, 1, None, &[ahead.max(1)]);
-    let state = start.states.last().unwrap();
-    let expected = on_ranks(plan, 1, 1, Some(state), &PIECES);
-    for (ranks, threads) in [(2, 1), (3, 2), (4, 1), (7, 1)] {
-        let seen = on_ranks(plan, ranks, threads, Some(state), &PIECES);
-        let of = format!("{name}, {ranks} ranks, {threads} threads");
-        assert_same(&seen, &expected, &of);
-    }
-    // The state behind the second piece, on three ranks, is gone on with on two.
-    let first = on_ranks(plan, 3, 1, Some(state), &PIECES[..2]);
-    let rest = on_ranks(
-        plan,
-        2,
-        1,
-        first.states.last().map(Vec::as_slice),
-        &PIECES[2..],
-    );
-    assert!(
-        rest.states == expected.states[4..],
-        "{name}, three ranks and then two"
-    );
-    assert!(
-        rest.looks == expected.looks[4..],
-        "{name}, looks on three ranks and then two"
-    );
-    let begun = on_ranks(plan, 1, 1, None, &PIECES[..2]);
-    let seen = on_ranks(plan, 3, 1, None, &PIECES[..2]);
-    assert_same(&seen, &begun, &format!("{name} from the start"));
-    let counts = Counts {
-        lists: expected.counts.lists - start.counts.lists,
-        inserted: expected.counts.inserted - start.counts.inserted,
-        removed: expected.counts.removed - start.counts.removed,
-    };
-    let before = start.looks.into_iter().next_back();
-    (counts, before.into_iter().chain(expected.looks).collect())
-}
+use compare::{Look, PIECES, compared, on_ranks, options, same_on_any_ranks, scene};
 
 /// Bridges that were there before some looks or after them, but not both, at grains of the first half of the rows and of the second one.
 fn changed_bridges(looks: &[Look]) -> [usize; 2] {
@@ -245,28 +35,28 @@ fn a_dense_bed() {
     same_on_any_ranks(&scene("bench/dense-2k.toml", &[]), 100);
 }
 
-/// Grains of three sizes, among them clumps, come and leave, cross planes and a periodic face, are followed, and fall on a plate that moves.
+/// Grains of several sizes come and leave, cross planes and a periodic face, are followed, and fall on a plate that moves.
+fn busy(periodic: bool, set: &[&str]) -> Arc<Plan> {
+    let periodic = if periodic { "[\"x\", \"y\"]" } else { "[]" };
+    let periodic = format!("domain.periodic={periodic}");
+    let mut all = vec![
+        periodic.as_str(),
+        "title=\"busy\"",
+        "deletions=[{ name = \"out\", region = { shape = \"half-space\", point = [0.0, 0.0, 0.003], normal = [0.1, 0.0, -1.0] } }]",
+        "fluxes=[{ name = \"low\", plane = { point = [0.0, 0.0, 0.006], normal = [0.0, 0.0, -1.0] } }, { name = \"mid\", plane = { point = [0.024, 0.0, 0.0], normal = [1.0, 0.0, 0.0] } }]",
+        "insertions=[{ name = \"feed\", region = { shape = \"box\", min = [0.004, 0.004, 0.07], max = [0.044, 0.044, 0.077] }, material = \"bead\", psd = { kind = \"uniform\", min_diameter = 0.001, max_diameter = 0.004, weighting = \"number\" }, rate = { number = 20000.0 }, total = { number = 5000 }, velocity = { mean = [0.3, 0.1, -1.5], spread = [0.2, 0.2, 0.2] } }]",
+        "walls=[{ name = \"plate\", shape = \"disc\", origin = [0.024, 0.024, 0.068], axis = [0.0, 0.02, 1.0], radius = 0.01, material = \"bead\", motion = [{ kind = \"translation\", velocity = [0.1, 0.0, -0.2] }] }]",
+        "output.track=[\"feed\"]",
+        "output.left=true",
+    ];
+    all.extend_from_slice(set);
+    scene("bench/dense-2k.toml", &all)
+}
+
 #[test]
 fn grains_that_come_and_leave() {
-    let busy = |periodic: bool| {
-        let periodic = if periodic { "[\"x\", \"y\"]" } else { "[]" };
-        let periodic = format!("domain.periodic={periodic}");
-        scene(
-            "bench/dense-2k.toml",
-            &[
-                &periodic,
-                "title=\"busy\"",
-                "deletions=[{ name = \"out\", region = { shape = \"half-space\", point = [0.0, 0.0, 0.003], normal = [0.1, 0.0, -1.0] } }]",
-                "fluxes=[{ name = \"low\", plane = { point = [0.0, 0.0, 0.006], normal = [0.0, 0.0, -1.0] } }, { name = \"mid\", plane = { point = [0.024, 0.0, 0.0], normal = [1.0, 0.0, 0.0] } }]",
-                "insertions=[{ name = \"feed\", region = { shape = \"box\", min = [0.004, 0.004, 0.07], max = [0.044, 0.044, 0.077] }, material = \"bead\", psd = { kind = \"uniform\", min_diameter = 0.001, max_diameter = 0.004, weighting = \"number\" }, rate = { number = 20000.0 }, total = { number = 5000 }, velocity = { mean = [0.3, 0.1, -1.5], spread = [0.2, 0.2, 0.2] } }]",
-                "walls=[{ name = \"plate\", shape = \"disc\", origin = [0.024, 0.024, 0.068], axis = [0.0, 0.02, 1.0], radius = 0.01, material = \"bead\", motion = [{ kind = \"translation\", velocity = [0.1, 0.0, -0.2] }] }]",
-                "output.track=[\"feed\"]",
-                "output.left=true",
-            ],
-        )
-    };
     for periodic in [false, true] {
-        let counts = same_on_any_ranks(&busy(periodic), 60);
+        let counts = same_on_any_ranks(&busy(periodic, &[]), 60);
         assert!(
             counts.lists > 10 && counts.inserted > 40 && counts.removed > 5,
             "{counts:?}"
@@ -504,6 +294,90 @@ fn two_spheres_are_fewer_than_the_ranks() {
     same_on_any_ranks(&scene("two-spheres.toml", &[]), 1);
 }
 
+/// Two agglomerates, one of which shatters on a plate, with the contacts of glued pairs.
+fn agglomerates() -> Arc<Plan> {
+    scene("agglomerate.toml", &[])
+}
+
+#[test]
+fn agglomerates_that_shatter() {
+    let counts = same_on_any_ranks(&agglomerates(), 30);
+    assert!(counts.broken.are_spread(), "{counts:?}");
+}
+
+/// A block that is glued to floor and lid, and across a periodic face, has no contacts inside, and is torn apart by a servo.
+#[test]
+fn a_block_that_is_torn_apart() {
+    let plan = scene(
+        "agglomerate.toml",
+        &[
+            "domain={ min = [0.0, -0.02, -0.001], max = [0.016, 0.04, 0.05], periodic = [\"x\"] }",
+            "particles=[{ material = \"grain\", radius = 1e-3, lattice = { min = [0.001, 0.0, 0.001], max = [0.0155, 0.0145, 0.0155], spacing = 0.002 } }]",
+            "walls=[{ name = \"floor\", shape = \"plane\", point = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 1.0], material = \"grain\" }, { name = \"lid\", shape = \"plane\", point = [0.0, 0.0, 0.016], normal = [0.0, 0.0, -1.0], material = \"grain\", motion = [{ kind = \"servo\", axis = [0.0, 0.0, 1.0], force = 60.0, max_speed = 2.0 }] }]",
+            "bonds=[{ name = \"glue\", law = \"beam\", walls = [\"floor\", \"lid\"], youngs_modulus = 1e7, damping = 0.05, tensile_strength = 3e4, shear_strength = 3e4, strength_spread = 0.3, contact = false }]",
+        ],
+    );
+    let counts = same_on_any_ranks(&plan, 1);
+    assert!(counts.broken.are_spread(), "{counts:?}");
+}
+
+/// Grains that come and leave are glued where they touch, from a time on at which many do, and break.
+#[test]
+fn grains_that_are_glued_as_they_touch() {
+    for (periodic, contact) in [(false, true), (true, false)] {
+        let bonds = format!(
+            "bonds=[{{ name = \"first\", between = [\"bead\", \"bead\"], when = \"contact\", from = 2.6e-3, until = 4e-3, law = \"beam\", walls = [\"plate\"], youngs_modulus = 1e5, damping = 0.1, tensile_strength = 300.0, strength_spread = 1.0, contact = {contact} }}, {{ name = \"then\", when = \"contact\", from = 3.5e-3, law = \"parallel\", normal_stiffness = 1e8, shear_stiffness = 5e7, contact = true }}]"
+        );
+        let counts = same_on_any_ranks(&busy(periodic, &[&bonds]), 60);
+        let happened = counts.broken.are_spread();
+        assert!(
+            happened && counts.glued > 100 && counts.removed > 5,
+            "{counts:?}"
+        );
+    }
+}
+
+/// Rods that stick where they touch.
+#[test]
+fn a_gas_of_rods_that_stick() {
+    let plan = scene(
+        "clumps/rod-gas.toml",
+        &[
+            "bonds=[{ name = \"glue\", when = \"contact\", law = \"beam\", youngs_modulus = 3e3, tensile_strength = 50.0 }]",
+        ],
+    );
+    let counts = same_on_any_ranks(&plan, 3_000);
+    assert!(counts.glued > 0, "{counts:?}");
+}
+
+/// Balls lie on a sheet that a plate with a servo presses from below.
+fn balls_on_sheet() -> Arc<Plan> {
+    scene(
+        "membrane.toml",
+        &[
+            "particles=[{ material = \"ball\", radius = 1e-3, lattice = { min = [-0.02, -0.02, 0.0012], max = [0.02, 0.02, 0.0036], spacing = 0.0022 }, velocity = [0.05, 0.0, -0.2] }]",
+            "walls=[{ name = \"plate\", shape = \"disc\", origin = [0.0, 0.0, -0.0002], axis = [0.0, 0.0, 1.0], radius = 0.025, material = \"ball\", motion = [{ kind = \"servo\", axis = [0.0, 0.0, 1.0], force = 0.2, max_speed = 0.1 }] }]",
+            "membranes.0.walls=true",
+            "guard={ policy = \"warn\" }",
+        ],
+    )
+}
+
+#[test]
+fn balls_on_a_sheet_on_a_plate() {
+    let counts = same_on_any_ranks(&balls_on_sheet(), 500);
+    let happened = counts.at_sheets.are_spread();
+    assert!(happened && counts.of_vertices > 3, "{counts:?}");
+}
+
+/// A sleeve under pressure, held by a wall with a servo.
+#[test]
+fn a_sample_in_a_sleeve() {
+    let counts = same_on_any_ranks(&scene("sleeve.toml", &[]), 20_500);
+    let happened = counts.at_sheets.are_spread();
+    assert!(happened, "{counts:?}");
+}
+
 /// A part that does not say that it works on several ranks.
 struct Foreign;
 
@@ -529,101 +403,6 @@ fn other_parts_are_refused() {
     assert_eq!(error, second.join().unwrap());
     let what = "foreign".to_owned();
     assert_eq!(error, RunError::OnRanks { what });
-}
-
-/// An error that the middle one of three ranks makes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Wrong {
-    /// None.
-    Nothing,
-    /// Shares of contacts that come to it are added in reversed order.
-    Order,
-    /// It keeps events of its contacts to itself: of those steps in which their bytes are no whole number of words, as all other messages are.
-    Events,
-}
-
-/// A rank that makes it.
-struct Spoiled(Threads, Wrong);
-
-/// Bytes of a share: row, force, torque.
-const SHARE: usize = 56;
-
-impl Ranks for Spoiled {
-    fn place(&self) -> (usize, usize) {
-        self.0.place()
-    }
-
-    fn exchange(&mut self, to: Vec<(usize, Vec<u8>)>, from: &[usize]) -> Vec<Vec<u8>> {
-        let mut came = self.0.exchange(to, from);
-        // Records come from later ranks, and with new lists something comes from both.
-        if from == [0] && self.1 == Wrong::Order {
-            let mut rest = &mut came[0][..];
-            while let Some((count, shares)) = rest.split_first_chunk_mut::<4>() {
-                let count = u32::from_le_bytes(*count) as usize;
-                let (shares, others) = shares.split_at_mut(count * SHARE);
-                let reversed: Vec<u8> = shares.chunks(SHARE).rev().flatten().copied().collect();
-                shares.copy_from_slice(&reversed);
-                rest = others;
-            }
-        }
-        came
-    }
-
-    fn all(&mut self, own: Vec<u8>) -> Vec<Vec<u8>> {
-        let is_kept = self.1 == Wrong::Events && own.len() % 8 > 0;
-        self.0.all(if is_kept { Vec::new() } else { own })
-    }
-
-    fn gather(&mut self, own: Vec<u8>) -> Vec<Vec<u8>> {
-        self.0.gather(own)
-    }
-
-    fn broadcast(&mut self, own: Vec<u8>) -> Vec<u8> {
-        self.0.broadcast(own)
-    }
-
-    fn largest(&mut self, numbers: &mut [f64]) {
-        self.0.largest(numbers);
-    }
-
-    fn add(&mut self, numbers: &mut [i64]) {
-        self.0.add(numbers);
-    }
-}
-
-/// The states of a run on three ranks, of which the middle one makes an error.
-fn with_an_error(plan: &Arc<Plan>, wrong: Wrong) -> Vec<Vec<u8>> {
-    let mut team = Threads::team(3).into_iter();
-    let [first, middle, last] = std::array::from_fn(|_| team.next().unwrap());
-    let follow = |rank: Box<dyn Ranks>| {
-        let plan = Arc::clone(plan);
-        move || Engine::follow(plan, options(1, Some(Share::new(rank)))).unwrap()
-    };
-    thread::scope(|scope| {
-        scope.spawn(follow(Box::new(Spoiled(middle, wrong))));
-        scope.spawn(follow(Box::new(last)));
-        let first = options(1, Some(Share::new(Box::new(first))));
-        let mut engine = Engine::start(Arc::clone(plan), first).unwrap();
-        let mut seen = Seen::default();
-        advance(&mut engine, &mut seen, &PIECES).unwrap();
-        seen.states
-    })
-}
-
-/// The comparison would see a wrong order of sums: shares that one of three ranks adds in reversed order give other bytes.
-#[test]
-fn another_order_of_shares_gives_other_bytes() {
-    let plan = scene("bench/dense-2k.toml", &[]);
-    let states = |wrong| with_an_error(&plan, wrong).into_iter().next_back();
-    assert!(states(Wrong::Nothing) != states(Wrong::Order));
-}
-
-/// It would see that a rank leaves out events of its contacts.
-#[test]
-fn left_out_events_give_other_bytes() {
-    let plan = wet_bed(&[]);
-    let states = |wrong| with_an_error(&plan, wrong).into_iter().next_back();
-    assert!(states(Wrong::Nothing) != states(Wrong::Events));
 }
 
 /// Messages go where they are meant to.
