@@ -3,7 +3,7 @@
 // Without MPI a job is never joined.
 #![cfg_attr(not(feature = "mpi"), allow(dead_code))]
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use crate::plan::{Memory, Plan, sha256};
 use crate::run::RanksHere;
@@ -101,7 +101,7 @@ fn join(count: usize, rank: usize) -> Result<Job, Failure> {
         with_first,
     };
     Ok(Job::Rank(Box::new(Team {
-        ranks: Arc::new(Mutex::new(mpi)),
+        ranks: Arc::new(std::sync::Mutex::new(mpi)),
         here,
     })))
 }

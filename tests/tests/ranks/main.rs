@@ -11,12 +11,13 @@ use std::path::Path;
 use std::sync::Arc;
 use std::thread;
 
+use mercury_engine::forces::LoadSums;
 use mercury_engine::liquid::LiquidRow;
 use mercury_engine::ranks::{Ranks, Share, Threads};
 use mercury_engine::step::{Engine, Part, RunError, Snapshot};
 use mercury_solver::plan::Plan;
 
-use compare::{Look, PIECES, compared, on_ranks, options, same_on_any_ranks, scene};
+use compare::{Look, PIECES, Seen, compared, on_ranks, options, same_on_any_ranks, scene};
 
 /// Bridges that were there before some looks or after them, but not both, at grains of the first half of the rows and of the second one.
 fn changed_bridges(looks: &[Look]) -> [usize; 2] {
