@@ -93,11 +93,11 @@ bytes_of wet-pair
 bytes_of spray-drum --set time.end=0.03 --set output.interval=0.01 --set sprays.0.from=0 --set sprays.0.speed=5 --set sprays.0.flow_rate=1e-4
 bytes_of agglomerate --set time.end=0.0004 --set output.interval=0.0002
 bytes_of bonded-cantilever --set time.end=0.002
-bytes_of membrane --set time.end=0.05 --set output.interval=0.01
+bytes_of membrane --set particles.0.velocity=[0.0,0.0,-1.0] --set time.end=0.004 --set output.interval=0.002
 bytes_of balloon --set time.end=0.002 --set output.interval=0.001
 bytes_of gripper --set time.end=0.002 --set output.interval=0.001
 bytes_of gripper-pull --set time.end=0.002 --set output.interval=0.001
-bytes_of sleeve --set time.end=0.02 --set output.interval=0.005
+bytes_of sleeve --set time.end=0.004 --set output.interval=0.002
 
 # One scene of many things, in blocks of 8 rows: a sphere twenty times its neighbours, insertion over cuts, grains that go round through a periodic
 # face, a servo, removal, a flux plane, tracks.

@@ -277,7 +277,7 @@ impl Part for Bonds {
     }
 
     fn dissipated(&self) -> Option<f64> {
-        Some(self.taken)
+        Some(self.taken())
     }
 
     fn wall_work(&self) -> [f64; 2] {
@@ -292,7 +292,7 @@ impl Part for Bonds {
         glued.put(bytes);
         self.counts.put(bytes);
         self.breaks.put(bytes);
-        (self.taken, self.wall_work).put(bytes);
+        (self.taken(), self.wall_work).put(bytes);
         self.last_powers.put(bytes);
         let whole = self.share.as_ref().and_then(BondShare::whole);
         whole
@@ -350,6 +350,12 @@ impl Bonds {
     #[must_use]
     pub fn all(&self) -> Vec<Bond> {
         self.whole().iter().collect()
+    }
+
+    /// Energy taken from the particles since the start, J.
+    fn taken(&self) -> f64 {
+        let last = self.share.as_ref().map_or(0.0, BondShare::last_taken);
+        self.taken + last
     }
 
     /// All bonds that are known here: on the first of several ranks those that were collected.
@@ -683,7 +689,10 @@ impl Bonds {
             let half = 0.5 * dt;
             let [taken, by_walls, by_servos] =
                 from_fn(|k| half * (self.last_powers[k] + powers[k]));
-            self.taken += taken;
+            match &mut self.share {
+                Some(share) => share.take(taken, &mut self.taken),
+                None => self.taken += taken,
+            }
             self.wall_work[0] += by_walls;
             self.wall_work[1] += by_servos;
         }

@@ -52,6 +52,8 @@ pub(super) struct BondShare {
     broken: Vec<Broken>,
     /// Pairs that have parted since the last message: their offsets are forgotten.
     parted: Vec<Pair>,
+    /// Energy that damping took in the last step, J: breaks of that step, of which the ranks learn at its end, come before it.
+    last_taken: f64,
     /// All bonds and pairs that may touch, on the first rank after they were collected.
     whole: Option<Whole>,
 }
@@ -67,6 +69,15 @@ pub(super) struct Whole {
 impl BondShare {
     pub(super) fn whole(&self) -> Option<&Whole> {
         self.whole.as_ref()
+    }
+
+    /// Adds the energy that damping takes in a step to that of earlier ones.
+    pub(super) fn take(&mut self, energy: f64, before: &mut f64) {
+        *before += std::mem::replace(&mut self.last_taken, energy);
+    }
+
+    pub(super) fn last_taken(&self) -> f64 {
+        self.last_taken
     }
 
     pub(super) fn forget_whole(&mut self) {
