@@ -11,8 +11,7 @@
 //! | `groups` | all bonds, column by column: what each step reads and writes |
 //! | `gluing` | which pairs are glued, at the start and at touches |
 //! | `critical` | the largest stable step |
-//! | `part` | the bonds in a step |
-//! | `ranks` | the bonds of one of several ranks |
+//! | `part` | the bonds in a step, also those of one of several ranks |
 
 mod bond;
 mod critical;
@@ -21,7 +20,6 @@ mod evaluation;
 mod gluing;
 mod groups;
 mod part;
-mod ranks;
 #[cfg(test)]
 mod tests;
 

@@ -1,5 +1,7 @@
 //! The bonds in a step.
 
+mod ranks;
+
 use std::array::from_fn;
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
@@ -11,7 +13,6 @@ use super::element::Action;
 use super::evaluation::Motion;
 use super::gluing::{at_start, to_wall};
 use super::groups::Groups;
-use super::ranks::{BondShare, Broken, Occasion};
 use super::{BondPlan, BondedStart, Gluing};
 use crate::audit::Moving;
 use crate::forces::{Needs, NewList, Observation, OverlapOffsets, StepContext};
@@ -19,6 +20,7 @@ use crate::physics::{FeaturePlan, Plans, Setup};
 use crate::state::{Particles, Pieces, Plain, Row, Unpaired};
 use crate::step::{Core, CriticalStep, Leaving, Part, RunError, SizeEstimate};
 use crate::walls::RigidVelocity;
+use ranks::{BondShare, Broken, Occasion};
 
 /// Counts of the bonds of an entry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -39,10 +41,10 @@ impl BondCounts {
 
 /// An overlap that the contact of a glued pair does not count, until the two part.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Offset {
-    pub(super) ids: [u32; 2],
-    pub(super) is_wall: bool,
-    pub(super) rows: [u32; 2],
+struct Offset {
+    ids: [u32; 2],
+    is_wall: bool,
+    rows: [u32; 2],
     /// m
     overlap: f64,
     /// Whether the bond holds: the offset outlives it.
@@ -51,8 +53,8 @@ pub(super) struct Offset {
 
 /// A touch that may be glued, and the image of the second by which it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Candidate {
-    pub(super) rows: [u32; 2],
+struct Candidate {
+    rows: [u32; 2],
     image: u32,
 }
 
@@ -60,15 +62,15 @@ pub(super) struct Candidate {
 #[derive(Debug, Default)]
 pub struct Bonds {
     /// In the order in which they were glued; those of one time by the ids of their ends. Where rows are divided among ranks: those of this one.
-    pub(super) all: Groups,
+    all: Groups,
     /// Where rows are divided among ranks.
-    pub(super) share: Option<BondShare>,
-    pub(super) offsets: Vec<Offset>,
+    share: Option<BondShare>,
+    offsets: Vec<Offset>,
     /// Pairs of ids that were glued, with walls apart, where touches are glued: each is glued once.
     glued: BTreeSet<(bool, [u32; 2])>,
     counts: Vec<BondCounts>,
     /// Bonds that broke since they were taken last.
-    pub(super) breaks: Vec<Break>,
+    breaks: Vec<Break>,
     /// Taken by damping, and set free by breaks, J.
     taken: f64,
     /// Done by walls on the particles that are glued to them, and the share of walls with servos, J.
@@ -80,9 +82,9 @@ pub struct Bonds {
     /// Offsets as the contact loop reads them.
     informed: OverlapOffsets,
     /// Pairs of own rows that may touch by the present list; only where touches are glued.
-    pub(super) candidates: Vec<Candidate>,
+    candidates: Vec<Candidate>,
     /// Rows and walls that may touch, likewise.
-    pub(super) near_walls: Vec<[u32; 2]>,
+    near_walls: Vec<[u32; 2]>,
     glues_touches: bool,
 }
 
@@ -488,7 +490,7 @@ impl Bonds {
     }
 
     /// Gives the contact loop the overlaps that it does not count.
-    pub(super) fn inform_contacts(&mut self, rows: usize) {
+    fn inform_contacts(&mut self, rows: usize) {
         let of = |is_wall: bool| {
             let offsets = self.offsets.iter();
             let wanted = offsets.filter(move |offset| offset.is_wall == is_wall);
@@ -554,7 +556,7 @@ impl Bonds {
     }
 
     /// Counts bonds that have broken at once.
-    pub(super) fn count(&mut self, broken: &[Break]) {
+    fn count(&mut self, broken: &[Break]) {
         for broken in broken {
             self.counts[broken.plan as usize].broken += 1;
         }
@@ -563,7 +565,7 @@ impl Bonds {
     }
 
     /// Offsets of bonds that have broken hold until their pairs part.
-    pub(super) fn loosen_offsets(&mut self, broken: &[Break]) {
+    fn loosen_offsets(&mut self, broken: &[Break]) {
         if !self.offsets.is_empty() {
             let gone: BTreeSet<_> = broken.iter().map(|gone| (gone.is_wall, gone.ids)).collect();
             for offset in &mut self.offsets {
@@ -573,7 +575,7 @@ impl Bonds {
     }
 
     /// Whether pairs that an entry glues have no contact.
-    pub(super) fn is_alone(&self, core: &Core, plan: u32) -> bool {
+    fn is_alone(&self, core: &Core, plan: u32) -> bool {
         !core.physics().plans.all::<BondPlan>()[plan as usize].contact
     }
 

@@ -6,9 +6,9 @@
 
 use std::collections::BTreeSet;
 
-use super::bond::{Bond, Break};
-use super::groups::Groups;
-use super::part::{Bonds, Candidate};
+use super::{Bonds, Candidate};
+use crate::bonds::bond::{Bond, Break};
+use crate::bonds::groups::Groups;
 use crate::state::Plain;
 use crate::step::{Core, RunError};
 
