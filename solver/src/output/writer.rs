@@ -492,7 +492,8 @@ fn write_all(
                 files.sync()?;
                 state.section(POSITIONS, &positions(&files, &sums));
                 let pieces = state.finish_in_pieces();
-                for path in path.iter().chain(&kept) {
+                // One that stays comes first: a run goes on from the other, and makes no earlier one again.
+                for path in kept.iter().chain(&path) {
                     let mut file = WholeFile::create(path)?;
                     for piece in &pieces {
                         file.append(&piece.bytes)?;

@@ -59,7 +59,7 @@ impl Ranks for Mistaken {
     }
 
     fn all(&mut self, own: Vec<u8>) -> Vec<Vec<u8>> {
-        let is_kept = self.mistake == Mistake::Events && own.len() % 8 > 0;
+        let is_kept = self.mistake == Mistake::Events && !own.len().is_multiple_of(8);
         let mut all = self.ranks.all(if is_kept { Vec::new() } else { own });
         if self.mistake == Mistake::NoLoad {
             let is_load = |mut bytes: &[u8]| {

@@ -165,6 +165,10 @@ impl ChainFile {
                 std::fs::remove_file(&path).map_err(failed)?;
             }
         }
+        // The run may have been interrupted before.
+        if chain.most_kept > 0 {
+            chain.thin_out()?;
+        }
         Ok(chain)
     }
 
