@@ -29,7 +29,7 @@ pub(crate) struct Seen {
     pub(crate) looks: Vec<Look>,
 }
 
-/// What outputs read of an engine beside rows and observations.
+/// Numbers that outputs read of an engine beside rows and observations.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Look {
     pub(crate) liquid: Option<LiquidRow>,

@@ -58,7 +58,7 @@ pub(super) struct BondShare {
     whole: Option<Whole>,
 }
 
-/// What all ranks have together.
+/// Bonds and pairs of all ranks.
 #[derive(Debug)]
 pub(super) struct Whole {
     pub(super) bonds: Groups,
