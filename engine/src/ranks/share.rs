@@ -227,6 +227,14 @@ impl Share {
         self.is_complete = !self.is_divided();
     }
 
+    /// Sends to ranks what they read of this one, and returns what this one reads, in the order of `read`.
+    fn bring_read(&mut self, to: Vec<(usize, Vec<u8>)>) -> Vec<Vec<u8>> {
+        self.traffic.messages += to.len() as u64;
+        self.traffic.bytes += bytes_in(&to);
+        let from: Vec<usize> = self.read.iter().map(|(rank, _)| *rank).collect();
+        self.ranks.exchange(to, &from)
+    }
+
     /// Brings up to date the records that this rank reads, with orientations where not only contacts read them.
     pub fn fetch_records(&mut self, particles: &mut Particles) {
         if self.is_complete {
@@ -245,11 +253,8 @@ impl Share {
             }
             (*rank, bytes)
         };
-        let to: Vec<_> = self.sent.iter().map(pack).collect();
-        self.traffic.messages += to.len() as u64;
-        self.traffic.bytes += bytes_in(&to);
-        let from: Vec<usize> = self.read.iter().map(|(rank, _)| *rank).collect();
-        let came = self.ranks.exchange(to, &from);
+        let to = self.sent.iter().map(pack).collect();
+        let came = self.bring_read(to);
         for ((_, rows), bytes) in self.read.iter().zip(came) {
             let size = bytes.len() / rows.len();
             for (row, bytes) in rows.iter().zip(bytes.chunks_exact(size)) {
@@ -271,11 +276,8 @@ impl Share {
             let loads = rows.iter().map(|&row| bytes_of(&loads[row as usize]));
             (*rank, loads.collect::<Vec<_>>().concat())
         };
-        let to: Vec<_> = self.sent.iter().map(pack).collect();
-        self.traffic.messages += to.len() as u64;
-        self.traffic.bytes += bytes_in(&to);
-        let from: Vec<usize> = self.read.iter().map(|(rank, _)| *rank).collect();
-        let came = self.ranks.exchange(to, &from);
+        let to = self.sent.iter().map(pack).collect();
+        let came = self.bring_read(to);
         for ((_, rows), bytes) in self.read.iter().zip(came) {
             for (&row, load) in rows.iter().zip(bytes.chunks_exact(size_of::<Load>())) {
                 bytes_of_mut(&mut loads[row as usize]).copy_from_slice(load);
