@@ -42,7 +42,7 @@ elif command -v moto_server > /dev/null || { python3 -m venv "$scratch/venv" && 
   curl -s -o /dev/null -X PUT -H "Authorization: $signed" "http://127.0.0.1:$port/bucket"
   AWS_ENDPOINT_URL="http://127.0.0.1:$port" AWS_ACCESS_KEY_ID=test AWS_SECRET_ACCESS_KEY=test AWS_REGION=us-east-1 MERCURY_TEST_S3=s3://bucket/test \
     cargo test --locked --workspace --all-features --test bucket
-  tests/accept.sh s3 spot batch cloudformation
+  tests/accept.sh s3 batch cloudformation
 else
   echo "cloud: object storage and AWS not tested, moto cannot be installed: $(tail -n 1 "$scratch/pip.log" 2> /dev/null)"
 fi

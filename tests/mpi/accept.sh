@@ -68,7 +68,7 @@ mkdir -p bytes
 on="1-1 1-2 2-1 2-2 3-1 3-2 4-1 4-2 7-1 7-2"
 bytes_of bench/dense-2k --set time.end=0.006 --set output.interval=0.002 --set output.data=true --set output.fstat=true
 # tests/tests/ranks has most scenes with more ranks.
-on="2-1 3-2 7-1"
+on="3-2 7-1"
 bytes_of bench/mesh-drum-6k --set time.end=0.004 --set output.interval=0.002 --set output.triangle_loads=true
 bytes_of bench/boulder-20k --set time.end=0.0006 --set output.interval=0.0003
 bytes_of hopper-simple --set time.end=0.003 --set output.interval=0.001
