@@ -283,7 +283,7 @@ sed 's/restitution = 0.6/restitution = 1.6/' many.toml > wrong.toml
 error_of "a wrong scene" 2 "must lie in" solve "$with" 3 bad/wrong wrong.toml
 error_of "a folder in use" 2 "already" solve "$with" 2 many/alone "$scenes/settle.toml"
 error_of "standard input" 2 "standard input" solve "$with" 2 bad/input -
-error_of "jobs of a study" 2 "have no jobs" solve "$with" 2 bad/study many.toml --sweep time.end=0.01,0.02 --jobs 2
+error_of "jobs of a study" 2 "one run is made at a time" solve "$with" 2 bad/study many.toml --sweep time.end=0.01,0.02 --jobs 2
 error_of "without the feature" 2 "without MPI" solve "$without" 2 bad/none many.toml
 [ ! -e bad/none ]
 check $? "without the feature the folder is untouched"

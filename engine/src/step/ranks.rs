@@ -38,7 +38,7 @@ impl Core {
         Some((share.place().1, share.total))
     }
 
-    /// The rows of other ranks that contacts of this one read.
+    /// The rows of other ranks that contacts and parts of this one read.
     #[must_use]
     pub fn rows_of_others(&self) -> Vec<u32> {
         let share = self.ranks.iter();
@@ -81,7 +81,7 @@ impl Core {
         }
     }
 
-    /// Brings up to date the loads on the particles that contacts of this rank read.
+    /// Brings up to date the loads on the particles that contacts and parts of this rank read; all ranks do it.
     pub fn fetch_loads(&mut self) {
         if let Some(share) = self.ranks.as_mut().filter(|share| share.is_divided()) {
             share.fetch_loads(&mut self.particles.loads);

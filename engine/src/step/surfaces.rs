@@ -71,11 +71,17 @@ impl Core {
             .iter_mut()
             .for_each(Surface::clear_loads);
         // In the order of the blocks, of all ranks.
-        let mut loads: Vec<SurfaceLoad> = Vec::new();
-        (self.contacts).visit_surface_loads(&mut |load| loads.push(*load));
-        self.join_ranks(&mut loads);
-        for load in &loads {
-            self.domain.surfaces[load.surface as usize].add_load(load);
+        if self.is_divided() {
+            let mut loads: Vec<SurfaceLoad> = Vec::new();
+            (self.contacts).visit_surface_loads(&mut |load| loads.push(*load));
+            self.join_ranks(&mut loads);
+            for load in &loads {
+                self.domain.surfaces[load.surface as usize].add_load(load);
+            }
+        } else {
+            let surfaces = &mut self.domain.surfaces;
+            (self.contacts)
+                .visit_surface_loads(&mut |load| surfaces[load.surface as usize].add_load(load));
         }
         for (surface, loads) in self.domain.surfaces.iter_mut().zip(of_walls) {
             surface.add_vertex_loads(loads.iter().map(|load| load.force));

@@ -270,7 +270,7 @@ fn prepared(
     {
         if is_divided && requested.has_jobs() {
             return Err(Failure::input(
-                "several ranks make the runs of a study together, one after the other: they have no jobs",
+                "several ranks make each run of a study together, so one run is made at a time",
             )
             .with_help("leave out --jobs or `jobs`, or start the study without mpirun or srun"));
         }
