@@ -2845,13 +2845,18 @@ def attempt_apart(name):
 
 
 def attempt_all(names, jobs):
-    """Makes checks, `jobs` of them at a time; their results in order."""
+    """Makes checks, `jobs` of them at a time; their results in order. One that fails beside others is made once more alone: their limits of time
+    are those of a machine that does nothing else."""
     if jobs == 1:
         return [attempt(name) for name in names]
     results = {name: attempt_apart(name) for name in names if name in UNDISTURBED}
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         others = [name for name in names if name not in UNDISTURBED]
         results |= zip(others, pool.map(attempt_apart, others))
+    for name in others:
+        if results[name] == "FAILED":
+            print(f"once more alone: {name}", flush=True)
+            results[name] = attempt_apart(name)
     return [results[name] for name in names]
 
 

@@ -75,12 +75,26 @@ export class Browser {
     await sleep(300);
   }
 
-  /** Clicks the button or link with this text, as a user does. */
+  /** Clicks the button or link with this text, as a user does. A page that changes in that moment may miss the click: then once more. */
   async click(text) {
-    const find = `[...document.querySelectorAll("button, a, [role=tab]")].find((one) => one.innerText.trim().startsWith(${JSON.stringify(text)}) && one.offsetParent && !one.disabled)`;
-    await this.until(`!!${find}`, `no ${text}`);
-    const [x, y] = await this.run(`(() => { const one = ${find}; one.scrollIntoView({ block: "center" }); const box = one.getBoundingClientRect(); return [box.x + box.width / 2, box.y + box.height / 2]; })()`);
-    for (const type of ["mousePressed", "mouseReleased"]) await this.send("Input.dispatchMouseEvent", { type, x, y, button: "left", clickCount: 1 });
+    const named = `(one) => one?.innerText.trim().startsWith(${JSON.stringify(text)})`;
+    const place = `(() => {
+      const named = ${named}, buttons = "button, a, [role=tab]";
+      const one = [...document.querySelectorAll(buttons)].find((one) => named(one) && one.offsetParent && !one.disabled);
+      if (!one) return null;
+      window.clicked = false;
+      addEventListener("click", (event) => { window.clicked = Boolean(named(event.target.closest(buttons))); }, { once: true, capture: true });
+      one.scrollIntoView({ block: "center" });
+      const box = one.getBoundingClientRect();
+      return [box.x + box.width / 2, box.y + box.height / 2];
+    })()`;
+    for (let tries = 0; tries < 5; tries++) {
+      const [x, y] = await this.until(place, `no ${text}`);
+      for (const type of ["mousePressed", "mouseReleased"]) await this.send("Input.dispatchMouseEvent", { type, x, y, button: "left", clickCount: 1 });
+      // A new page knows nothing of it.
+      if (await this.run("window.clicked").catch(() => undefined) !== false) return;
+    }
+    throw new Error(`${text} does not take a click`);
   }
 
   async look(width, height, dark, mobile = false) {
