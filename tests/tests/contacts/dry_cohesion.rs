@@ -5,7 +5,7 @@ use std::path::Path;
 
 use mercury_common::scene::{Files, parse_scene_with};
 use mercury_engine::contact::law_keys;
-use mercury_engine::forces::SlotState;
+use mercury_engine::forces::{Partner, SlotState};
 use mercury_engine::step::Engine;
 use mercury_solver::plan::plan;
 use mercury_tests::dry::{MASS, PLANE, STICKS, W_S, ball, gap, rebound, velocity};
@@ -52,6 +52,71 @@ fn the_loss_of_a_touch_is_counted() {
         assert!((lost / W_S - 1.0).abs() < 2e-3, "{lost}");
         assert!(joined > 10, "{joined} steps in the neck");
     }
+}
+
+/// In a scene where other pairs stick, a dry pair and a dry ball at a wall have a record in the steps in which they touch, and in no other.
+#[test]
+fn a_contact_without_adhesion_has_no_record_once_it_is_over() {
+    let text = r#"
+time = { end = 1.0, step = 5e-9 }
+domain = { min = [0, 0, 0], max = [4e-3, 4e-3, 4e-3] }
+output = { interval = 1.0 }
+[materials.powder]
+density = 1500.0
+normal = { law = "hertz", youngs_modulus = 1e8, poisson_ratio = 0.3, restitution = 0.8 }
+tangential = { law = "mindlin", friction = 0.5 }
+adhesion = { law = "jkr", work_of_adhesion = 0.05 }
+[materials.glass]
+density = 1500.0
+normal = { law = "hertz", youngs_modulus = 1e8, poisson_ratio = 0.3, restitution = 0.8 }
+tangential = { law = "mindlin", friction = 0.5 }
+[[walls]]
+name = "floor"
+shape = "plane"
+point = [0.0, 0.0, 0.0]
+normal = [0.0, 0.0, 1.0]
+material = "glass"
+[[particles]]
+material = "powder"
+radius = 1e-4
+position = [1e-3, 1e-3, 3e-3]
+[[particles]]
+material = "glass"
+radius = 1e-4
+position = [1.99995e-3, 2e-3, 2e-3]
+velocity = [0.1, 0.02, 0.0]
+[[particles]]
+material = "glass"
+radius = 1e-4
+position = [2.2e-3, 2e-3, 2e-3]
+[[particles]]
+material = "glass"
+radius = 1e-4
+position = [3e-3, 3e-3, 1.00005e-4]
+velocity = [0.01, 0.0, -0.1]
+"#;
+    let mut engine = start(text, &[]);
+    let (mut touches, mut partings) = ([0; 2], [0; 2]);
+    for _ in 0..6000 {
+        observed_step(&mut engine);
+        let records = &engine.particles.records;
+        let by_id = |id: u32| {
+            let ids = &engine.particles.ids;
+            let row = ids.iter().position(|other| other.number() == id);
+            records[row.expect("all stay")].position
+        };
+        let overlaps = [2e-4 - by_id(1).distance(by_id(2)), 1e-4 - by_id(3).z];
+        let listed = &engine.observation().records;
+        let is_wall = |partner: &Partner| matches!(partner, Partner::Wall { .. });
+        let at_wall = listed.iter().filter(|one| is_wall(&one.partner)).count();
+        for (kind, found) in [listed.len() - at_wall, at_wall].into_iter().enumerate() {
+            let touching = overlaps[kind] > 0.0;
+            assert_eq!(found, usize::from(touching), "{kind}: {}", overlaps[kind]);
+            touches[kind] += usize::from(touching);
+            partings[kind] += usize::from(!touching && touches[kind] > 0);
+        }
+    }
+    assert!(touches.iter().chain(&partings).all(|steps| *steps > 100));
 }
 
 /// Two spheres whose neck is stretched and swings back, at rest or in fast flight across many new lists (LAMMPS #4685 lost such contacts).

@@ -47,7 +47,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 dt,
             );
         }
-        if watch.records {
+        // A pair that has just come apart is evaluated once more, for its losses.
+        let is_over = !site.touches
+            && after.3 == A::History::default()
+            && DVec3::from(action.force) == DVec3::ZERO;
+        if watch.records && !is_over {
             let record = self.record(a, site, contact, action, after);
             observation.records.push(record);
         }
