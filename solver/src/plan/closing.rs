@@ -126,6 +126,8 @@ fn crosses(physics: &Physics, insertion: &InsertionPlan, wall: &Wall) -> bool {
         |(low, high), place| (low.min(*place), high.max(*place)),
     );
     let size = (high - low).max_element().max(diameter);
+    // A sphere about all places: a wall that does not reach it reaches none of them.
+    let about = (0.5 * (low + high), 0.5 * low.distance(high) + radius);
     let middle = 0.5 * (physics.cell.low() + physics.cell.high());
     let reach = 0.5 * physics.cell.diagonal();
     let mut now = WallNow::new(wall, dt, &cell);
@@ -142,9 +144,8 @@ fn crosses(physics: &Physics, insertion: &InsertionPlan, wall: &Wall) -> bool {
             // The wall at the start of the insertion; then from time to time.
             put(&mut now, wall, time.max(insertion.from), dt, &cell);
             let wall = std::slice::from_ref(&now);
-            places
-                .iter()
-                .any(|&place| overlaps_wall(wall, &cell, place, radius))
+            let overlaps = |place, radius| overlaps_wall(wall, &cell, place, radius);
+            overlaps(about.0, about.1) && places.iter().any(|&place| overlaps(place, radius))
         })
     })
 }

@@ -53,8 +53,15 @@ thread_local! {
     static PANIC: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
+/// Notes the panics of this thread, and of those that a reader starts, in place of reporting them. Other tests report theirs.
 fn note_panics() {
-    std::panic::set_hook(Box::new(|info| {
+    let own = std::thread::current().id();
+    let report = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |info| {
+        let thread = std::thread::current();
+        if thread.id() != own && thread.name().is_some() {
+            return report(info);
+        }
         let place = info.location().map(ToString::to_string).unwrap_or_default();
         let words = info
             .payload_as_str()
