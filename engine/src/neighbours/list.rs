@@ -252,7 +252,7 @@ fn list(
         },
         ..members.all[row]
     });
-    let through = OtherPairs::find(members, grid, domain, parallel);
+    let through = OtherPairs::find(members, grid, domain, rows, parallel);
     let parts = grid.parts();
     let of_part = |(brick, layers): &(usize, Range<usize>)| {
         let of_part = grid.rows_of_part(*brick, layers);
@@ -549,8 +549,21 @@ mod tests {
             let margin = Margin { skin, ranges };
             let mut extra = given.clone();
             let parallel = seed % 2 == 0;
-            let Built { list, new_row, .. } =
+            let Built { list, new_row, grid } =
                 build(&mut particles, &mut extra, &levels, &margin, &domain, parallel);
+            // The lists of parts of the rows, as ranks make them, are together that of all.
+            let common = Common::find(&mut particles, &extra, &levels, &margin, &domain, parallel);
+            let cuts = [0, count / 5, count / 2, count / 2, count];
+            for cut in cuts.windows(2) {
+                let rows = cut[0]..cut[1];
+                let of_part = common.list(&particles, &extra, &grid, rows.clone());
+                for row in rows {
+                    let entries = |list: &CandidateList| {
+                        list.entries[list.start[row] as usize..list.start[row + 1] as usize].to_vec()
+                    };
+                    prop_assert_eq!(entries(&of_part), entries(&list));
+                }
+            }
             let extra_skin = extra;
             for (old, extra_skin_then) in given.iter().enumerate() {
                 prop_assert_eq!(extra_skin[new_row[old].index()], *extra_skin_then);

@@ -1,9 +1,12 @@
 //! The pairs of a candidate list that are not found in the cells of the lowest level.
 
+use std::ops::Range;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Grid;
+use super::grid::bounds;
 use super::list::{Candidate, Members, near};
 use crate::cell::{Cell, NO_SHIFT, opposite};
 
@@ -13,13 +16,23 @@ pub(super) struct OtherPairs {
 }
 
 impl OtherPairs {
-    pub(super) fn find(members: &Members, grid: &Grid, domain: &Cell, parallel: bool) -> Self {
+    /// Those whose lower row is one of `rows`, and perhaps some beside these.
+    pub(super) fn find(
+        members: &Members,
+        grid: &Grid,
+        domain: &Cell,
+        rows: &Range<usize>,
+        parallel: bool,
+    ) -> Self {
         if members.largest.len() == 1 && !domain.has_images() {
             return Self { pairs: Vec::new() };
         }
+        let place = |k: usize| DVec3::from_array(members.all[rows.start + k].position);
         let search = Search {
             members,
             grid,
+            own: rows.clone(),
+            bounds: bounds(rows.len(), &place, parallel),
             above: (1..members.largest.len())
                 .map(|level| Above::new(members, level, domain, parallel))
                 .collect(),
@@ -80,6 +93,10 @@ struct Search<'a> {
     /// Levels from the second on.
     above: Vec<Above>,
     domain: &'a Cell,
+    /// Rows whose pairs are wanted.
+    own: Range<usize>,
+    /// The smallest box along the axes that holds them, m.
+    bounds: [DVec3; 2],
 }
 
 impl Search<'_> {
@@ -96,6 +113,8 @@ impl Search<'_> {
         let here = (own > 0).then_some(NO_SHIFT);
         let domain = self.domain;
         let (low, high) = domain.faces();
+        let is_own = self.own.contains(&row);
+        let [own_low, own_high] = self.bounds;
         // Particles with extra skin need not be the largest.
         let farthest = largest[..=own].iter().copied().fold(0.0, f64::max);
         for image in here.into_iter().chain(domain.images()) {
@@ -105,6 +124,9 @@ impl Search<'_> {
             let reach = spot.radius.abs() + farthest;
             let outside = (low - position).max(position - high);
             if (0..3).any(|axis| domain.is_periodic(axis) && outside[axis] > reach) {
+                continue;
+            }
+            if !is_own && (own_low - position).max(position - own_high).max_element() > reach {
                 continue;
             }
             for (lower, largest) in largest[..=own].iter().enumerate() {
