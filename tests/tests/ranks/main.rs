@@ -11,13 +11,13 @@ use std::path::Path;
 use std::sync::Arc;
 use std::thread;
 
-use mercury_engine::forces::LoadSums;
+use mercury_engine::forces::{LoadSums, SlotState};
 use mercury_engine::liquid::LiquidRow;
 use mercury_engine::ranks::{Ranks, Share, Threads};
 use mercury_engine::step::{Engine, Part, RunError, Snapshot};
 use mercury_solver::plan::Plan;
 
-use compare::{Look, PIECES, Seen, compared, on_ranks, options, same_on_any_ranks, scene};
+use compare::{Look, PIECES, ROWS, Seen, compared, on_ranks, options, same_on_any_ranks, scene};
 
 /// Bridges that were there before some looks or after them, but not both, at grains of the first half of the rows and of the second one.
 fn changed_bridges(looks: &[Look]) -> [usize; 2] {
@@ -68,6 +68,34 @@ fn grains_that_come_and_leave() {
 #[test]
 fn sizes_apart() {
     same_on_any_ranks(&scene("bench/poly-20k.toml", &[]), 1);
+}
+
+/// Grains of a millimetre fall on a sphere of a metre, which has contacts with rows of all ranks.
+#[test]
+fn a_sphere_a_thousand_times_its_neighbours() {
+    let plan = scene(
+        "bench/dense-2k.toml",
+        &[
+            "time.step=2e-6",
+            "domain={ min = [-0.6, -0.6, -0.6], max = [0.6, 0.6, 0.6] }",
+            "walls=[]",
+            "particles=[{ name = \"giant\", position = [0.0, 0.0, 0.0], radius = 0.5, material = \"bead\" }]",
+            "insertions=[{ name = \"rain\", region = { shape = \"box\", min = [-0.02, -0.02, 0.5], max = [0.02, 0.02, 0.5035] }, material = \"bead\", psd = { kind = \"uniform\", min_diameter = 0.0009, max_diameter = 0.0011, weighting = \"number\" }, total = { number = 1500 }, velocity = { mean = [0.2, 0.1, -1.5], spread = [0.1, 0.1, 0.1] } }]",
+        ],
+    );
+    let seen = on_ranks(&plan, 1, 1, None, &[1000]);
+    let state = Snapshot::decode(seen.states.last().unwrap()).unwrap();
+    let ids = state.particles().unwrap().ids;
+    let giant = ids.iter().position(|id| id.number() == 0).unwrap() as u32;
+    let mut blocks = BTreeSet::new();
+    for pair in state.pairs().unwrap().iter() {
+        let ends = [pair.row, pair.partner];
+        if pair.state == SlotState::Touching && ends.contains(&giant) {
+            blocks.extend(ends.map(|row| row as usize / ROWS));
+        }
+    }
+    assert!(blocks.len() > 14, "the giant touches rows of {blocks:?}");
+    same_on_any_ranks(&plan, 1000);
 }
 
 #[test]
