@@ -57,6 +57,13 @@ impl Physics {
         self
     }
 
+    /// Drops the spheres and bodies of the start, which a plan holds beside the particles that are made of them. What was found of them stays.
+    pub(crate) fn forget_grains(&mut self) {
+        self.inputs.particles = Vec::new();
+        self.inputs.bodies = Vec::new();
+        self.inputs.start_values = Vec::new();
+    }
+
     /// Inputs that it was made of.
     #[must_use]
     pub fn inputs(&self) -> &Inputs {

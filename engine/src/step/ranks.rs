@@ -1,6 +1,7 @@
 //! A step whose rows are divided among ranks: what of it all ranks do together.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::calls::{Beginning, Call};
 use super::{Core, Domain, Engine, RunError, Snapshot, StartOptions};
@@ -380,7 +381,8 @@ impl Engine {
         }
     }
 
-    /// On a rank that is not the first: makes what the first one makes, until that has ended. `setup` and `options` are those of the first one.
+    /// On a rank that is not the first: makes what the first one makes, until that has ended. `setup` and `options` are those of the first one. The
+    /// grains of the start are dropped as soon as the particles are made of them, if nothing else holds the physics.
     ///
     /// # Errors
     /// Why the run could not begin, which the first rank finds likewise. Later errors are those of the first rank alone.
@@ -391,14 +393,24 @@ impl Engine {
         let bytes = share.ranks().broadcast(Vec::new());
         let mut engine = match Beginning::take(&mut &bytes[..]) {
             Ok(Beginning::Start { records }) => {
-                Self::unstarted(setup.to_setup(), options)?.started(records)?
+                let mut engine = Self::unstarted(setup.to_setup(), options)?;
+                drop(setup);
+                if let Some(physics) = Arc::get_mut(&mut engine.core.physics) {
+                    physics.forget_grains();
+                }
+                engine.started(records)?
             }
             Ok(Beginning::Resume(state)) => {
                 let snapshot = Snapshot::decode(&state).map_err(|error| RunError::OtherState {
                     section: "start".to_owned(),
                     reason: error.to_string(),
                 })?;
-                Self::resume(setup, snapshot, options)?
+                let mut own = setup.to_setup();
+                drop(setup);
+                if let Some(physics) = Arc::get_mut(&mut own.physics) {
+                    physics.forget_grains();
+                }
+                Self::resume(own, snapshot, options)?
             }
             _ => {
                 share.note_end();

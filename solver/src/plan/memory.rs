@@ -33,8 +33,10 @@ impl Memory {
 /// Bytes that a plan takes, and its making.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StartBytes {
-    /// The plan: the particles of the start, and meshes.
-    pub plan: f64,
+    /// The particles of the start in the plan.
+    pub grains: f64,
+    /// Meshes in the plan.
+    pub meshes: f64,
     /// While tables are read, beside the plan.
     pub reading: f64,
     /// While overlaps are looked for, beside the plan and the list that is built for it.
@@ -59,9 +61,9 @@ impl StartBytes {
         });
         let typed = (particles + bodies) * size_of::<Typed>() as f64;
         Self {
-            plan: particles * size_of::<NewParticle>() as f64
-                + bodies * size_of::<NewBody>() as f64
-                + meshes.sum::<f64>(),
+            grains: particles * size_of::<NewParticle>() as f64
+                + bodies * size_of::<NewBody>() as f64,
+            meshes: meshes.sum(),
             // A table is read line by line.
             reading: typed,
             looking_over: spheres * size_of::<StartingSphere>() as f64 + typed,

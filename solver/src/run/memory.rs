@@ -75,8 +75,9 @@ pub(super) fn memory_of(plan: &Plan, ranks: RanksHere) -> Memory {
     let of_others = expected.listed * layout.slot as f64 - slots;
     let checkpoint = first * (particles + saved + of_others);
 
-    let each = PROGRAM + start.plan + particles + parts + slots + parked;
-    let steps = here * each + first * output.kept;
+    let each = PROGRAM + start.meshes + particles + parts + slots + parked;
+    // The others drop the grains of the plan.
+    let steps = here * each + first * (start.grains + output.kept);
     // A list is made while the old slots exist; then their histories are kept, twice for a moment, for the new ones.
     let searching = build_bytes(rows, listed);
     let waiting = (GROWTH + 1.0) * touching * carried;
@@ -92,7 +93,8 @@ pub(super) fn memory_of(plan: &Plan, ranks: RanksHere) -> Memory {
         here * waiting
     };
     let steps = steps + kept_free;
-    let at_start = PROGRAM + start.plan + start.reading.max(start.looking_over + checking);
+    let plan = start.grains + start.meshes;
+    let at_start = PROGRAM + plan + start.reading.max(start.looking_over + checking);
     Memory {
         spheres: rows,
         start: here * at_start,
