@@ -343,6 +343,33 @@ impl Grid {
         self.rows(self.line(brick, 0, layers.start), last)
     }
 
+    /// The rows of all parts of the grid with a cell that may hold something within `reach` (m) of a box along the axes (its corners, m), or that is beside
+    /// such a cell; ascending.
+    pub(super) fn rows_about(&self, [low, high]: [DVec3; 2], reach: f64) -> Vec<Range<usize>> {
+        let low = self.coordinates(low - DVec3::splat(reach));
+        let high = self.coordinates(high + DVec3::splat(reach));
+        let [x, y, _] = self.bricks;
+        let slowest = self.order[2];
+        let is_about = |(brick, layers): &(usize, Range<usize>)| {
+            let at = self.at[*brick] as usize;
+            let own = [at % x, at / x % y, at / (x * y)];
+            (0..3).all(|axis| {
+                let cells = self.cells[axis];
+                let layers = if axis == slowest {
+                    layers.clone()
+                } else {
+                    0..cells
+                };
+                let first = own[axis] * cells;
+                first + layers.start <= high[axis] + 1 && low[axis] <= first + layers.end
+            })
+        };
+        let parts = self.parts();
+        let about = parts.iter().filter(|part| is_about(part));
+        let rows = about.map(|(brick, layers)| self.rows_of_part(*brick, layers));
+        rows.filter(|rows| !rows.is_empty()).collect()
+    }
+
     /// The bricks about a brick that come later, and itself, by their places along the fastest, the middle and the slowest axis: 0 before it,
     /// 1 beside it, 2 behind it.
     pub(super) fn around(&self, brick: usize) -> Around {

@@ -159,7 +159,7 @@ impl<'a> Common<'a> {
         grid: &Grid,
         rows: Range<usize>,
     ) -> CandidateList {
-        let members = Members::new(&particles.records, extra, self);
+        let members = Members::about(&rows, grid, &particles.records, extra, self);
         let mut list = list(&members, grid, self.domain, &rows, self.parallel);
         list.leave_out(&Exclusions::of(particles));
         list
@@ -183,6 +183,8 @@ pub fn build_bytes(rows: f64, pairs: f64) -> f64 {
 
 /// The particles in the form that the search needs.
 pub(super) struct Members {
+    /// Runs of the rows that are filled in, ascending: those that may be in pairs of the rows whose list is made, and some beside them.
+    pub(super) rows: Vec<Range<usize>>,
     /// All of them, with radii that include their shares of the margin.
     pub(super) all: Vec<Spot>,
     /// The level of each. Particles with extra skin have a level of their own, the highest: they are few, and
@@ -193,10 +195,18 @@ pub(super) struct Members {
 }
 
 impl Members {
-    fn new(records: &[Particle], extra: &[f64], common: &Common<'_>) -> Self {
+    /// Those that may be near some of the sorted rows, directly or through periodic faces.
+    fn about(
+        own_rows: &Range<usize>,
+        grid: &Grid,
+        records: &[Particle],
+        extra: &[f64],
+        common: &Common<'_>,
+    ) -> Self {
         let Common {
             levels,
             margin,
+            domain,
             parallel,
             ..
         } = *common;
@@ -217,18 +227,71 @@ impl Members {
                 radius: if fixed { -reach(row) } else { reach(row) },
             }
         };
-        let level_of_row = each(records.len(), parallel, |row| level(row) as u8);
-        let levels = levels.largest.iter();
-        let mut largest: Vec<f64> = levels
+        let of_levels = levels.largest.iter();
+        let mut largest: Vec<f64> = of_levels
             .map(|radius| radius + 0.5 * margin.largest())
             .collect();
         largest.extend(common.most_of_few);
-        Self {
-            all: each(records.len(), parallel, spot),
-            level: level_of_row,
+        let count = records.len();
+        let rows = if *own_rows == (0..count) {
+            vec![0..count]
+        } else {
+            let place = |k: usize| records[own_rows.start + k].position;
+            let bounds = bounds(own_rows.len(), &place, parallel);
+            let reach = 2.0 * largest.iter().copied().fold(0.0, f64::max);
+            let images = [NO_SHIFT].into_iter().chain(domain.images());
+            let mut runs: Vec<Range<usize>> = images
+                .filter(|_| !own_rows.is_empty())
+                .map(|image| bounds.map(|corner| corner + domain.shift(image)))
+                .flat_map(|bounds| grid.rows_about(bounds, reach))
+                .collect();
+            runs.sort_unstable_by_key(|run| run.start);
+            runs.dedup();
+            joined(runs)
+        };
+        let mut members = Self {
+            all: zeroed_vec(count),
+            level: zeroed_vec(count),
             largest,
+            rows,
+        };
+        for run in &members.rows {
+            change_each(&mut members.all[run.clone()], parallel, |k, one| {
+                *one = spot(run.start + k);
+            });
+            change_each(&mut members.level[run.clone()], parallel, |k, one| {
+                *one = level(run.start + k) as u8;
+            });
+        }
+        members
+    }
+
+    /// The members of the lowest level; those of higher ones are near nothing here: NaN compares false.
+    fn of_lowest_level(&self, parallel: bool) -> Vec<Spot> {
+        let mut spots: Vec<Spot> = zeroed_vec(self.all.len());
+        for run in &self.rows {
+            change_each(&mut spots[run.clone()], parallel, |k, spot| {
+                let row = run.start + k;
+                *spot = self.all[row];
+                if self.level[row] != 0 {
+                    spot.radius = f64::NAN;
+                }
+            });
+        }
+        spots
+    }
+}
+
+/// Runs of rows, ascending and apart, with those in one that follow each other.
+fn joined(runs: Vec<Range<usize>>) -> Vec<Range<usize>> {
+    let mut all: Vec<Range<usize>> = Vec::new();
+    for run in runs {
+        match all.last_mut() {
+            Some(last) if last.end == run.start => last.end = run.end,
+            _ => all.push(run),
         }
     }
+    all
 }
 
 /// Lists the pairs of sorted particles.
@@ -242,17 +305,8 @@ fn list(
     rows: &Range<usize>,
     parallel: bool,
 ) -> CandidateList {
-    let count = members.all.len();
-    // Those of higher levels are near nothing here: NaN compares false.
-    let spots = each(count, parallel, |row| Spot {
-        radius: if members.level[row] == 0 {
-            members.all[row].radius
-        } else {
-            f64::NAN
-        },
-        ..members.all[row]
-    });
-    let through = OtherPairs::find(members, grid, domain, rows, parallel);
+    let spots = members.of_lowest_level(parallel);
+    let through = OtherPairs::find(members, grid, domain, parallel);
     let parts = grid.parts();
     let of_part = |(brick, layers): &(usize, Range<usize>)| {
         let of_part = grid.rows_of_part(*brick, layers);
@@ -363,7 +417,7 @@ fn list_of_part(
 }
 
 /// Position and radius; the radius of a particle that contacts cannot move is negated.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Zeroable)]
 pub(super) struct Spot {
     pub(super) position: [f64; 3],
     pub(super) radius: f64,

@@ -6,7 +6,6 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Grid;
-use super::grid::bounds;
 use super::list::{Candidate, Members, near};
 use crate::cell::{Cell, NO_SHIFT, opposite};
 
@@ -16,39 +15,31 @@ pub(super) struct OtherPairs {
 }
 
 impl OtherPairs {
-    /// Those whose lower row is one of `rows`, and perhaps some beside these.
-    pub(super) fn find(
-        members: &Members,
-        grid: &Grid,
-        domain: &Cell,
-        rows: &Range<usize>,
-        parallel: bool,
-    ) -> Self {
+    /// Those among the members.
+    pub(super) fn find(members: &Members, grid: &Grid, domain: &Cell, parallel: bool) -> Self {
         if members.largest.len() == 1 && !domain.has_images() {
             return Self { pairs: Vec::new() };
         }
-        let place = |k: usize| DVec3::from_array(members.all[rows.start + k].position);
         let search = Search {
             members,
             grid,
-            own: rows.clone(),
-            bounds: bounds(rows.len(), &place, parallel),
             above: (1..members.largest.len())
                 .map(|level| Above::new(members, level, domain, parallel))
                 .collect(),
             domain,
         };
-        let rows = members.all.len();
+        let rows = &members.rows;
         let add = |mut pairs: Vec<_>, row| {
             search.pairs_of(row, &mut pairs);
             pairs
         };
         let mut pairs = if parallel {
-            let rows = (0..rows).into_par_iter().with_min_len(256);
+            let of_run = |run: &Range<usize>| run.clone().into_par_iter().with_min_len(256);
+            let rows = rows.par_iter().flat_map(of_run);
             let parts: Vec<Vec<_>> = rows.fold(Vec::new, add).collect();
             parts.concat()
         } else {
-            (0..rows).fold(Vec::new(), add)
+            rows.iter().cloned().flatten().fold(Vec::new(), add)
         };
         // No two are equal, so their order does not depend on the sort algorithm.
         let key = |&(row, candidate): &(u32, Candidate)| (row, candidate.partner, candidate.image);
@@ -75,8 +66,9 @@ struct Above {
 
 impl Above {
     fn new(members: &Members, level: usize, domain: &Cell, parallel: bool) -> Self {
-        let of_level = |&row: &u32| usize::from(members.level[row as usize]) == level;
-        let rows: Vec<u32> = (0..members.all.len() as u32).filter(of_level).collect();
+        let of_level = |&row: &usize| usize::from(members.level[row]) == level;
+        let rows = members.rows.iter().cloned().flatten().filter(of_level);
+        let rows: Vec<u32> = rows.map(|row| row as u32).collect();
         let position = |k: usize| DVec3::from_array(members.all[rows[k] as usize].position);
         let cell = 2.0 * members.largest[level];
         let (grid, order) = Grid::sort(rows.len(), position, cell, domain, parallel);
@@ -93,10 +85,6 @@ struct Search<'a> {
     /// Levels from the second on.
     above: Vec<Above>,
     domain: &'a Cell,
-    /// Rows whose pairs are wanted.
-    own: Range<usize>,
-    /// The smallest box along the axes that holds them, m.
-    bounds: [DVec3; 2],
 }
 
 impl Search<'_> {
@@ -106,6 +94,7 @@ impl Search<'_> {
             all,
             level,
             largest,
+            ..
         } = self.members;
         let spot = all[row];
         let own = usize::from(level[row]);
@@ -113,8 +102,6 @@ impl Search<'_> {
         let here = (own > 0).then_some(NO_SHIFT);
         let domain = self.domain;
         let (low, high) = domain.faces();
-        let is_own = self.own.contains(&row);
-        let [own_low, own_high] = self.bounds;
         // Particles with extra skin need not be the largest.
         let farthest = largest[..=own].iter().copied().fold(0.0, f64::max);
         for image in here.into_iter().chain(domain.images()) {
@@ -124,9 +111,6 @@ impl Search<'_> {
             let reach = spot.radius.abs() + farthest;
             let outside = (low - position).max(position - high);
             if (0..3).any(|axis| domain.is_periodic(axis) && outside[axis] > reach) {
-                continue;
-            }
-            if !is_own && (own_low - position).max(position - own_high).max_element() > reach {
                 continue;
             }
             for (lower, largest) in largest[..=own].iter().enumerate() {
