@@ -234,7 +234,7 @@ impl Members {
         largest.extend(common.most_of_few);
         let count = records.len();
         let rows = if *own_rows == (0..count) {
-            vec![0..count]
+            std::iter::once(0..count).collect()
         } else {
             let place = |k: usize| records[own_rows.start + k].position;
             let bounds = bounds(own_rows.len(), &place, parallel);
