@@ -81,6 +81,10 @@ material = "powder"
 radius = 1e-4
 position = [1e-3, 1e-3, 3e-3]
 [[particles]]
+material = "powder"
+radius = 1e-4
+position = [1e-3, 2e-3, 3e-3]
+[[particles]]
 material = "glass"
 radius = 1e-4
 position = [1.99995e-3, 2e-3, 2e-3]
@@ -105,7 +109,7 @@ velocity = [0.01, 0.0, -0.1]
             let row = ids.iter().position(|other| other.number() == id);
             records[row.expect("all stay")].position
         };
-        let overlaps = [2e-4 - by_id(1).distance(by_id(2)), 1e-4 - by_id(3).z];
+        let overlaps = [2e-4 - by_id(2).distance(by_id(3)), 1e-4 - by_id(4).z];
         let listed = &engine.observation().records;
         let is_wall = |partner: &Partner| matches!(partner, Partner::Wall { .. });
         let at_wall = listed.iter().filter(|one| is_wall(&one.partner)).count();
