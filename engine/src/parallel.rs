@@ -23,6 +23,19 @@ pub(crate) fn each<T: Send>(
     }
 }
 
+/// Whether a condition holds for all elements of a list.
+pub(crate) fn holds_for_all<T: Sync>(
+    all: &[T],
+    parallel: bool,
+    condition: impl Fn(&T) -> bool + Sync + Send,
+) -> bool {
+    if parallel {
+        all.par_iter().with_min_len(RUN).all(condition)
+    } else {
+        all.iter().all(condition)
+    }
+}
+
 /// Changes each element of a list by its row.
 pub(crate) fn change_each<T: Send>(
     all: &mut [T],

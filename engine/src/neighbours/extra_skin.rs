@@ -2,7 +2,7 @@
 
 use super::Skin;
 use super::validity::displacement;
-use crate::parallel::each;
+use crate::parallel::{each, map_parts};
 use crate::state::Particles;
 
 /// One particle of this many gets extra skin.
@@ -30,10 +30,14 @@ pub fn extra_skins(particles: &Particles, skin: &Skin, parallel: bool) -> Vec<f6
     let moved = each(particles.len(), parallel, |row| {
         displacement(particles, row)
     });
-    let mut sorted = moved.clone();
-    let place = sorted.len() - 1 - few;
-    let (_, &mut rest, faster) = sorted.select_nth_unstable_by(place, f64::total_cmp);
-    if faster.iter().all(|&far| far <= WORTH_IT * rest) {
+    let parts = if parallel {
+        rayon::current_num_threads()
+    } else {
+        1
+    };
+    let farthest = farthest(&moved, few + 1, parts);
+    let rest = farthest[0];
+    if farthest.iter().all(|&far| far <= WORTH_IT * rest) {
         return Vec::new();
     }
     each(moved.len(), parallel, |row| {
@@ -45,9 +49,22 @@ pub fn extra_skins(particles: &Particles, skin: &Skin, parallel: bool) -> Vec<f6
     })
 }
 
+/// The `count` largest of all ways, the smallest of these first; each part of the rows is searched for its own by a thread.
+fn farthest(ways: &[f64], count: usize, parts: usize) -> Vec<f64> {
+    let largest = |mut of: Vec<f64>| {
+        let below = of.len().saturating_sub(count);
+        of.select_nth_unstable_by(below, f64::total_cmp);
+        of.split_off(below)
+    };
+    let parts = ways.chunks(ways.len().div_ceil(parts));
+    let of_parts = map_parts(parts.len() > 1, parts, |part| largest(part.to_vec()));
+    largest(of_parts.concat())
+}
+
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
+    use proptest::prelude::*;
 
     use super::*;
     use crate::state::{MaterialIndex, Particle};
@@ -112,5 +129,23 @@ mod tests {
             ..skin
         };
         assert!(few(&far, 1000, &full).is_empty());
+    }
+
+    proptest! {
+        #[test]
+        fn the_farthest_of_parts_are_those_of_all(
+            ways in prop::collection::vec(0.0..1.0, 1..300),
+            place in any::<prop::sample::Index>(),
+            parts in 1..9usize,
+        ) {
+            let count = 1 + place.index(ways.len());
+            let mut found = farthest(&ways, count, parts);
+            let mut sorted = ways;
+            sorted.sort_unstable_by(f64::total_cmp);
+            let expected = sorted.split_off(sorted.len() - count);
+            prop_assert_eq!(found[0], expected[0]);
+            found.sort_unstable_by(f64::total_cmp);
+            prop_assert_eq!(found, expected);
+        }
     }
 }

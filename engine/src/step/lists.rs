@@ -5,7 +5,7 @@ use super::{Core, Domain, Engine, RunError};
 use crate::forces::{NearWall, NewList, block_size, find_near_walls};
 use crate::memory::{MANY, give_back};
 use crate::neighbours::{Cells, Common, Grid, Levels, Margin, Skin, Validity, extra_skins, used};
-use crate::parallel::each;
+use crate::parallel::{each, holds_for_all};
 use crate::state::{Particle, Particles, Row};
 use crate::surface::Surface;
 use crate::walls::WallNow;
@@ -69,13 +69,13 @@ impl Engine {
     fn rebuild(&mut self) -> Result<(), RunError> {
         let Self { core, parts, .. } = self;
         core.complete_rows();
+        let parallel = in_pool();
         let finite = |record: &Particle| record.position.is_finite();
-        if !core.particles.records.iter().all(finite) {
+        if !holds_for_all(&core.particles.records, parallel, finite) {
             return Err(core.not_finite());
         }
         (parts.iter_mut()).try_for_each(|part| part.before_list(core))?;
         core.adapt_skin();
-        let parallel = in_pool();
         let removed = core.domain.boundaries.take_row_map(core.particles.len());
         core.rename_images(&removed);
         let skin = core.lists.skin.thickness;
