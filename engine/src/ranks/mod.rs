@@ -11,8 +11,6 @@
 //!
 //! The first rank makes the run and writes its files; the others follow it, call by call. See `docs/theory/distribution.md`.
 
-#[cfg(feature = "mpi")]
-pub mod mpi;
 mod share;
 mod threads;
 

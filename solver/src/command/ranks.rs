@@ -3,6 +3,9 @@
 // Without MPI a job is never joined.
 #![cfg_attr(not(feature = "mpi"), allow(dead_code))]
 
+#[cfg(feature = "mpi")]
+mod mpi;
+
 use std::sync::Arc;
 
 use crate::plan::{Memory, Plan, sha256};
@@ -85,7 +88,7 @@ fn join(count: usize, rank: usize) -> Result<Job, Failure> {
 
 #[cfg(feature = "mpi")]
 fn join(count: usize, rank: usize) -> Result<Job, Failure> {
-    use mercury_engine::ranks::mpi::Mpi;
+    use self::mpi::Mpi;
     let mpi = Mpi::join().map_err(Failure::run)?;
     // A rank that ends in disorder would leave the others waiting for ever.
     let report = std::panic::take_hook();

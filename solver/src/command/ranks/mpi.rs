@@ -7,13 +7,13 @@ use mpi::point_to_point::{Destination, Source};
 use mpi::topology::{Communicator, SimpleCommunicator};
 use mpi::{Count, Threading};
 
-use super::Ranks;
+use mercury_engine::ranks::Ranks;
 
 /// Most bytes of a message: counts of MPI are whole numbers of 32 bits.
 const PIECE: usize = 1 << 30;
 
 /// A process of a job of MPI.
-pub struct Mpi {
+pub(super) struct Mpi {
     world: SimpleCommunicator,
     /// MPI ends with it.
     _universe: Universe,
@@ -28,7 +28,7 @@ impl Mpi {
     ///
     /// # Errors
     /// If the installation of MPI cannot be used from several threads, one at a time.
-    pub fn join() -> Result<Self, String> {
+    pub(super) fn join() -> Result<Self, String> {
         let Some((universe, threading)) = mpi::initialize_with_threading(Threading::Serialized)
         else {
             return Err("MPI was begun before".to_owned());
@@ -45,8 +45,7 @@ impl Mpi {
     }
 
     /// Number of ranks on this machine, and whether the first of all is among them; all ranks call it.
-    #[must_use]
-    pub fn on_this_machine(&self) -> (usize, bool) {
+    pub(super) fn on_this_machine(&self) -> (usize, bool) {
         let here = self.world.split_shared(0);
         let (own, mut lowest) = (self.world.rank(), 0);
         here.all_reduce_into(&own, &mut lowest, SystemOperation::min());
@@ -54,7 +53,7 @@ impl Mpi {
     }
 
     /// Ends all ranks at once.
-    pub fn abort(code: i32) -> ! {
+    pub(super) fn abort(code: i32) -> ! {
         SimpleCommunicator::world().abort(code)
     }
 
