@@ -49,7 +49,8 @@ pub fn extra_skins(particles: &Particles, skin: &Skin, parallel: bool) -> Vec<f6
     })
 }
 
-/// The `count` largest of all ways, the smallest of these first; each part of the rows is searched for its own by a thread.
+/// The `count` largest of all distances, the smallest of them first. Threads select those of each part of the rows, and one thread
+/// selects from these.
 fn farthest(ways: &[f64], count: usize, parts: usize) -> Vec<f64> {
     let largest = |mut of: Vec<f64>| {
         let below = of.len().saturating_sub(count);
